@@ -254,9 +254,9 @@ def flight_of_reports(
     tilt_deg: Floats,
     acceleration_g: Floats,
     problems: list[UserMessage],
-    resets_s: Iterable[float] = (),
+    resets: Iterable[tuple[float, str]] = (),
 ) -> FlightLog:
-    """Makes each status report a row. `resets_s`: times of restarts by the same clock. Raises `UserError` where there
+    """Makes each status report a row. `resets`: as in the log, by the same clock. Raises `UserError` where there
     is none."""
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
@@ -275,6 +275,6 @@ def flight_of_reports(
         specific_force_g=acceleration_g.round(_DECIMALS),
         is_judged=is_judged,
         duration_s=float(time_s[-1]) - start_s,
-        resets_s=tuple(reset_s - start_s for reset_s in resets_s),
+        resets=tuple((reset_s - start_s, word) for reset_s, word in resets),
         problems=tuple(dict.fromkeys(problems)),
     )

@@ -28,7 +28,7 @@ ROWS_AT_ONCE: Final = 5000
 PAUSE_S: Final = 1.0
 """Between the recordings of one table: longer than what is judged across."""
 _FLAGS: Final = {"true": 1.0, "false": 0.0}
-_RESETS: Final = dict.fromkeys((kind.value for kind in STATE_LOST), 1.0)
+_RESETS: Final = {kind.value: float(number) for number, kind in enumerate(STATE_LOST, start=1)}
 _EXPORTED: Final = HEAD.split(",")[1:]
 """The columns of an export of this program behind the first one, which had another name before; "event" is the last."""
 
@@ -62,8 +62,8 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         time_s = _one_after_the_other(time_s)
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        resets_s = time_s[numbers[-1] == 1]
-        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], resets_s.tolist())
+        resets = [(at_s, word) for word, number in _RESETS.items() for at_s in time_s[numbers[-1] == number].tolist()]
+        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], sorted(resets))
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))
     if chosen.force:

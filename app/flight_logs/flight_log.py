@@ -53,10 +53,14 @@ class FlightLog:
     """None: the log does not say."""
     altitude_m: Floats | None = None
     """Above any fixed level; NaN where unknown. None: the log does not say."""
-    resets_s: tuple[float, ...] = ()
-    """Times at which the measuring module restarted."""
+    resets: tuple[tuple[float, str], ...] = ()
+    """Times at which the measuring module lost its state, or another one may have followed, with the marker's word."""
     problems: tuple[UserMessage, ...] = field(default=())
     """What was left out or looks wrong."""
+
+    @property
+    def resets_s(self) -> tuple[float, ...]:
+        return tuple(at_s for at_s, _ in self.resets)
 
     @property
     def not_judged_s(self) -> float:

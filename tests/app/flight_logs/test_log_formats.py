@@ -136,7 +136,8 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
         assert log.problems == ()
 
 
-def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["restarted", "another module?"])
+def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, kind: str) -> None:
     """Several recordings in one table are judged one after the other, although the times of each begin again."""
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
     reports = (Status(int(tilt), force, triggered=False, active=True).encode()
@@ -145,13 +146,15 @@ def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path) 
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
     expected: list[tuple[object, Source]] = []
     for before_s, at_s in ((0.0, restarted_s), (FAST[-1] + PAUSE_S, FALLS_S)):
-        notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": "restarted"})]
+        notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": kind})]
         write_session(path, opening, entries, notes)
         export(entry_of(path), table, is_table=True, appends=True)
         alone = fires(read_flight_log(path))
         assert (at_s, Source.ATTITUDE) in alone
         expected += [(pytest.approx(before_s + fires_s), source) for fires_s, source in alone]
         assert fires(read_flight_log(table)) == expected
+        assert [word for _, word in read_flight_log(path).resets] == ["connected", kind]
+    assert [word for _, word in read_flight_log(table).resets] == ["connected", kind] * 2
     assert [problem.in_english() for problem in read_flight_log(table).problems] == [
         "Pauses: 1, 1.0 s in all, at most 1.0 s."
     ]

@@ -37,7 +37,7 @@ def made_flight(
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
         is_on_ground=None if is_on_ground is None else np.asarray(is_on_ground, np.bool_),
-        resets_s=resets_s,
+        resets=tuple((at_s, "restarted") for at_s in resets_s),
     )
 
 

@@ -59,7 +59,7 @@ class FlightView(QWidget):
         """The file is read again in the background."""
         self._outcome = outcome
         self._write()
-        self.chart.open(Path(outcome.flight.name), limits, lambda log: log.resets_s, columns)
+        self.chart.open(Path(outcome.flight.name), limits, lambda log: log.resets, columns)
 
     def close_flight(self) -> None:
         self.chart.close_log()
@@ -83,20 +83,20 @@ class FlightView(QWidget):
         self.problems.setVisible(bool(problems))
         self.chart.retranslate()
 
-    def _mark(self, resets_s: Sequence[float]) -> None:
+    def _mark(self, resets: Sequence[tuple[float, str]]) -> None:
         if self._outcome is None or self.chart.plot is None:
             return
-        self.chart.plot.add_marks(marks_of(self._outcome, resets_s))
+        self.chart.plot.add_marks(marks_of(self._outcome, resets))
         fires_s = [fire.at_s for fire in (self._outcome.direct, self._outcome.damped) if fire.sources]
         moment_s = min(fires_s, default=self._outcome.flight.loss_s)
         if moment_s is not None:
             self.chart.look_at(moment_s)
 
 
-def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
+def marks_of(outcome: FlightOutcome, resets: Sequence[tuple[float, str]] = ()) -> list[Mark]:
     flight = outcome.flight
     meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
-    marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]
+    marks = [Mark(at_s, word, _ICONS[word], Meaning.ATTENTION) for at_s, word in resets]
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
     is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
     if outcome.direct.sources:
@@ -111,6 +111,10 @@ def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mar
     return sorted(marks, key=lambda mark: mark.time_s)
 
 
+_ICONS: Final = {
+    marked("restarted"): Icon.RESTART, marked("connected"): Icon.LINK, marked("another module?"): Icon.UNKNOWN,
+}  # fmt: skip
+"""Of the markers after which nothing is left of what was before."""
 _WORDS: Final = {
     "time": marked("Time"), "tilt": marked("Tilt"), "roll": marked("Roll"), "pitch": marked("Pitch"),
     "acceleration": marked("Acceleration"), "altitude": marked("Altitude"), "armed": marked("Arming state"),

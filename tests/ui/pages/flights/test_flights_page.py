@@ -15,11 +15,12 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.fire_map import FireMap, FlightGroup
+from app.flight_analysis.fire_map import FireMap, FlightGroup, outcome_of
 from app.flight_analysis.summary import summarise
 from app.flight_logs.csv_columns import CsvRole
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
+from app.recordings.markers import STATE_LOST
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
@@ -33,6 +34,7 @@ from ui.pages.flights.controller import Flight
 from ui.pages.flights.lists import FlightColumn
 from ui.pages.flights.page import FlightsPage
 from ui.pages.flights.thresholds import cells_of
+from ui.pages.flights.views import marks_of
 
 ROOM = Path(controller.__file__).parent
 MUST_NOT, MUST = FlightGroup.MUST_NOT, FlightGroup.MUST
@@ -381,3 +383,11 @@ def test_nothing_on_the_page_can_reach_a_module() -> None:
         assert not any(
             module.startswith(("app.engine", "app.procedures", "app.safety", "ui.acts")) for module in modules
         )
+
+
+def test_what_ends_a_fall_is_marked_as_what_it_is() -> None:
+    """Not everything after which a module knows nothing of before is a restart."""
+    outcome = outcome_of(summarise(made_flight(0.0, 1.0)), MUST, TriggerLimits())
+    resets = [(float(number), kind.value) for number, kind in enumerate(STATE_LOST)]
+    marks = [(mark.time_s, mark.word) for mark in marks_of(outcome, resets)]
+    assert [mark for mark in marks if mark in resets] == resets
