@@ -154,7 +154,7 @@ class _TiltWatch:
         return Turn(direction, reached, Span(before, first), rearmed)
 
     def _back(self, number: int, direction: TiltDirection) -> Procedure[Span | None]:
-        yield from self._begin(number, marked("It fired. Tilt it slowly back."), direction)
+        yield from self._begin(number, marked("It fired. Level it slowly."), direction)
         before, first, agreeing = HIGHEST_DEG, 0.0, 0
         level_since: float | None = None
         while agreeing < AGREEING:

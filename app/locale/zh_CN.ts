@@ -1298,7 +1298,7 @@
         <translation>未复位：其他方向未测试。</translation>
     </message>
     <message>
-        <source>It fired. Tilt it slowly back.</source>
+        <source>It fired. Level it slowly.</source>
         <translation>已触发。缓慢倾斜回水平。</translation>
     </message>
     <message>

@@ -107,6 +107,8 @@ def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.M
     assert done.verdict is GuidedVerdict.UNCLEAR
     assert rows(done)["Fires, forward"][1] == "unclear"
     assert said.index("Hold it level.") < said.index("Too fast. Hold it level.")
+    named = [text for text in said for direction in TiltDirection if direction.value in text]
+    assert not named, "else what to do after it fired reads as the direction"
 
 
 def test_a_disabled_trigger_does_not_fire_and_fails() -> None:

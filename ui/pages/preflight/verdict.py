@@ -77,7 +77,7 @@ def _not_checked(work: PreflightController) -> Announcement:
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
     elif work.can_check and work.may_fire:
         lines = [tr(LAST_HEARD_ACTIVE), keep_away()]
-    elif work.can_check and not work.are_triggers_known:
+    elif work.can_enable and not work.are_triggers_known:
         head = tr("Enable triggers and check")
         lines.insert(0, tr("Trigger state is unknown after power-up. Enable the triggers to set it."))
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))

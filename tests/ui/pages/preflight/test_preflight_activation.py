@@ -177,6 +177,7 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
     rig.wait(0.6)
     assert "Module not proven: only queries are sent." in notice_text(bar)
     assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
+    assert rig.preflight.banner.announcement.head == "Start the check."  # no button that cannot be pressed
     confirm_name(rig)
     rig.until(buttons.enable.isEnabled)
 
