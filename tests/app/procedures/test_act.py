@@ -19,6 +19,7 @@ from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -200,15 +201,7 @@ def test_an_unanswered_deploy_is_to_be_treated_as_fired() -> None:
 
 def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     rig = Rig({"active": True})
-    write = rig.line.write
-
-    def lossy(data: bytes) -> None:
-        rig.bench.change(drop=1.0 if data[2] == 0x11 else 0.0)
-        write(data)
-        if data[2] == 0x11:
-            rig.step_for(0.0)
-
-    rig.line.write = lossy  # type: ignore[method-assign]
+    at_each_frame(rig.bench, lambda request: rig.bench.change(drop=float(request == REQUESTS[Act.DEPLOY])))
     done = do(rig, Act.DEPLOY)
     assert done.outcome is Outcome.CONFIRMED
 

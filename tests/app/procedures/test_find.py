@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -135,11 +134,6 @@ def read(rig: Rig) -> SettingsReading:
     return rig.run(read_settings())
 
 
-def at_question(rig: Rig, code: int, number: int, act: Any) -> None:
-    """Call `act` when the question with this code arrives for the `number`th time."""
-    at_frame(rig.bench, number, act, code=code)
-
-
 def test_all_settings_and_the_boot_count_are_read_by_questions_only() -> None:
     rig = Rig()
     reading = read(rig)
@@ -154,7 +148,7 @@ def test_all_settings_and_the_boot_count_are_read_by_questions_only() -> None:
 
 def test_a_restart_in_the_middle_leaves_no_boot_count() -> None:
     rig = Rig()
-    at_question(rig, 0x20, 1, rig.bench.restart)
+    at_frame(rig.bench, 1, rig.bench.restart, code=0x20)
     reading = read(rig)
     assert (reading.is_restarted, reading.boot_count, reading.is_complete) == (True, None, False)
 
@@ -165,7 +159,7 @@ def test_a_restart_that_nobody_heard_is_seen_in_the_boot_count() -> None:
     def restart_unheard() -> None:
         rig.bench.module.memory.boot_count += 1
 
-    at_question(rig, 0x21, 1, restart_unheard)
+    at_frame(rig.bench, 1, restart_unheard, code=0x21)
     reading = read(rig)
     assert (reading.is_restarted, reading.boot_count) == (True, None)
 
@@ -180,7 +174,7 @@ def test_an_unanswered_setting_is_named_and_the_others_are_read() -> None:
 
 def test_a_module_that_falls_silent_is_asked_no_further() -> None:
     rig = Rig()
-    at_question(rig, 0x20, 1, lambda: rig.bench.change(mute=True))
+    at_frame(rig.bench, 1, lambda: rig.bench.change(mute=True), code=0x20)
     reading = read(rig)
     assert reading.is_silent
     assert not reading.is_complete

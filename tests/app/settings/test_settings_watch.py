@@ -1,5 +1,6 @@
 """The fingerprint of the settings, and the comparison of a profile with a module."""
 
+from functools import partial
 from itertools import product
 from types import MappingProxyType
 
@@ -18,6 +19,7 @@ from app.settings.profiles import Match, Profile, compare
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_frame
 from tests.support.line.sim_line import Rig, settled_rig, watched
 
 USUAL: dict[str, Value] = {
@@ -165,14 +167,9 @@ def test_an_unwritten_change_is_reported_until_it_is_accepted() -> None:
 
 def test_a_single_differing_reading_is_repeated_at_once() -> None:
     rig, form = verified_rig()
-    memory, line_write, answers = rig.bench.module.memory, rig.line.write, [77, 120]
-
-    def wrong_once(data: bytes) -> None:
-        if data[2:4] == b"\x22\x01" and answers:
-            memory.freefall_time = answers.pop(0)
-        line_write(data)
-
-    rig.line.write = wrong_once  # type: ignore[method-assign]
+    for number, raw in enumerate((77, 120), start=1):
+        change = partial(setattr, rig.bench.module.memory, "freefall_time", raw)
+        at_frame(rig.bench, number, change, code=0x22)
     rig.step_until(lambda: rig.session.device.view(0).values[KEY].value == 0.77, limit_s=12)
     rig.step_for(0.1)
     assert rig.session.device.view(0).values[KEY].value == 1.2
