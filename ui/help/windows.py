@@ -173,7 +173,8 @@ class GuideViewer(DocumentWindow):
     def _room_px(self, indent_px: int = 0) -> int:
         """The width of the widest picture that needs no scrolling sideways."""
         beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(self.text.document().documentMargin())
-        return min(_WIDEST_PX, self.text.width() - beside_px - indent_px - Space.XL) if self.isVisible() else _WIDEST_PX
+        shown_px = self.text.width() - beside_px - Space.XL if self.isVisible() else _WIDEST_PX
+        return min(_WIDEST_PX, shown_px) - indent_px
 
     def sizeHint(self) -> QSize:
         return QSize(_WIDEST_PX + scaled(96), 560)

@@ -236,7 +236,11 @@ def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplica
             assembly.appearance.choose(choice)
             let_lay_out(viewer)
             assert link_colours(viewer) == {theme.information.ink.lower()}
-            assert viewer.text.horizontalScrollBar().maximum() == 0
+            fresh = GuideViewer(Texts(), assembly.window)
+            fresh.show()
+            let_lay_out(fresh)
+            for one in (viewer, fresh):
+                assert one.text.horizontalScrollBar().maximum() == 0
 
 
 def link_colours(viewer: GuideViewer) -> set[str]:
