@@ -35,6 +35,8 @@ class ModuleName(QObject):
     """
 
     changed = Signal()
+    broke_in_doubt = Signal()
+    """Nobody said yet which module it is, and by now it may be a third one: what was said of it is of none."""
 
     def __init__(self, port: PortConnection, storage: Storage, before_new: BeforeNew) -> None:
         """`before_new` is called before what was known of the expected module is dropped."""
@@ -42,6 +44,8 @@ class ModuleName(QObject):
         self.name = ""
         self.expected_name = ""
         """Name of the expected module, while it is not proven that it is the one that answers."""
+        self._doubted_in: tuple[int, int] | None = None
+        """The conversation in which that was last in doubt."""
         self._port, self._storage, self._before_new = port, storage, before_new
         self.adapter = ""
         """Key of the adapter or port of the module."""
@@ -184,9 +188,16 @@ class ModuleName(QObject):
             meant, self.expected_name = self.expected_name, ""
             self._use(meant)
 
+    def _watch_doubt(self) -> None:
+        before, self._doubted_in = self._doubted_in, None if self._port.identity.is_settled else self._port.conversation
+        if self.expected_name and before is not None and self._doubted_in not in (None, before):
+            self.broke_in_doubt.emit()
+
     # What was last read of it
 
     def _on_batch(self, batch: Batch) -> None:
+        if self._port.is_open:
+            self._watch_doubt()
         identity = batch.identity
         is_module = batch.connection.state is PortState.OPEN and identity.is_settled and identity.is_named and self.name
         if not is_module:

@@ -115,7 +115,7 @@ class Ports(QObject):
     """
 
     changed = Signal()
-    """Of the current port; as the nine below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
+    """Of the current port; as the ten below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
     batch = Signal(object)
     invalidated = Signal()
     disconnected = Signal()
@@ -123,6 +123,7 @@ class Ports(QObject):
     stream_left_on = Signal()
     slept = Signal(float)
     renamed = Signal()
+    broke_in_doubt = Signal()
     label_wanted = Signal()
     """A person wants to print the label of the shown module."""
     lock_changed = Signal()
@@ -311,6 +312,7 @@ class Ports(QObject):
             (self.stream_left_on, port.stream_left_on),
             (self.slept, port.slept),
             (self.renamed, port.module.changed),
+            (self.broke_in_doubt, port.module.broke_in_doubt),
             (self.lock_changed, port.lock.changed),
             (self.notified, port.lock.notified),
         )

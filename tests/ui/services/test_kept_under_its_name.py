@@ -12,6 +12,7 @@ from app.engine.worker import Job
 from app.guided.results import GuidedKind, GuidedResult
 from app.procedures.history import History
 from app.records.trigger_filing import PossiblyOther, TriggersReading
+from app.settings.profiles import ManualLine, Profile
 from app.store.database import StoreFault, StoreTrouble
 from app.trigger_records.history import Judgement
 from tests.support.patience import PATIENCE_S
@@ -108,6 +109,28 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     store: Any = rig.assembly.storage.store
     store.queue.submit(int).result(PATIENCE_S)
     assert filed == [NAME_A]
+
+
+@pytest.mark.parametrize("is_third", [False, True])
+def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig, is_third: bool) -> None:
+    rig.show_a()
+    page, flights = rig.pages["preflight"], rig.pages["flights"]
+    page.form.profile = Profile(name="Show", manual=(ManualLine("Pin out"),))
+    page.form.changed.emit()
+    rig.worker.identity = Identity(Trust.UNPROVEN, is_named=True)
+    rig.answer(A)
+    page.list._tick(1, True)
+    page.form.aircraft.setEditText("Wing 4")
+    page.form.commit_edits()
+    rig.assembly.window._services.exchange.tried.emit({"attitude_threshold_deg": 47}, None, bool)
+    rig.worker.breaks += is_third
+    rig.answer(A)
+    rig.worker.identity = Identity(Trust.PROVEN, is_named=True)
+    rig.answer(A)
+    assert rig.connector.current.module.name == NAME_A
+    kept = page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == "Wing 4"
+    page.form.use_none()
+    assert kept == (not is_third,) * 3
 
 
 @pytest.mark.parametrize("change", ["another port", "its silence"])

@@ -284,6 +284,12 @@ class PreflightPage(Page):
         self.form.clear_aircraft(self._named)
         self._named = ""
 
+    def _forget_entries(self) -> None:
+        """Made while nobody had said for which module."""
+        self.list.clear_ticks()
+        self.form.clear_aircraft("")
+        self._timer.refresh_seen()
+
     def _on_work(self) -> None:
         self._timer.refresh_seen()
         self._announce()
@@ -332,6 +338,7 @@ class PreflightPage(Page):
         self._connector.renamed.connect(self._reset_module)
         self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.invalidated.connect(self._reset_check)
+        self._connector.broke_in_doubt.connect(self._forget_entries)
         Shortcut(buttons.run, "Ctrl+Return", buttons.press_main, holder=buttons)
 
     def _lay_out(self) -> QWidget:

@@ -259,7 +259,8 @@ class SettingsPage(Page):
         exchange = self._services.exchange
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
-        self._connector.invalidated.connect(exchange.forgotten)
+        for is_over in (self._connector.invalidated, self._connector.broke_in_doubt):
+            is_over.connect(exchange.forgotten)
         exchange.measured.connect(self._measure)
 
     def _lay_out(self) -> QWidget:

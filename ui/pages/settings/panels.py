@@ -193,7 +193,8 @@ class CalibrationPanel(QWidget):
         self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
                             slot=self.close_panel)  # fmt: skip
         self._lay_out()
-        services.connector.invalidated.connect(self._reset)
+        for is_over in (services.connector.invalidated, services.connector.broke_in_doubt):
+            is_over.connect(self._reset)
         self._job.changed.connect(self.refresh)
 
     @property
