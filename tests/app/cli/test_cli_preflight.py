@@ -251,7 +251,7 @@ def test_verify_says_what_became_of_a_damaged_store(dps_s: Program, tmp_path: Pa
     data_folder().mkdir(parents=True)
     (data_folder() / FILE_NAME).write_bytes(b"no database")
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "cannot be read and are kept as" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
+    assert "cannot be used and are kept as" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
