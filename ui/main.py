@@ -55,6 +55,8 @@ _log = logging.getLogger(__name__)
 
 COPY_EVERY_MS = 10 * 60 * 1000
 """How often to check whether a copy of the store is due."""
+PLACE_EVERY_MS = 10 * 1000
+"""How often to check whether the store's file is where it was opened: another program would make a new one."""
 PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
 
@@ -168,9 +170,11 @@ def assemble(
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
     window, load = assembly.window, assembly.load
-    copies = QTimer(window, interval=COPY_EVERY_MS)
-    copies.timeout.connect(assembly.storage.copy_if_due)
-    copies.start()
+    storage = assembly.storage
+    for act, every_ms in ((storage.copy_if_due, COPY_EVERY_MS), (storage.keep_in_place, PLACE_EVERY_MS)):
+        timer = QTimer(window, interval=every_ms)
+        timer.timeout.connect(act)
+        timer.start()
     target = _target(options)
     loading: BackgroundTask[object] = BackgroundTask("dps-s libraries", window)
 

@@ -193,16 +193,14 @@ class Database:
                 old[0].execute("ROLLBACK")
         self._disconnect(*old)
 
-    def _keep_in_place(self) -> None:
-        """For a program that notes nothing for long."""
+    def keep_in_place(self) -> None:
+        """For a program that notes nothing for long. See `app.store.moved`; never raises."""
         if self._is_moved():
-            with self.transaction():
+            with suppress(StoreTrouble), self.transaction():
                 pass
 
     def copy_if_due(self) -> None:
-        """See `app.store.copies`. May block for as long as a file that was removed takes to be written again."""
-        with suppress(StoreTrouble):
-            self._keep_in_place()
+        """See `app.store.copies`. Returns at once."""
         if self._copies is not None:
             self._copies.start_if_due()
 
@@ -210,12 +208,10 @@ class Database:
         """Idempotent, never raises."""
         if self._copies is not None:
             self._copies.stop()
-        with self._lock:
-            with suppress(StoreTrouble):
-                self._keep_in_place()
-            with self._reading_lock:
-                self._disconnect(self._reading, self._connection)
-                self._places = None
+        self.keep_in_place()
+        with self._lock, self._reading_lock:
+            self._disconnect(self._reading, self._connection)
+            self._places = None
 
     def _disconnect(self, *connections: sqlite3.Connection) -> None:
         for connection in connections:

@@ -228,7 +228,12 @@ class Storage:
 
     def copy_if_due(self) -> None:
         if isinstance(self._store, Store) and not self._is_closed:
-            self._store.queue.submit(self._store.database.copy_if_due)
+            self._store.database.copy_if_due()
+
+    def keep_in_place(self) -> None:
+        """See `app.store.moved`. Returns at once."""
+        if isinstance(self._store, Store) and not self._is_closed:
+            self._store.queue.submit(self._store.database.keep_in_place)
 
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""

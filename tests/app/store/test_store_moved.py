@@ -7,12 +7,15 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.copies import copies_of, copy_store
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble, utc_now
 from app.store.store import Store, open_store
+from tests.support.window.fakes_ui import window
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps a file in its place while it is open")
 
@@ -92,7 +95,7 @@ def test_what_was_noted_before_and_after_is_there_at_the_end(folder: Path, move:
 
 
 @pytest.mark.parametrize("move", MOVES)
-@pytest.mark.parametrize("use", [Store.close, lambda store: store.database.copy_if_due()])
+@pytest.mark.parametrize("use", [Store.close, lambda store: store.database.keep_in_place()])
 def test_it_is_there_again_although_nothing_more_is_noted(
     folder: Path, move: Callable[[Path], None], use: Callable[[Store], object]
 ) -> None:
@@ -138,3 +141,17 @@ def test_where_another_one_went_on_elsewhere_both_are_kept_and_the_first_says_so
     (folder / "aside").mkdir()
     with closing(open_store(aside.rename(folder / "aside" / FILE_NAME).parent)) as store:
         assert [entry.act for entry in store.audit()] == [Act.ZERO]
+
+
+def test_an_idle_window_puts_it_back(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ui.main.PLACE_EVERY_MS", 20)
+    with window(qapp, tmp_path) as assembly:
+        store = assembly.storage.store
+        assert isinstance(store, Store)
+        store.register_module("before")
+        path = store.database.path
+        remove_all(path)
+        qtbot.waitUntil(path.exists)
+        assert kept(path.parent) == {"before"}
