@@ -88,7 +88,7 @@ def _document(body: str, room: QSizeF, writer: QPdfWriter, size_pt: float) -> QT
     option = QTextOption()
     option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
     document.setDefaultTextOption(option)
-    document.setHtml(body)
+    document.setHtml(f'<body style="color:#000000">{body}</body>')  # else in the colour of the theme
     document.setTextWidth(room.width())
     return document
 

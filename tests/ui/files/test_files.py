@@ -5,7 +5,9 @@ Live.
 import csv
 import io
 import os
+import re
 import sys
+import zlib
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import repeat
@@ -25,6 +27,7 @@ from app.text.i18n import CHINESE, set_language
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window.capture_window import write_capture
+from tests.support.window.contrast import style_all
 from tests.support.window.fakes_ui import window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import choosing, find, let_lay_out
@@ -36,7 +39,7 @@ from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, as
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
 from ui.pages.diagnosis.files import SUFFIX
-from ui.style.theme import Meaning, Space
+from ui.style.theme import THEMES, Meaning, Space, Theme
 
 
 def recent_menu(window: QWidget) -> QMenu:
@@ -175,6 +178,14 @@ def test_a_report_printed_in_a_background_thread_causes_no_warning_of_qt(qapp: o
         qInstallMessageHandler(before)
     assert [one[:5] for one in printed] == [b"%PDF-"]
     assert said == []
+
+
+@pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
+def test_what_is_printed_is_black_in_every_theme(qapp: QApplication, theme: Theme) -> None:
+    style_all(qapp, theme)
+    packed = [part for part in print_report("<p>M-07</p>", b"{}").split(b"stream\n") if part.startswith(b"x")]
+    drawn = b"".join(zlib.decompressobj().decompress(part) for part in packed)
+    assert set(re.findall(rb"([\d. ]+) scn", drawn)) == {b"0 0 0"}
 
 
 def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:
