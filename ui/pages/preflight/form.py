@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.records.check_store import CheckStore
@@ -134,6 +135,15 @@ class PreflightForm(QWidget):
 
     def choose_file(self) -> None:
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Who was named on another page meanwhile checks here, too."""
+        super().showEvent(event)
+        if not self.who.text():
+            self.who.setText(self._services.preferences.who)
+            self._commit()
 
     def _commit(self) -> None:
         entered = self._entered()

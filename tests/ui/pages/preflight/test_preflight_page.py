@@ -55,6 +55,17 @@ text = "<b>Pack date</b>"
 """
 
 
+def test_who_was_named_on_another_page_checks_the_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Else the check of the same person is not signed."""
+    with on_bench(qtbot, qapp, tmp_path, "named", "preflight", "triggers", is_connected=False) as bench:
+        window, form = bench.assembly.window, bench.preflight.form
+        for who in ("Li", "Chen"):  # who is named here stays
+            window.go_to("triggers")
+            form._services.preferences.who = who  # as the page Tests does
+            window.go_to("preflight")
+            assert form.committed[0] == form.who.text() == "Li"
+
+
 def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "repair", "preflight", cell=3.6) as bench:
         page = bench.preflight
