@@ -63,6 +63,7 @@ class Opened(NamedTuple):
 def put_back(opened: Opened, clock: Callable[[], datetime]) -> None:
     """Raises `MovedOn`, OSError or `sqlite3.Error`."""
     path = opened.path
+    check_copy(opened.reading)  # a damaged one takes the place of none
     path.parent.mkdir(parents=True, exist_ok=True)
     for file, place in tuple(zip(companions(path), opened.places, strict=True))[1:]:
         if place is not None and _place(file) == place:

@@ -143,6 +143,28 @@ def test_where_another_one_went_on_elsewhere_both_are_kept_and_the_first_says_so
         assert [entry.act for entry in store.audit()] == [Act.ZERO]
 
 
+def test_a_damaged_one_that_is_open_takes_the_place_of_no_good_one(folder: Path) -> None:
+    path = folder / FILE_NAME
+    with closing(open_store(folder)) as store:
+        store.register_module("first")
+        copy_store(path, utc_now())
+        for number in range(300):
+            store.begin(Act.LOCK, b"", {"n": number}, port="p" * 50, origin="window")
+    with closing(open_store(folder)) as store:
+        with path.open("r+b") as file:
+            file.seek(4096 * 3)
+            file.write(b"\xa5" * 4096 * 3)
+        for connection in (store.database._connection, store.database._reading):
+            connection.execute("PRAGMA shrink_memory")
+        remove_all(path)
+        put_copy(path)
+        with closing(open_store(folder)) as other:
+            other.register_module("good")
+        with pytest.raises(StoreTrouble):
+            store.register_module("after")
+    assert kept(folder) == {"first", "good"}
+
+
 def test_an_idle_window_puts_it_back(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
