@@ -262,7 +262,8 @@ class TestsPage(Page):
             write_whole(path.with_suffix(".json"), as_text(record).encode())
             write_whole(path, print_pages([guided_body(record)], A4))
 
-        self.exported.write_file(path, write)
+        paths = f"{path}, {path.with_suffix('.json')}"
+        self.exported.write_file(path, write, lambda _: tr("Saved to {path}.", path=paths))
 
     def _commit_names(self) -> None:
         self._connector.current.module.choose(self.module.currentText())

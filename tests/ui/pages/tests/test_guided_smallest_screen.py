@@ -118,7 +118,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
         bench.until(lambda: not page.exported.is_writing, limit_s=10_000.0)
         notice = page.exported.result_notice()
         assert notice is not None
-        said.append((notice.meaning, path.name in notice.text))
+        said.append((notice.meaning, f"{path}, {path.with_suffix('.json')}" in notice.text))
     assert said == [(Meaning.GOOD, True), (Meaning.GOOD, True), (Meaning.ATTENTION, False), (Meaning.ATTENTION, False)]
     assert "a record" in (tmp_path / "check.json").read_text(encoding="utf-8")
     assert (tmp_path / "results.pdf").read_bytes().startswith(b"%PDF")
