@@ -45,7 +45,7 @@ class Person:
     is_same_module: bool = False
     """Confirmed by the person although boot count or records say otherwise."""
     are_settings_approved: bool = False
-    """Approved by the person although they are not those of the last check that passed."""
+    """Approved by the person although they are not those of the last check that passed, or none did."""
     is_named_by_option: bool = False
     """`module` is that of --module; else it was confirmed on this connection."""
 

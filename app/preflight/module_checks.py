@@ -178,10 +178,10 @@ def settings_fingerprint(case: Case) -> Finding:
     if code is None:
         missing = next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values)
         return unknown(case.fault(missing), limit)
-    if approved is None:
-        return Finding(CheckResult.WARN, code, UserMessage(code), limit)
     if code != approved and case.person.are_settings_approved:
         return judged(code, _by_a_person(UserMessage(code)), limit, is_fine=True)
+    if approved is None:
+        return Finding(CheckResult.WARN, code, UserMessage(code), limit)
     return judged(code, code, limit, is_fine=code == approved)
 
 

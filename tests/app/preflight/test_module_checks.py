@@ -122,13 +122,14 @@ def test_a_boot_count_only_grows(
     assert count is None or (nameless.do is not None and nameless.do.in_english() == "Name the module.")
 
 
-@pytest.mark.parametrize(("is_approved", "result"), [(False, FAIL), (True, PASS)])
-def test_other_settings_than_approved_pass_only_by_a_persons_word(is_approved: bool, result: CheckResult) -> None:
+@pytest.mark.parametrize("approved", ["CODE", None])
+@pytest.mark.parametrize("is_approved", [False, True])
+def test_settings_that_were_not_approved_pass_only_by_a_persons_word(is_approved: bool, approved: str | None) -> None:
     case = check().assessment.case
-    other = replace(case, profile=case.profile._replace(approved_fingerprint="CODE"),
+    other = replace(case, profile=case.profile._replace(approved_fingerprint=approved), past=Past(),
                     person=replace(case.person, are_settings_approved=is_approved))  # fmt: skip
     found = settings_fingerprint(other)
-    assert found.result is result
+    assert found.result is (PASS if is_approved else FAIL if approved else WARN)
     assert ("confirmed by a person" in found.shown.in_english()) is is_approved
 
 

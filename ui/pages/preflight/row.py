@@ -98,10 +98,8 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = 
             return _SAME_MODULE
         case "guided_tests":
             return _TESTS
-        case "fingerprint" if is_known and has_profile:
-            return _APPROVE
-        case "fingerprint" if is_known and judged.blocks_go:
-            return _APPROVE_ONCE
+        case "fingerprint" if is_known:
+            return _APPROVE if has_profile else _APPROVE_ONCE
         case "light":
             return _MEASURE
         case _ if id_ in _SETTING_KEYS:

@@ -282,6 +282,7 @@ MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, Mend | None,
     ("guided_tests", CheckResult.FAIL, {}, "M", Mend.TESTS, "Guided tests"),
     ("guided_tests", CheckResult.UNKNOWN, {}, None, Mend.NAME, "Name it"),
     ("fingerprint", CheckResult.FAIL, {}, "M", Mend.CHECK, "Approve these settings"),
+    ("fingerprint", CheckResult.WARN, {}, "M", Mend.CHECK, "Approve these settings"),
     ("cell_voltage", CheckResult.FAIL, {}, "M", None, ""),
     ("tilt", CheckResult.PASS, {}, "M", None, ""),
 )  # fmt: skip

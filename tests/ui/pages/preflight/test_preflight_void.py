@@ -46,7 +46,7 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     page = rig.preflight
     assert rig.check() is Standing.READY, page.banner.accessibleName()
     offered = [row.act for row in page.list.rows.values() if not row.act.isHidden()]
-    assert [act.text() for act in offered] == ["Measure", "Name it"]
+    assert [act.text() for act in offered] == ["Measure", "Name it", "Approve these settings"]
     act(rig)
     rig.wait_standing(Standing.VOID)
     assert all(act.isHidden() for act in offered)
