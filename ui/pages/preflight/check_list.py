@@ -70,10 +70,10 @@ class CheckList(ScrollArea):
         return NO_PROFILE if self._profile is None else self._profile.answered(ticks)
 
     def use_profile(self, profile: Profile | None) -> None:
-        """Show the items of another profile, none of them ticked."""
-        if profile is self._profile:
+        """Show the items of another profile, none of them ticked; with another approved code it is the same one."""
+        before, self._profile = self._profile, profile
+        if before == (profile and profile._replace(approved_fingerprint=before and before.approved_fingerprint)):
             return
-        self._profile = profile
         self._ticks.clear()
         for row in self.manual:
             self._manual.rows.removeWidget(row)

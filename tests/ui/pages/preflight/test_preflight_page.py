@@ -232,11 +232,14 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: No
 
 def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick: None, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
-    profile.write_text(f'{PROFILE.split("[[")[0]}approved_fingerprint = "JFKY-2WSC"  # in May\n', encoding="utf-8")
+    approved = 'approved_fingerprint = "JFKY-2WSC"  # in May\n[['
+    profile.write_text(PROFILE.replace("[[", approved, 1), encoding="utf-8")
     rig.bench.module.memory.attitude_threshold = 70
     page = rig.preflight
     page.form.ask_open = choosing(profile)
     page.form.choose_file()
+    for item in page.list.manual:
+        rig.click(item.done)
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
     code = row.measured.text()
@@ -245,6 +248,8 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick
     rig.wait_standing(Standing.CHECKING)
     rig.wait_standing(Standing.READY, Standing.NO_GO)
     assert (page.work.assessment and page.work.assessment.result("fingerprint")) is CheckResult.PASS
+    assert [item.state for item in page.list.manual] == [True] * len(page.list.manual)  # what was ticked before it
+    assert page.work.standing is Standing.READY
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
 
