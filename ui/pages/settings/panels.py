@@ -32,6 +32,8 @@ from ui.widgets.labels import text_label
 from ui.widgets.layouts import Gap, in_column, in_row, stacked
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
+_AS_IT_STANDS = (BaudEnd.CHANGED, BaudEnd.UNCHANGED, BaudEnd.ELSEWHERE)
+
 
 class BaudPanel(QFrame):
     def __init__(self, services: Services) -> None:
@@ -108,9 +110,13 @@ class BaudPanel(QFrame):
                 lambda: tr("Interrupted: maybe at {rate} baud now.", rate=rate),
             )
         else:
-            self._job.set_notice(partial(self._ended, job.outcome()))
+            self._job.set_notice(partial(self._ended, job.outcome(), self._connector.current.conversation))
 
-    def _ended(self, changed: BaudChanged) -> Notice:
+    def _ended(self, changed: BaudChanged, said_in: tuple[int, int]) -> Notice | None:
+        """What the module and the port are at is said no longer once another module may be there."""
+        port = self._connector.current
+        if changed.end in _AS_IT_STANDS and not (port.is_open and port.conversation == said_in):
+            return None
         meaning = {
             BaudEnd.CHANGED: Meaning.GOOD,
             BaudEnd.LOST: Meaning.DANGER,
