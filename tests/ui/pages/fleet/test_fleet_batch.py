@@ -21,6 +21,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from tests.support.window.fake_ports import VALUES, FakeWorker
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import notice_text
 from ui.pages.fleet.batch_panel import BatchPanel
 from ui.pages.fleet.batch_turns import Stage
 from ui.pages.fleet.page import FleetPage
@@ -156,7 +157,8 @@ def test_the_list_is_written_as_csv_and_pdf(bench: Bench, tmp_path: Path) -> Non
     bench.begin(tmp_path)
     bench.take_turn("M-002")  # in any order
     bench.panel.export_list(tmp_path / "list.pdf")
-    bench.until((tmp_path / "list.pdf").exists)
+    said = bench.fleet.notice_bar
+    bench.until(lambda: notice_text(said) == f"Saved to {tmp_path / 'list.pdf'}, {tmp_path / 'list.csv'}.")
     rows = list(csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines()))
     assert [(row["name"], row["result"]) for row in rows] == [("M-001", "open"), ("M-002", "ready")]
 
