@@ -154,8 +154,10 @@ class BatchPanel(QWidget):
     def refresh(self) -> None:
         turns, has_begun = self._turns, self._turns.bench is not None
         self.form_view.setVisible(not has_begun)
-        for widget in (self.sign, self.words, self.hint, self.label, self.confirm, self.table):
+        for widget in (self.sign, self.words, self.hint, self.table):
             widget.setVisible(has_begun)
+        for field in (self.label, self.confirm):
+            field.setVisible(has_begun and bool(turns.name))
         for button in (self.labels, self.export):
             button.setVisible(has_begun and not turns.is_working)
         self.close_button.setVisible(not turns.is_working)
@@ -175,7 +177,7 @@ class BatchPanel(QWidget):
         self.sign.show_icon(picture, meaning)
         for field in (self.label, self.confirm):
             field.setEnabled(stage is Stage.ASK)
-        self.confirm.setText(tr("Its label reads {module}", module=turns.name or EXAMPLE))
+        self.confirm.setText(tr("Its label reads {module}", module=turns.name))
         self.confirm.setAccessibleName(self.confirm.text())
         self.table.show_rows(turns.rows)
         if self._turn != (turn := (stage, turns.module)):

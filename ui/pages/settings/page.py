@@ -206,6 +206,7 @@ class SettingsPage(Page):
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
         self.show_form()
         self.work.edit(partial(self.work.form.fill, values))
+        self.choose(next((key for key in values if key in self.rows), self._chosen))
 
     # Construction
 

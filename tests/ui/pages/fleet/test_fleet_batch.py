@@ -144,6 +144,7 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.panel.confirm.text() == "Its label reads M-002"
     bench.click(bench.panel.confirm)
     bench.until(lambda: bench.stage is Stage.DONE)
+    assert bench.panel.confirm.isHidden()  # no name is left to confirm
     assert bench.sets == WRITES * 2
     assert (_verdicts(bench, "M-001"), _verdicts(bench, "M-002")) == (["READY"], ["READY"])
     assert bench.store.evidence("M-002").is_complete

@@ -80,6 +80,8 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     one.until(lambda: not one.settings.work.job.is_running)
     assert one.held("attitude_threshold") == 60
     assert len(one.changes("attitude_trigger")) == 1
+    one.settings._services.exchange.used.emit({"freefall_time_s": 1.2})
+    assert one.settings.rows["freefall_time_s"].property("role") == "marked-row-chosen"
 
 
 def test_ticks_are_for_the_module_for_which_they_were_made(tmp_path: Path, one: Desk) -> None:
