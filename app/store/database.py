@@ -185,13 +185,13 @@ class Database:
                 self._open()
         except (sqlite3.Error, OSError, MovedOn) as error:
             if isinstance(error, MovedOn):
-                self._disconnect(*old)
+                _disconnect(*old)
                 self._places, self._end = None, StoreTrouble(StoreFault.ASIDE, error.aside, str(error))
             raise self._trouble(error) from error
         finally:
             with suppress(sqlite3.Error):
                 old[0].execute("ROLLBACK")
-        self._disconnect(*old)
+        _disconnect(*old)
 
     def keep_in_place(self) -> None:
         """For a program that notes nothing for long. See `app.store.moved`; never raises."""
@@ -210,13 +210,14 @@ class Database:
             self._copies.stop()
         self.keep_in_place()
         with self._lock, self._reading_lock:
-            self._disconnect(self._reading, self._connection)
+            _disconnect(self._reading, self._connection)
             self._places = None
 
-    def _disconnect(self, *connections: sqlite3.Connection) -> None:
-        for connection in connections:
-            with suppress(sqlite3.Error):
-                connection.close()
+
+def _disconnect(*connections: sqlite3.Connection) -> None:
+    for connection in connections:
+        with suppress(sqlite3.Error):
+            connection.close()
 
 
 def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, name: str = FILE_NAME) -> Database:
