@@ -91,9 +91,11 @@ class JobNotice(QObject):
         self._ticking.start()
         self.changed.emit()
 
-    def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None) -> None:
+    def write_file(
+        self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None, *, beside: str = ""
+    ) -> None:
         """Writes a small file, and says what came of it, and of each other one that is written meanwhile; `saved` is
-        given what `write` returned, where more is to be said than the path."""
+        given what `write` returned, where more is to be said than the path; `beside`: suffix of a second file."""
         if not self._files:
             self._outcomes = []
         self._files += 1
@@ -113,7 +115,8 @@ class JobNotice(QObject):
                 raise error
 
         writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
-        text = saved or (lambda _result: tr("Saved to {path}.", path=path))
+        paths = f"{path}, {path.with_suffix(beside)}" if beside else path
+        text = saved or (lambda _result: tr("Saved to {path}.", path=paths))
         writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(text, result)), fail)
 
     @property

@@ -261,8 +261,7 @@ class BatchPanel(QWidget):
         bench = self._turns.bench
         if bench is not None:
             write = partial(write_list, path, bench.batch, self._turns.rows, print_pages)
-            paths = f"{path}, {path.with_suffix('.csv')}"
-            self._result.write_file(path, write, lambda _: tr("Saved to {path}.", path=paths))
+            self._result.write_file(path, write, beside=".csv")
 
     def _choose_labels(self, key: str) -> None:
         self.ask_path(self, tr("Print labels"), self._suggested(tr("label")), "*.pdf",

@@ -58,11 +58,7 @@ class RecordFiles(QObject):
 
     def _write_report(self, record: Record, path: Path) -> None:
         self._folder = path.parent
-
-        def saved(written: tuple[Path, ...]) -> str:
-            return tr("Saved to {path}.", path=", ".join(map(str, reversed(written))))
-
-        self._result.write_file(path, partial(write_report, path, record, self.printer), saved)
+        self._result.write_file(path, partial(write_report, path, record, self.printer), beside=".json")
 
     # Verifying
 

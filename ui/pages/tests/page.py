@@ -262,8 +262,7 @@ class TestsPage(Page):
             write_whole(path.with_suffix(".json"), as_text(record).encode())
             write_whole(path, print_pages([guided_body(record)], A4))
 
-        paths = f"{path}, {path.with_suffix('.json')}"
-        self.exported.write_file(path, write, lambda _: tr("Saved to {path}.", path=paths))
+        self.exported.write_file(path, write, beside=".json")
 
     def _commit_names(self) -> None:
         self._connector.current.module.choose(self.module.currentText())
