@@ -5,7 +5,7 @@ scale, stuck, or in disagreement with another one is not believed.
 """
 
 from collections.abc import Iterable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from app.flight_logs.module_view import averaged
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from app.recordings.markers import Marker
 
 MAX_ROWS: Final = 48 * 3600 * REPORT_HZ
 """Two days."""
@@ -254,9 +257,9 @@ def flight_of_reports(
     tilt_deg: Floats,
     acceleration_g: Floats,
     problems: list[UserMessage],
-    resets: Iterable[tuple[float, str]] = (),
+    resets: Iterable["Marker"] = (),
 ) -> FlightLog:
-    """Makes each status report a row. `resets`: as in the log, by the same clock. Raises `UserError` where there
+    """Makes each status report a row. `resets`: by the same clock. Raises `UserError` where there
     is none."""
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
@@ -275,6 +278,6 @@ def flight_of_reports(
         specific_force_g=acceleration_g.round(_DECIMALS),
         is_judged=is_judged,
         duration_s=float(time_s[-1]) - start_s,
-        resets=tuple((reset_s - start_s, word) for reset_s, word in resets),
+        resets=tuple(reset._replace(time_s=reset.time_s - start_s) for reset in resets),
         problems=tuple(dict.fromkeys(problems)),
     )

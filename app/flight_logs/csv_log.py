@@ -15,7 +15,7 @@ from app.flight_logs.csv_columns import ATTITUDES, FORCES, TIMES, CsvColumns, Cs
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.recordings.excerpt import HEAD
-from app.recordings.markers import STATE_LOST
+from app.recordings.markers import STATE_LOST, Marker
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -28,7 +28,7 @@ ROWS_AT_ONCE: Final = 5000
 PAUSE_S: Final = 1.0
 """Between the recordings of one table: longer than what is judged across."""
 _FLAGS: Final = {"true": 1.0, "false": 0.0}
-_RESETS: Final = {kind.value: float(number) for number, kind in enumerate(STATE_LOST, start=1)}
+_RESETS: Final = {kind: float(number) for number, kind in enumerate(STATE_LOST, start=1)}
 _EXPORTED: Final = HEAD.split(",")[1:]
 """The columns of an export of this program behind the first one, which had another name before; "event" is the last."""
 
@@ -53,7 +53,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         places = _places(head, chosen)
         is_export = columns is None and head[1:] == _EXPORTED
         columns_read = [*places.values(), *([len(_EXPORTED)] if is_export else [])]
-        words = _FLAGS | (_RESETS if is_export else {})
+        words = _FLAGS | ({kind.value: number for kind, number in _RESETS.items()} if is_export else {})
         numbers = _numbers(file, _separator(first), columns_read, words, on_progress)
     values = dict(zip(places, numbers, strict=False))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
@@ -62,8 +62,9 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         time_s = _one_after_the_other(time_s)
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        resets = [(at_s, word) for word, number in _RESETS.items() for at_s in time_s[numbers[-1] == number].tolist()]
-        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], sorted(resets))
+        resets = [Marker(at_s, kind) for kind, number in _RESETS.items() for at_s in time_s[numbers[-1] == number]]
+        resets.sort(key=lambda reset: reset.time_s)
+        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], resets)
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))
     if chosen.force:

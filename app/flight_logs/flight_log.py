@@ -5,7 +5,7 @@ Times are seconds since the first sample, angles degrees, accelerations multiple
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from app.firing.judge import MAX_GAP_S
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from app.recordings.markers import Marker
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -53,14 +56,14 @@ class FlightLog:
     """None: the log does not say."""
     altitude_m: Floats | None = None
     """Above any fixed level; NaN where unknown. None: the log does not say."""
-    resets: tuple[tuple[float, str], ...] = ()
-    """Times at which the measuring module lost its state, or another one may have followed, with the marker's word."""
+    resets: tuple["Marker", ...] = ()
+    """Where the measuring module lost its state, or another one may have followed."""
     problems: tuple[UserMessage, ...] = field(default=())
     """What was left out or looks wrong."""
 
     @property
     def resets_s(self) -> tuple[float, ...]:
-        return tuple(at_s for at_s, _ in self.resets)
+        return tuple(reset.time_s for reset in self.resets)
 
     @property
     def not_judged_s(self) -> float:

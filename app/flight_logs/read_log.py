@@ -63,7 +63,7 @@ def _read_session(path: Path) -> FlightLog:
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     columns = (*excerpt.tilt, excerpt.acceleration.value)
     time_s, tilt_deg, acceleration_g = (np.array(column, np.float64) for column in columns)
-    resets = [(marker.time_s, marker.kind.value) for marker in excerpt.markers if marker.kind in STATE_LOST]
+    resets = [marker for marker in excerpt.markers if marker.kind in STATE_LOST]
     problems = [] if recording.damage is None else [recording.damage]
     if entry.was_cut_off:
         problems.append(message(marked("cut off")))

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.limits.out_of_limits import Outside
+from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Extent, Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
@@ -72,6 +73,31 @@ class Mark(NamedTuple):
     icon: Icon
     meaning: Meaning | None = None
     rank: int = 0
+
+
+# The most important first; where two are in one place, only the first is shown.
+_MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
+    MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
+    MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
+    MarkerKind.DOUBTED: (marked("another module?"), Icon.UNKNOWN, Meaning.ATTENTION),
+    MarkerKind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
+    MarkerKind.LOCKED: (marked("locked"), Icon.LOCK, None),
+    MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
+    MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
+    MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
+    MarkerKind.MISSING: (marked("reports not recorded"), Icon.WARNING, Meaning.DANGER),
+    MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
+    MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
+    MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
+}
+_RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
+
+
+def mark_of(marker: Marker) -> Mark:
+    word, icon, meaning = _MARKS[marker.kind]
+    return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 
 
 Steps = tuple[StepFunction, StepFunction | None]

@@ -153,8 +153,8 @@ def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, 
         assert (at_s, Source.ATTITUDE) in alone
         expected += [(pytest.approx(before_s + fires_s), source) for fires_s, source in alone]
         assert fires(read_flight_log(table)) == expected
-        assert [word for _, word in read_flight_log(path).resets] == ["connected", kind]
-    assert [word for _, word in read_flight_log(table).resets] == ["connected", kind] * 2
+        assert [reset.kind.value for reset in read_flight_log(path).resets] == ["connected", kind]
+    assert [reset.kind.value for reset in read_flight_log(table).resets] == ["connected", kind] * 2
     assert [problem.in_english() for problem in read_flight_log(table).problems] == [
         "Pauses: 1, 1.0 s in all, at most 1.0 s."
     ]

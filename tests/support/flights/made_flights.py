@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from app.engine.device import StatusSample
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.flight_log import REPORT_HZ, FlightLog
+from app.recordings.markers import Marker, MarkerKind
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
 
 STEP_S = 1 / REPORT_HZ
@@ -37,7 +38,7 @@ def made_flight(
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
         is_on_ground=None if is_on_ground is None else np.asarray(is_on_ground, np.bool_),
-        resets=tuple((at_s, "restarted") for at_s in resets_s),
+        resets=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in resets_s),
     )
 
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QFrame, QLabel, QPushButto
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightOutcome
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole
+from app.recordings.markers import Marker
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import in_brackets, labelled
@@ -18,7 +19,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.lists import appearance_of, outcome_lines, short_name, verdict_of
 from ui.plots.flight_plot import FlightPlot
-from ui.plots.lanes import Mark
+from ui.plots.lanes import Mark, mark_of
 from ui.services.page import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -83,7 +84,7 @@ class FlightView(QWidget):
         self.problems.setVisible(bool(problems))
         self.chart.retranslate()
 
-    def _mark(self, resets: Sequence[tuple[float, str]]) -> None:
+    def _mark(self, resets: Sequence[Marker]) -> None:
         if self._outcome is None or self.chart.plot is None:
             return
         self.chart.plot.add_marks(marks_of(self._outcome, resets))
@@ -93,10 +94,10 @@ class FlightView(QWidget):
             self.chart.look_at(moment_s)
 
 
-def marks_of(outcome: FlightOutcome, resets: Sequence[tuple[float, str]] = ()) -> list[Mark]:
+def marks_of(outcome: FlightOutcome, resets: Sequence[Marker] = ()) -> list[Mark]:
     flight = outcome.flight
     meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
-    marks = [Mark(at_s, word, _ICONS[word], Meaning.ATTENTION) for at_s, word in resets]
+    marks = [mark_of(reset) for reset in resets]
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
     is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
     if outcome.direct.sources:
@@ -111,10 +112,6 @@ def marks_of(outcome: FlightOutcome, resets: Sequence[tuple[float, str]] = ()) -
     return sorted(marks, key=lambda mark: mark.time_s)
 
 
-_ICONS: Final = {
-    marked("restarted"): Icon.RESTART, marked("connected"): Icon.LINK, marked("another module?"): Icon.UNKNOWN,
-}  # fmt: skip
-"""Of the markers after which nothing is left of what was before."""
 _WORDS: Final = {
     "time": marked("Time"), "tilt": marked("Tilt"), "roll": marked("Roll"), "pitch": marked("Pitch"),
     "acceleration": marked("Acceleration"), "altitude": marked("Altitude"), "armed": marked("Arming state"),

@@ -16,8 +16,7 @@ from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.plots.lanes import Lane, Limit, Mark, Scale, acceleration_lane, tilt_lane
-from ui.style.icons import Icon
+from ui.plots.lanes import Lane, Limit, Mark, Scale, acceleration_lane, mark_of, tilt_lane
 from ui.style.theme import Meaning
 
 # Ten hours, polled once a second.
@@ -26,31 +25,6 @@ _MAX_MARKERS: Final = 1000
 _RATE_OVER_S: Final = 2.0
 # Voltage and light count as fresh for 5 s.
 SLOW_GAP_S: Final = 5.0
-
-
-# The most important first; where two are in one place, only the first is shown.
-_MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
-    MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
-    MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
-    MarkerKind.DOUBTED: (marked("another module?"), Icon.UNKNOWN, Meaning.ATTENTION),
-    MarkerKind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
-    MarkerKind.LOCKED: (marked("locked"), Icon.LOCK, None),
-    MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
-    MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
-    MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
-    MarkerKind.MISSING: (marked("reports not recorded"), Icon.WARNING, Meaning.DANGER),
-    MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
-    MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
-    MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
-}
-_RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
-
-
-def mark_of(marker: Marker) -> Mark:
-    word, icon, meaning = _MARKS[marker.kind]
-    return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 
 
 class LiveData(Measured):

@@ -28,9 +28,9 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.files.save_bar import Origin
 from ui.forms.field_editors import explain_setting
-from ui.pages.live.data import SLOW_GAP_S, mark_of
+from ui.pages.live.data import SLOW_GAP_S
 from ui.plots.gauge import TiltGauge
-from ui.plots.lanes import Lane, Span
+from ui.plots.lanes import Lane, Span, mark_of
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness

@@ -20,7 +20,7 @@ from app.flight_analysis.summary import summarise
 from app.flight_logs.csv_columns import CsvRole
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
-from app.recordings.markers import STATE_LOST
+from app.recordings.markers import STATE_LOST, Marker
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
@@ -388,6 +388,7 @@ def test_nothing_on_the_page_can_reach_a_module() -> None:
 def test_what_ends_a_fall_is_marked_as_what_it_is() -> None:
     """Not everything after which a module knows nothing of before is a restart."""
     outcome = outcome_of(summarise(made_flight(0.0, 1.0)), MUST, TriggerLimits())
-    resets = [(float(number), kind.value) for number, kind in enumerate(STATE_LOST)]
+    resets = [Marker(float(number), kind) for number, kind in enumerate(STATE_LOST)]
+    expected = [(reset.time_s, reset.kind.value) for reset in resets]
     marks = [(mark.time_s, mark.word) for mark in marks_of(outcome, resets)]
-    assert [mark for mark in marks if mark in resets] == resets
+    assert [mark for mark in marks if mark in expected] == expected
