@@ -186,5 +186,6 @@ class GroupProfile(QObject):
         job = self._jobs.pop(connection, None)
         if job is not None:
             job.cancel()
+        self._applied_in.pop(connection, None)
         if self.applied.pop(connection, None) is not None:
             self.changed.emit()

@@ -72,7 +72,7 @@ class CheckList(ScrollArea):
     def use_profile(self, profile: Profile | None) -> None:
         """Show the items of another profile, none of them ticked; with another approved code it is the same one."""
         before, self._profile = self._profile, profile
-        if before == (profile and profile._replace(approved_fingerprint=before and before.approved_fingerprint)):
+        if _without_code(before) == _without_code(profile):
             return
         self._ticks.clear()
         for row in self.manual:
@@ -167,3 +167,7 @@ class _Section(QWidget):
 
     def show_title(self, text: str) -> None:
         self._title.setText(text)
+
+
+def _without_code(profile: Profile | None) -> Profile | None:
+    return None if profile is None else profile._replace(approved_fingerprint=None)
