@@ -22,6 +22,8 @@ if sys.platform != "win32":
 BATCH_S = 0.004
 """In a fast stream several frames are written at once: waking up for each takes a tenth of a core."""
 QUICK_HZ = 200.0
+LONGEST_S = 1.0
+"""Of a wait: the handler of a signal that comes just before it runs only after it."""
 READ_CHUNK = 65536
 _CUSTOM_RATE = 0o10000
 """Linux: the rate is a number instead of a code, as set by Wine and for custom rates."""
@@ -70,16 +72,16 @@ class Loop:
         ready, _, _ = select.select(files, [], [], self._timeout_s())
         return ready
 
-    def _timeout_s(self) -> float | None:
+    def _timeout_s(self) -> float:
         bench = self._bench
         with bench.changed:
             now_s = bench.clock()
             due_s = bench.wire.next_due(now_s)
             if due_s is None:
-                return None
+                return LONGEST_S
             if bench.module.is_streaming and bench.module.setup.rate > QUICK_HZ:
                 due_s = max(due_s, self._last_batch_s + BATCH_S)
-            return max(0.0, due_s - now_s)
+            return min(LONGEST_S, max(0.0, due_s - now_s))
 
     def _exchange(self, ready: list[int]) -> None:
         received = self._endpoint.receive(ready)

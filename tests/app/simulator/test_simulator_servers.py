@@ -1,6 +1,7 @@
 """The simulated module behind a pseudo-terminal and a TCP socket, and `dps-s simulate`."""
 
 import argparse
+import select
 import signal
 import struct
 import sys
@@ -8,8 +9,9 @@ import threading
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 import serial
@@ -18,7 +20,7 @@ from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
+from app.simulator.endpoints import LONGEST_S, Endpoint, Loop, TcpEndpoint
 from app.simulator.setup import OPTIONS
 from app.terminal.console import Refused
 from app.text.user_error import UserError
@@ -199,6 +201,23 @@ def test_no_port_to_be_had_is_code_3() -> None:
         endpoint.close()
     assert refused.value.exit_code == 3
     assert f"127.0.0.1:{endpoint.port}: " in refused.value.sentence
+
+
+def test_a_signal_that_comes_just_before_the_wait_ends_it_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its handler runs only after the wait, and wakes nobody before: 3 of 4,189 programs did not end."""
+    real, waits_s = select.select, list[float]()
+
+    def wait(reading: list[int], writing: list[int], special: list[int], timeout_s: float) -> Any:
+        waits_s.append(timeout_s)
+        loop.stop()
+        return real(reading, writing, special, 0)
+
+    monkeypatch.setattr(select, "select", wait)
+    endpoint = TcpEndpoint("127.0.0.1", 0)
+    with closing(endpoint):
+        loop = Loop(SimulatedBench(), endpoint)
+        loop.run()
+    assert waits_s == [LONGEST_S]
 
 
 @posix_only
