@@ -250,10 +250,6 @@
         <translation>所有记录</translation>
     </message>
     <message>
-        <source>All {count} checks passed; warnings: {looks}.</source>
-        <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
-    </message>
-    <message>
         <source>Already armed: {what}.</source>
         <translation>已预备：{what}。</translation>
     </message>
@@ -2396,6 +2392,10 @@
     <message>
         <source>Parameter</source>
         <translation>参数</translation>
+    </message>
+    <message>
+        <source>Passed: {count}; warnings: {looks}.</source>
+        <translation>通过：{count} 项；警告：{looks} 项。</translation>
     </message>
     <message>
         <source>Past checks</source>

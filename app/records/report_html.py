@@ -71,15 +71,15 @@ def _signature() -> str:
 
 def _head(record: Record) -> str:
     void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
-    failed = sum(_result(check) in (CheckResult.FAIL, CheckResult.UNKNOWN) for check in checks)
+    results = [_result(check) for check in checks]
+    passed, looks = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
     mark, colour = VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).translated()
     skipped = sum(1 for item in list_in(record, "manual") if isinstance(item, Mapping) and item.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
-        looks = sum(_result(check) is CheckResult.WARN for check in checks)
-        under = tr("All {count} checks passed; warnings: {looks}.", count=len(checks), looks=looks)
+        under = tr("Passed: {count}; warnings: {looks}.", count=passed, looks=looks)
     else:
-        under = tr("{count} of {all} checks not OK.", count=failed, all=len(checks))
+        under = tr("{count} of {all} checks not OK.", count=len(checks) - passed - looks, all=len(checks))
     if void is not None:
         word = f"{word} — {tr('VOID')}"
         why = _VOID_WHY.get(str(void), str(void))

@@ -24,7 +24,6 @@ OTHER_SENSE: Final = {
 """Texts in which a word of the glossary is not used as a term."""
 UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")
 ALWAYS_SEVERAL: Final = {
-    "All {count} checks passed; warnings: {looks}.",
     "Damaged frames: {rejected} of {bytes} bytes are invalid.",
     "The adapter at {port} disconnected {visits} times.",
     "no reply within {seconds:.1f} s, asked {attempts} times",

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, Q
 from PySide6.QtWidgets import QLabel, QProgressBar
 
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import CHECKS, Assessment, Verdict, meaning_of
+from app.preflight.verdict import Assessment, Verdict, meaning_of
 from app.records.record import caveats
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration
@@ -95,8 +95,9 @@ def _passed(check: PortCheck, assessment: Assessment, *, is_active: bool | None)
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
     if verdict is Verdict.READY and is_active is not False:
         head = tr("Reading again…")  # it may be active by now
-    warnings = sum(judged.finding.result is CheckResult.WARN for judged in assessment.checks)
-    what = tr("All {count} checks passed; warnings: {looks}.", count=len(CHECKS), looks=warnings)
+    results = [judged.finding.result for judged in assessment.checks]
+    passed, warnings = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
+    what = tr("Passed: {count}; warnings: {looks}.", count=passed, looks=warnings)
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
         what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))

@@ -51,6 +51,8 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     name_module(rig, "M-07")
     assert not page.activation.isVisible()
     assert rig.check() is Standing.READY
+    count = re.sub(r"\D", "", page.list.fold.text())
+    assert f"Passed: {count};" in page.banner.accessibleName()  # as the list below says, warnings apart
     assert page.activation.isVisible()
     rig.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
     ready = page.work.record
