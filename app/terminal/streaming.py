@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, nullcontext
 
 from app.engine.device import DeviceView
-from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, is_exchanged, same_module
+from app.engine.identity import UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
 from app.engine.target import is_simulated
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
@@ -71,8 +71,11 @@ class SameModule:
         before, now = self._evidence, evidence_of(device.values, is_fresh=True)
         is_refuted = same_module(before, now) is Trust.REFUTED or (now.is_complete and is_exchanged(before, now))
         is_other = device.breaks != self._breaks and is_refuted
-        if is_other or now.is_complete or device.breaks == self._breaks:
+        if is_other or now.is_complete:
             self._evidence, self._breaks = now, device.breaks
+        elif device.breaks == self._breaks:  # a heartbeat that may be a restart's puts the boot count in doubt
+            boots = before.boot_count if now.boot_count is None else now.boot_count
+            self._evidence = IdentityEvidence(boots, {**before.settings, **now.settings})
         self.is_in_doubt = device.breaks != self._breaks
         return identity_question(Identity(Trust.REFUTED, before, now), "") if is_other else None
 

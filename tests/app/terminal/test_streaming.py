@@ -47,3 +47,11 @@ def test_the_doubt_after_a_break_ends_with_what_is_read_since() -> None:
         assert same.is_in_doubt
         assert same.contradiction(restarted) is None
         assert not same.is_in_doubt
+
+
+def test_the_first_heartbeat_of_a_restart_takes_nothing_back_of_what_was_read() -> None:
+    """It puts the boot count in doubt before the conversation breaks."""
+    same, read = SameModule(), device(1.0, boot_count=37)
+    assert same.contradiction(read) is None
+    assert same.contradiction(read._replace(values={})) is None
+    assert same.contradiction(device(2.0, boot_count=12)._replace(breaks=1)) is not None
