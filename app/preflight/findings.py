@@ -65,11 +65,12 @@ class Case:
         computed = fingerprint(self.evidence.values)
         return computed.code if computed.is_complete else None
 
-    def fault(self, key: str) -> UserMessage:
+    def unread(self, key: str, limit: UserMessage) -> "Finding":
+        """What the check is about may well be in order."""
         why = self.evidence.faults.get(key)
         if why is None and self.evidence.disturbance is not None:
             why = message(self.evidence.disturbance.value)
-        return why or message(marked("not asked"))
+        return unknown(why or message(marked("not asked")), limit, do=CHECK_LINK)
 
 
 class Finding(NamedTuple):
@@ -102,3 +103,4 @@ def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, 
 
 
 YES = message(marked("yes"))
+CHECK_LINK = message(marked("Check cable and power."))

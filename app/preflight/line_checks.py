@@ -5,7 +5,7 @@ from typing import Final
 
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
-from app.preflight.findings import YES, Case, Check, CheckResult, Finding, judged, unknown
+from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -35,9 +35,9 @@ def read_twice(case: Case) -> Finding:
         keys = ", ".join(change.key for change in changes)
         return Finding(CheckResult.FAIL, keys, joined([change.shown for change in changes]), limit)
     if first is None or last is None:
-        return unknown(case.fault("status"), limit)
+        return case.unread("status", limit)
     if not (first.is_complete and last.is_complete):
-        return unknown(message(marked("not read again")), limit)
+        return unknown(message(marked("not read again")), limit, do=CHECK_LINK)
     return judged(True, YES, limit, is_fine=True)
 
 
@@ -46,7 +46,7 @@ def link_loss(case: Case) -> Finding:
     text = marked("{lost} of {sent} lost, invalid bytes: {bytes}")
     limit = message(text, lost=f"≤ {most:g}" if most else 0, sent=HEARTBEATS, bytes=0)
     if evidence.heartbeats_sent == 0:
-        return unknown(case.fault("heartbeat"), limit)
+        return case.unread("heartbeat", limit)
     shown = message(text, lost=evidence.heartbeats_lost, sent=evidence.heartbeats_sent, bytes=evidence.rejected_bytes)
     is_fine = evidence.heartbeats_sent >= HEARTBEATS and evidence.heartbeats_lost <= most
     return judged(evidence.heartbeats_lost, shown, limit, is_fine=is_fine and not evidence.rejected_bytes)
@@ -57,7 +57,7 @@ def round_trip(case: Case) -> Finding:
     limit = message(f"≤ {most_ms:g} ms")
     trips = sorted(case.evidence.round_trips_s)
     if not trips:
-        return unknown(case.fault("heartbeat"), limit)
+        return case.unread("heartbeat", limit)
     slowest_ms, median_ms = 1000 * trips[-1], 1000 * trips[len(trips) // 2]
     shown = message(marked("{slowest:.1f} ms, median {median:.1f} ms"), slowest=slowest_ms, median=median_ms)
     return judged(round(slowest_ms, 1), shown, limit, is_fine=slowest_ms <= most_ms)
@@ -67,7 +67,7 @@ def status_fresh(case: Case) -> Finding:
     limit = message(f"≤ {STATUS_FRESH_S:.1f} s")
     age_s = case.evidence.status_age_s
     if age_s is None:
-        return unknown(case.fault("status"), limit)
+        return case.unread("status", limit)
     return judged(round(age_s, 2), f"{age_s:.2f} s", limit, is_fine=age_s <= STATUS_FRESH_S)
 
 
@@ -75,7 +75,7 @@ def not_triggered(case: Case) -> Finding:
     limit = message(marked("not triggered"))
     statuses = case.evidence.statuses
     if not statuses:
-        return unknown(case.fault("status"), limit)
+        return case.unread("status", limit)
     has_fired = any(status.triggered for status in statuses)
     shown = message(marked("TRIGGERED")) if has_fired else message(marked("not triggered"))
     return judged(has_fired, shown, limit, is_fine=not has_fired)
@@ -86,7 +86,7 @@ def activation(case: Case) -> Finding:
     limit = message(marked("the same throughout; GO: active"))
     statuses = case.evidence.statuses
     if not statuses:
-        return unknown(case.fault("status"), limit)
+        return case.unread("status", limit)
     states = {status.active for status in statuses}
     if len(states) > 1:
         return Finding(CheckResult.FAIL, None, message(marked("changed")), limit)
@@ -103,9 +103,10 @@ def _of_trials(
     is fine. Unknown where the reports are too few or do not cover the two seconds."""
     trials = case.evidence.trials
     if not trials:
-        return unknown(case.fault("status"), message(limit))
+        return case.unread("status", message(limit))
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
-        return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), message(limit))
+        why = message(marked("reports in 2 s: only {count}"), count=str(len(trials)))
+        return unknown(why, message(limit), do=CHECK_LINK)
     values = [getattr(trial, key) for trial in trials]
     measured, shown, is_fine = judge(min(values), max(values))
     return judged(measured, shown, message(limit), is_fine=is_fine)
@@ -156,7 +157,7 @@ def cell_voltage(case: Case) -> Finding:
     limit = message(f"≥ {least:.2f} V")
     volts = [float(value) for value in _answers(case, "cell_voltage_v")]
     if not volts:
-        return unknown(case.fault("cell_voltage_v"), limit)
+        return case.unread("cell_voltage_v", limit)
     lowest, shown = min(volts), f"{min(volts):.2f} V"
     if cell_outside(lowest, case.profile, is_charging=None) is not None:
         return judged(lowest, shown, limit, is_fine=False)
@@ -176,7 +177,7 @@ def not_charging(case: Case) -> Finding:
     limit = message(marked("no external power"))
     states = _answers(case, "charging")
     if not states:
-        return unknown(case.fault("charging"), limit)
+        return case.unread("charging", limit)
     is_charging = any(states)
     shown = message(marked("charging") if is_charging else marked("confirmed"))
     return judged(is_charging, shown, limit, is_fine=not is_charging)
@@ -185,12 +186,12 @@ def not_charging(case: Case) -> Finding:
 def bay_closed(case: Case) -> Finding:
     threshold = case.evidence.values.get("light_threshold_v")
     if threshold is None:
-        return unknown(case.fault("light_threshold_v"), message(marked("Light threshold")))
+        return case.unread("light_threshold_v", message(marked("Light threshold")))
     is_inverted = case.profile.is_light_inverted
     limit = message(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
     lights = [float(value) for value in _answers(case, "light_v")]
     if not lights:
-        return unknown(case.fault("light_v"), limit)
+        return case.unread("light_v", limit)
     worst = min(lights) if is_inverted else max(lights)
     is_dark = bay_outside(worst, float(threshold), is_inverted=is_inverted) is None
     return judged(worst, f"{worst:.1f} V", limit, is_fine=is_dark)

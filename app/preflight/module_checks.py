@@ -43,7 +43,7 @@ def setting(case: Case, name: str, advice: UserMessage) -> Finding:
     limit = advice if target is None else message(f"= {value_text(command, target)}")
     value = case.evidence.values.get(command.key)
     if value is None:
-        return unknown(case.fault(command.key), limit)
+        return case.unread(command.key, limit)
     if not bound.low <= value <= bound.high:
         return judged(value, value_text(command, value), limit, is_fine=False)
     is_fine = bound.advised_low <= value <= bound.advised_high if target is None else value == target
@@ -54,7 +54,7 @@ def trigger(case: Case, key: str) -> Finding:
     limit = message(marked("enabled in this connection"))
     flag = case.evidence.flags.get(key)
     if flag is None:
-        return unknown(case.fault(key), limit)
+        return case.unread(key, limit)
     match flag.state:
         case FlagState.ENABLED:
             return Finding(CheckResult.PASS, True, message(marked("enabled")), limit)
@@ -82,7 +82,7 @@ def trigger_records(case: Case) -> Finding:
     limit = _under_name(case, message(marked("all records reviewed")))
     history = case.evidence.history
     if history is None:
-        return unknown(case.fault("trigger_records"), limit)
+        return case.unread("trigger_records", limit)
     if not history.is_answered:
         return _silent_records(case, limit)
     new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
@@ -145,7 +145,7 @@ def boot_count(case: Case) -> Finding:
     earlier = message(marked("≥ last visit")) if past.boot_count is None else message(f"≥ {past.boot_count}")
     limit = _under_name(case, earlier)
     if count is None:
-        return unknown(case.fault("boot_count"), limit)
+        return case.unread("boot_count", limit)
     if past.module is None:
         return Finding(CheckResult.WARN, count, UserMessage(str(count)), limit, message(marked("Name the module.")))
     if past.boot_count is None:
@@ -177,7 +177,7 @@ def settings_fingerprint(case: Case) -> Finding:
     code = case.settings_code
     if code is None:
         missing = next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values)
-        return unknown(case.fault(missing), limit)
+        return case.unread(missing, limit)
     if code != approved and case.person.are_settings_approved:
         return judged(code, _by_a_person(UserMessage(code)), limit, is_fine=True)
     if approved is None:

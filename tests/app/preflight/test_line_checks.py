@@ -12,7 +12,7 @@ from app.engine.session import Run
 from app.limits.past import Past
 from app.preflight import run
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
-from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
 from app.preflight.reread import StateReading
 from app.preflight.run import STEPS, run_preflight
@@ -90,6 +90,7 @@ def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: flo
     assert found.result is result
     if result is UNKNOWN:
         assert found.shown.in_english() == f"reports in 2 s: only {count}"
+        assert found.do == CHECK_LINK  # it may well lie level and still
     assert finding(check_id).shown.in_english() == "not asked"
 
 
@@ -176,7 +177,7 @@ def test_what_is_not_known_says_why(
     faults: Mapping[str, UserMessage], disturbance: Disturbance | None, why: str
 ) -> None:
     found = finding("light", series={"light_v": [1.0, 1.0]}, faults=faults, disturbance=disturbance)
-    assert found.shown.in_english() == why
+    assert (found.shown.in_english(), found.do) == (why, CHECK_LINK)  # which says nothing of the bay
 
 
 @pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL), (None, UNKNOWN)])

@@ -100,9 +100,9 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = 
             return _TESTS
         case "fingerprint" if is_known:
             return _APPROVE if has_profile else _APPROVE_ONCE
-        case "light":
+        case "light" if is_known:
             return _MEASURE
-        case _ if id_ in _SETTING_KEYS:
+        case _ if is_known and id_ in _SETTING_KEYS:
             return _write(_SETTING_KEYS[id_], judged, case)
     return None
 

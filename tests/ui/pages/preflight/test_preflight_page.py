@@ -275,9 +275,11 @@ _WRITE = "Write the profile's value"
 MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, Mend | None, str], ...] = (
     ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", Mend.WRITE, _WRITE),
     ("attitude_threshold", CheckResult.FAIL, {}, "M", Mend.WRITE, "Write the default"),
+    ("attitude_threshold", CheckResult.UNKNOWN, {"attitude_threshold_deg": 65}, "M", None, ""),
     ("light_threshold", CheckResult.WARN, {}, "M", Mend.MEASURE, "Measure"),
     ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", Mend.WRITE, _WRITE),
     ("light", CheckResult.FAIL, {}, "M", Mend.MEASURE, "Measure"),
+    ("light", CheckResult.UNKNOWN, {}, "M", None, ""),
     ("attitude_trigger", CheckResult.UNKNOWN, {}, "M", Mend.ENABLE, "Enable now"),
     ("freefall_trigger", CheckResult.FAIL, {}, "M", Mend.ENABLE, "Enable now"),
     ("service", CheckResult.WARN, {}, "M", Mend.SERVICE, "Archive of all stations…"),
