@@ -119,6 +119,7 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         notice = main.notice_bar.notice
         assert notice is not None
         assert notice.meaning is Meaning.DANGER
+        assert main.status_bar.passing.text() == ""  # nothing else is next
         notice.choices[0].act()
         assert main.navigation.chosen == "triggers"
         assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
