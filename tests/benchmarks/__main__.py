@@ -5,9 +5,12 @@ import platform
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import Final
 
-from tests.benchmarks.figures import Figure, table
-from tests.benchmarks.runs import NAMES, cores
+from tests.benchmarks.figures import Figure
+
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory")
+"""Each a module of this folder with its `figures`."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -19,18 +22,16 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}; all of them by default")
     parser.add_argument("--strict", action="store_true", help="exit code 1 where an aim was missed")
     args = parser.parse_args(words)
-    unknown = sorted(set(args.names) - set(NAMES))
-    if unknown:
-        parser.error(f"no such benchmark: {', '.join(unknown)}")
-    chosen = [name for name in NAMES if name in args.names or not args.names]
-    print(f"Python {platform.python_version()}, {platform.platform()}, {cores()} cores")
+    if unknown := set(args.names) - set(NAMES):
+        parser.error(f"no such benchmark: {', '.join(sorted(unknown))}")
+    print(f"Python {platform.python_version()}, {platform.platform()}")
     figures: list[Figure] = []
-    for name in chosen:
+    for name in (one for one in NAMES if one in args.names or not args.names):
         module = import_module(f"tests.benchmarks.{name}")
-        measured: list[Figure] = module.figures()
-        about = " ".join((module.__doc__ or "").partition("\n\n")[0].split())
-        print(f"\n## {name}\n\n{about}\n\n{table(measured)}", flush=True)
-        figures += measured
+        about, found = " ".join((module.__doc__ or "").split()), list[Figure](module.figures())
+        rows = ["| what | measured | aim | |", "| --- | --- | --- | --- |", *(figure.row for figure in found)]
+        print(f"\n## {name}\n\n{about}\n", *rows, sep="\n", flush=True)
+        figures += found
     missed = [figure for figure in figures if figure.is_met is False]
     print(f"{len(missed)} of {sum(figure.is_met is not None for figure in figures)} aims missed")
     return 1 if missed and args.strict else 0

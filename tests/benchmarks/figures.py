@@ -1,12 +1,17 @@
-"""Results of a benchmark: table rows with aim and whether it was met."""
+"""A row of results, and a measurement in a process of its own, so that none influences the next."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import json
+import sys
+from typing import Any, NamedTuple
+
+from tests.support.processes import ran
+
+_OFFSCREEN = "propagateSizeHints"
+"""A warning of the offscreen platform, which has no window manager."""
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One row. `is_met` is None if there is no aim."""
+class Figure(NamedTuple):
+    """`is_met` is None if there is no aim."""
 
     name: str
     measured: str
@@ -14,19 +19,17 @@ class Figure:
     is_met: bool | None = None
 
     @property
-    def verdict(self) -> str:
-        return "" if self.is_met is None else "met" if self.is_met else "MISSED"
+    def row(self) -> str:
+        """As Markdown, which docs/performance.md is written in."""
+        verdict = "" if self.is_met is None else "met" if self.is_met else "MISSED"
+        return f"| {self.name} | {self.measured} | {self.aim} | {verdict} |"
 
 
-def table(figures: Iterable[Figure]) -> str:
-    """As Markdown, which docs/performance.md is written in."""
-    rows = (f"| {figure.name} | {figure.measured} | {figure.aim} | {figure.verdict} |" for figure in figures)
-    return "\n".join(["| what | measured | aim | |", "| --- | --- | --- | --- |", *rows])
-
-
-def quantile(values: Iterable[float], share: float) -> float:
-    """The quantile `share` (0 … 1). Raises ValueError without values."""
-    ordered = sorted(values)
-    if not ordered:
-        raise ValueError("nothing was measured")
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+def measured(program: str, *words: object) -> dict[str, Any]:
+    """What `python -m tests.benchmarks.PROGRAM words…` prints as JSON. Raises RuntimeError if it fails."""
+    done = ran(sys.executable, "-m", f"tests.benchmarks.{program}", *words, QT_QPA_PLATFORM="offscreen")
+    if done.returncode or not done.stdout:
+        raise RuntimeError(f"{program} failed:\n{done.stderr[-2000:]}")
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    print(*(line for line in done.stderr.splitlines() if _OFFSCREEN not in line), sep="\n", end="", file=sys.stderr)
+    return found

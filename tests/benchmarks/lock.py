@@ -1,17 +1,11 @@
-"""Time from pressing LOCK in the window to its frame at the module in another process, while it streams; with a free
-store and with one that is repeatedly blocked for 3 s.
-
-    python -m tests.benchmarks.lock PRESSES
-
-measures PRESSES presses of each and prints JSON.
-"""
+"""From the press of LOCK in the window to its frame at the module, a process of its own, while the module streams: with
+a store that takes everything at once, and with one that is blocked for 3 s, over and over."""
 
 import json
-import sys
+import statistics
 import tempfile
 import threading
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
@@ -19,9 +13,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.store.store import Store
-from tests.benchmarks.figures import Figure, quantile
+from tests.benchmarks.figures import Figure, measured
 from tests.benchmarks.module import streaming_module
-from tests.benchmarks.runs import measured
 from tests.benchmarks.window import LIMIT_S, WARM_UP_S, turn_for, turn_until, window_apart
 from ui.main import WindowOptions, start
 
@@ -29,6 +22,7 @@ AIM_S: Final = 0.050
 BLOCKED_S: Final = 3.0
 PRESSES: Final = 200
 BETWEEN_S: Final = 0.06
+_STORES: Final = {"free": "the store free", "blocked": f"the store blocked for {BLOCKED_S:.0f} s, over and over"}
 
 
 def _block(store: Store, is_over: threading.Event) -> None:
@@ -38,46 +32,43 @@ def _block(store: Store, is_over: threading.Event) -> None:
             is_over.wait(BLOCKED_S)
 
 
-def measure(presses: int) -> dict[str, list[float]]:
+def measure() -> dict[str, list[float]]:
     """Seconds of each press, for the free and the blocked store."""
-    found: dict[str, list[float]] = {"free": [], "blocked": []}
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        module = stack.enter_context(streaming_module(Path(folder) / "module", "rate=100"))
+    found: dict[str, list[float]] = {name: [] for name in _STORES}
+    with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module", "rate=100") as module:
         options = WindowOptions(port=module.port, language="en")
-        _app, assembly = stack.enter_context(window_apart(options))
-        start(assembly, options)
-        button = assembly.window.top_bar.lock
-        if not turn_until(lambda: button.isEnabled() and assembly.connector.current.is_open, LIMIT_S):
-            raise RuntimeError("the port did not open")
-        turn_for(WARM_UP_S)
-        store = assembly.storage.store
-        if not isinstance(store, Store):
-            raise RuntimeError("there is no store")
-        for name, took_s in found.items():
-            is_over = threading.Event()
-            blocker = threading.Thread(target=_block, args=(store, is_over), daemon=True)
-            if name == "blocked":
-                blocker.start()
-            for _ in range(presses):
-                pressed_at = time.monotonic()
-                QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-                turn_for(BETWEEN_S)
-                arrived_at = module.locked_at
-                took_s.append(arrived_at - pressed_at if arrived_at >= pressed_at else LIMIT_S)
-            is_over.set()
+        with window_apart(options) as (_app, assembly):
+            start(assembly, options)
+            button, store = assembly.window.top_bar.lock, assembly.storage.store
+            opened = turn_until(lambda: button.isEnabled() and assembly.connector.current.is_open, LIMIT_S)
+            assert opened, "the port did not open"
+            assert isinstance(store, Store)
+            turn_for(WARM_UP_S)
+            for name, took_s in found.items():
+                is_over = threading.Event()
+                if name == "blocked":
+                    threading.Thread(target=_block, args=(store, is_over), daemon=True).start()
+                for _ in range(PRESSES):
+                    pressed_at = time.monotonic()
+                    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+                    turn_for(BETWEEN_S)
+                    arrived_at = module.locked_at
+                    took_s.append(arrived_at - pressed_at if arrived_at >= pressed_at else LIMIT_S)
+                is_over.set()
     return found
 
 
-def figures(presses: int = PRESSES) -> list[Figure]:
+def figures() -> list[Figure]:
     """A press whose frame had not arrived after 60 ms counts as 15 s."""
-    found = measured("tests.benchmarks.lock", str(presses))
-    words = {"free": "the store free", "blocked": f"the store blocked for {BLOCKED_S:.0f} s, over and over"}
-    figures = []
-    for name, word in words.items():
-        median, p99, longest = (quantile(found[name], share) * 1000 for share in (0.5, 0.99, 1.0))
+    found, figures = measured("lock"), []
+    for name, word in _STORES.items():
+        took_s = sorted(found[name])
+        median, p99, longest = (
+            one * 1000 for one in (statistics.median(took_s), took_s[int(0.99 * PRESSES)], took_s[-1])
+        )
         figures.append(
             Figure(
-                f"press of LOCK to its frame at the module, {word} ({presses} presses)",
+                f"press of LOCK to its frame at the module, {word} ({PRESSES} presses)",
                 f"median {median:.1f} ms, 99 % {p99:.1f} ms, longest {longest:.1f} ms",
                 f"99 % <= {AIM_S * 1000:.0f} ms",
                 p99 <= AIM_S * 1000,
@@ -87,4 +78,4 @@ def figures(presses: int = PRESSES) -> list[Figure]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure(int(sys.argv[1]))))
+    print(json.dumps(measure()))

@@ -3,76 +3,61 @@
     python -m tests.benchmarks.module PATH OPTION=VALUE …
 
 Prints its port, then does what the lines of standard input say, one answer per line: "unplug [SECONDS]", "plug",
-"restart", "fault NAME VALUE", "fault none". "count"
-returns the number of streamed frames, "locked" when LOCK last arrived (monotonic seconds). Ends with its input.
+"restart", "fault NAME VALUE", "fault none". "count" returns the number of streamed frames, "locked" when LOCK last
+arrived (monotonic seconds). Ends with its input.
 """
 
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Loop, PtyEndpoint
 from app.simulator.setup import Setup, parse_options
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
-from tests.support.processes import ROOT, environment
-
-COUNT = "count"
-LOCKED = "locked"
+from tests.support.processes import Running, running
 
 
-class StreamingModule:
+class StreamingModule(NamedTuple):
     """Controls such a process. `port` is the same after unplugging and plugging in."""
 
-    def __init__(self, process: "subprocess.Popen[str]") -> None:
-        self._process = process
-        self._answers = threading.Lock()
-        self.port = self._read()
-
-    def _read(self) -> str:
-        if self._process.stdout is None:
-            raise RuntimeError("no output to read")
-        line = self._process.stdout.readline().strip()
-        if not line:
-            raise RuntimeError("the simulated module ended")
-        return line
+    process: Running
+    answers: threading.Lock
+    port: str
 
     def tell(self, line: str) -> str:
         """Send a control line; return the answer."""
-        if self._process.stdin is None:
-            raise RuntimeError("no input to write")
-        with self._answers:
-            self._process.stdin.write(line + "\n")
-            self._process.stdin.flush()
-            return self._read()
+        with self.answers:
+            self.process.told.write(line + "\n")
+            self.process.told.flush()
+            answer = self.process.out.readline().strip()
+        assert answer, "the simulated module ended"
+        return answer
 
     @property
     def locked_at(self) -> float:
         """When LOCK last arrived, in monotonic seconds, which on Linux all processes share."""
-        return float(self.tell(LOCKED))
+        return float(self.tell("locked"))
 
     @property
     def frames_sent(self) -> int:
         """Streamed status frames since it was switched on."""
-        return int(self.tell(COUNT))
+        return int(self.tell("count"))
 
 
 @contextmanager
 def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
     """Run a module at the symbolic link `link`. `options`: "rate=1440"."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "tests.benchmarks.module", str(link), *options],
-        cwd=ROOT, env=environment(), text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    ) as process:  # fmt: skip
-        try:
-            yield StreamingModule(process)
-        finally:
-            process.communicate(timeout=10)
+    with running(sys.executable, "-m", "tests.benchmarks.module", link, *options) as process:
+        module = StreamingModule(process, threading.Lock(), process.out.readline().strip())
+        assert module.port, process.errors.read()
+        yield module
+        process.end()
 
 
 class _PluggedModule:
@@ -122,12 +107,12 @@ def _serve(loop: Loop, endpoint: PtyEndpoint) -> None:
 
 def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
     bench = module.bench
-    if line == LOCKED:
-        return f"{locks[-1]:.6f}"
-    if line == COUNT:
-        with bench.changed:
-            return str(bench.module.stream_frames_sent)
     match line.split():
+        case ["locked"]:
+            return f"{locks[-1]:.6f}"
+        case ["count"]:
+            with bench.changed:
+                return str(bench.module.stream_frames_sent)
         case ["unplug", *for_s]:
             module.unplug(float(for_s[0]) if for_s else None)
         case ["plug"]:

@@ -6,9 +6,9 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from tests.benchmarks import __main__ as program
-from tests.benchmarks import link, others, parser, reading
+from tests.benchmarks import link, parser, reading
+from tests.benchmarks.__main__ import NAMES
 from tests.benchmarks.figures import Figure
-from tests.benchmarks.runs import NAMES
 from tests.benchmarks.window import reserve
 from tests.support.processes import ROOT
 from ui.pages.live.data import LiveData
@@ -24,8 +24,8 @@ def test_parser_and_link_are_measured() -> None:
 
 def test_what_others_write_finds_the_same_frames() -> None:
     chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
-    assert others.parse_bytewise(chunks) == others.parse_with_construct(chunks) == 50
-    assert 0 < others.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
+    assert parser.parse_bytewise(chunks) == parser.parse_with_construct(chunks) == 50
+    assert 0 < parser.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")

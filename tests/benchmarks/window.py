@@ -1,11 +1,5 @@
-"""Measures the program's window in its own process and prints one JSON object.
+"""The program's window in a process of its own, and what is measured of it."""
 
-    python -m tests.benchmarks.window PORT SECONDS
-
-Connects to PORT, waits for the stream, measures for SECONDS, and disconnects.
-"""
-
-import json
 import os
 import sys
 import tempfile
@@ -19,24 +13,21 @@ from typing import Any, Final
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.engine.worker import Batch, PortState
+from app.engine.worker import Batch
 from protocol.catalogue import STATUS
-from protocol.events import Event, Received, Role, Sent
+from protocol.events import Received, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
+from ui.main import Assembly, WindowOptions, assemble, collecting_garbage
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
 """Period of the timer that watches the event loop."""
 WARM_UP_S: Final = 1.5
-SETTLE_S: Final = 0.3
-"""Wait for the page's next draw."""
 LIMIT_S: Final = 15.0
 THREAD_LIMIT_S: Final = 3.0
-LINE_HZ: Final = 1440
 
 
 @dataclass
@@ -51,13 +42,8 @@ class Traffic:
     def on_batch(self, batch: Batch) -> None:
         self.samples += len(batch.samples)
         for event in batch.events:
-            self._count(event)
-
-    def _count(self, event: Event) -> None:
-        if isinstance(event, Received):
-            self.statuses += isinstance(event.message, Status)
-        elif isinstance(event, Sent) and event.request == STATUS.query():
-            self.asked += 1
+            self.statuses += isinstance(event, Received) and isinstance(event.message, Status)
+            self.asked += isinstance(event, Sent) and event.request == STATUS.query()
 
 
 @dataclass
@@ -83,13 +69,9 @@ class LoopWatch:
 
 def turn_until(is_done: Any, limit_s: float) -> bool:
     """Run the event loop until `is_done()`, polled every 20 ms; return whether it was within `limit_s`."""
-    loop = QEventLoop()
     deadline = time.monotonic() + limit_s
-    timer = QTimer()
-    timer.setInterval(20)
-    timer.timeout.connect(lambda: loop.quit() if is_done() or time.monotonic() > deadline else None)
-    timer.start()
-    loop.exec()
+    while not is_done() and time.monotonic() < deadline:
+        turn_for(0.02)
     return bool(is_done())
 
 
@@ -120,18 +102,6 @@ def window_apart(options: WindowOptions, ports: PortWatcher | None = None) -> It
             app.processEvents()
 
 
-@contextmanager
-def window_with_pages(options: WindowOptions) -> Iterator[tuple[QApplication, Assembly]]:
-    """The same, started and with all its pages."""
-    with window_apart(options) as (app, assembly):
-        made: list[bool] = []
-        assembly.window.pages_made.connect(lambda: made.append(True))
-        start(assembly, options)
-        if not turn_until(lambda: bool(made), 4 * LIMIT_S):
-            raise RuntimeError("the pages were not made")
-        yield app, assembly
-
-
 def live_page(assembly: Assembly) -> Any:
     """The Live page, after it is made."""
     return assembly.window.findChild(QWidget, "live_page")
@@ -158,43 +128,3 @@ def resident_mb() -> float:
     """Resident memory of this process (Linux)."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
-def measure(port: str, seconds: float) -> dict[str, object]:
-    """All results by name; times in seconds."""
-    traffic, watch = Traffic(), LoopWatch()
-    options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
-    with window_apart(options) as (_app, assembly):
-        connector = assembly.connector
-        connector.batch.connect(traffic.on_batch)
-        start(assembly, options)
-        is_streaming = turn_until(lambda: connector.current.device.is_streaming, LIMIT_S)
-        turn_for(WARM_UP_S)
-        before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
-        turn_for(seconds)
-        cpu_s, wall_s = time.process_time() - cpu, time.perf_counter() - began
-        measured = traffic.samples - before
-        beats, watch.is_measuring = watch.timer(), True
-        beats.start()  # only now, since it takes a tenth of all CPU time
-        turn_for(seconds)
-        beats.stop()
-        connector.current.disconnect_port()
-        is_closed = turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
-        turn_for(SETTLE_S)
-        kept = len(live_page(assembly).data.tilt)
-    return {
-        "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,
-        "rate_hz": measured / wall_s, "statuses": traffic.statuses, "asked": traffic.asked,
-        "samples": traffic.samples, "kept": kept, "stall_s": watch.longest_s,
-    }  # fmt: skip
-
-
-def main(words: list[str]) -> int:
-    """Entry point."""
-    port, seconds = words
-    print(json.dumps(measure(port, float(seconds))))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
