@@ -91,7 +91,8 @@ MAX_STEPS = 200
 class SettingsForm:
     """See the module docstring. Belongs to one thread.
 
-    `is_in_doubt`: whether the module may be another one; nothing that it reports settles an edit or a failure then.
+    `is_in_doubt`: whether the module may be another one; nothing that it reports settles an edit or a failure then, and
+    no row says what came of a write.
     """
 
     def __init__(self, is_in_doubt: Callable[[], bool] = bool, watch: SettingsWatch | None = None) -> None:
@@ -242,12 +243,15 @@ class SettingsForm:
 
     def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
         key = command.key
-        module_value, value, failure = device.known(key, now), self._now.get(key), self._failures.get(key)
-        has_it = value is not None and is_confirmed(command, module_value, value) and not self._is_in_doubt()
+        module_value, value, is_in_doubt = device.known(key, now), self._now.get(key), self._is_in_doubt()
+        failure = self._failures.get(key)
+        has_it = value is not None and is_confirmed(command, module_value, value) and not is_in_doubt
         is_pending = value is not None and not has_it and key not in self._writing
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
+        elif is_in_doubt:  # what came of a write may be of another module
+            state = RowState.EDITED if is_pending else _known_state(module_value)
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:
@@ -260,7 +264,7 @@ class SettingsForm:
             state = _known_state(module_value)
         return FormRow(
             command=command, module_value=module_value, edited=value, state=state, reason=reason, is_pending=is_pending,
-            retention=self._retentions.get(key),
+            retention=None if is_in_doubt else self._retentions.get(key),
         )  # fmt: skip
 
     # Writing

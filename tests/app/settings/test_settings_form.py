@@ -147,6 +147,30 @@ def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowSt
     assert row(form, TILT, after).state is RowState.READ
 
 
+def test_while_another_module_may_answer_no_row_says_what_came_of_the_former_one() -> None:
+    is_in_doubt = False
+    fall = "freefall_acceleration_g"
+    form, before, after = (
+        SettingsForm(lambda: is_in_doubt),
+        device(changes={fall: 0.3}),
+        device(changes={LIGHT: 2, fall: 0.3}),
+    )
+    form.fill({TILT: 70, fall: 0.3})
+    write(form, written(TILT, 70, read_back=60, fault=WriteFault.NOT_RETAINED),
+          written(fall, 0.3, read_back=0.3))  # fmt: skip
+    form.set_retentions({TIME: SettingRetention(1.6, Retention.RETAINED, 1.6)})
+    row(form, LIGHT, before)
+    proven = form.rows(after, NOW)
+    assert {one.state for one in proven} >= {RowState.FAILED, RowState.CHANGED, RowState.VERIFIED}
+    assert row(form, TIME, after).retention is not None
+    is_in_doubt = True
+    rows = form.rows(after, NOW)
+    assert {one.state for one in rows} == {RowState.EDITED, RowState.READ, RowState.UNKNOWN}
+    assert not any(one.reason or one.retention for one in rows)
+    is_in_doubt = False
+    assert form.rows(after, NOW) == proven
+
+
 @pytest.mark.parametrize("meanwhile", [{"restarts": 1}, {"presence_since": NOW}])
 def test_a_restart_or_an_absence_that_nobody_looked_at_ends_verified(meanwhile: dict[str, Any]) -> None:
     form, after = SettingsForm(), device(changes={TILT: 70})

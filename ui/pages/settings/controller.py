@@ -96,6 +96,10 @@ class SettingsController(QObject):
     def notice(self) -> Notice | None:
         return self.job.notice(marked("Asking the module…"))
 
+    def _unless_in_doubt(self, make: Callable[..., Notice], of: object) -> Notice | None:
+        """What came of a job, which may be of another module than the one that answers."""
+        return make(of) if self._connector.current.identity.is_settled else None
+
     # Actions
 
     def read_all(self) -> None:
@@ -168,7 +172,7 @@ class SettingsController(QObject):
         if report.is_refused:
             self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
         else:
-            self.job.set_notice(partial(self._written_notice, report))
+            self.job.set_notice(partial(self._unless_in_doubt, self._written_notice, report))
 
     def _end_power_cycle(self, job: Job[PowerCycleResult]) -> None:
         if job.run.error is not None:
@@ -176,7 +180,7 @@ class SettingsController(QObject):
             return
         result = job.outcome()
         self.form.set_retentions(result.stamps)
-        self.job.set_notice(partial(_power_cycle_notice, result))
+        self.job.set_notice(partial(self._unless_in_doubt, _power_cycle_notice, result))
 
     def _begin_again(self) -> None:
         self.form.reset(self._connector.current.kept.watch)

@@ -162,6 +162,10 @@ def test_only_what_is_verified_now_is_called_verified(
         }
     desk.end(WriteReport(results=(TILT_HEARD, TIME_HEARD)), **values)
     assert (desk.states, desk.says) == (states, says)
+    desk.worker.identity = Identity(Trust.UNPROVEN)
+    desk.worker.say()
+    QApplication.processEvents()
+    assert desk.says == "", "another module may answer"
 
 
 @pytest.mark.parametrize("is_begun", [False, True])
