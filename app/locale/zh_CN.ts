@@ -4606,10 +4606,6 @@
         <translation>模块未命名</translation>
     </message>
     <message>
-        <source>module not named: only this connection counts</source>
-        <translation>模块未命名：仅本次连接有效</translation>
-    </message>
-    <message>
         <source>more noise can end a fall</source>
         <translation>噪声更大会中断失重判断</translation>
     </message>

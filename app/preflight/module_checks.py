@@ -14,7 +14,7 @@ from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastTested
 from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
-from app.settings.identity_words import known_by
+from app.settings.identity_words import NOT_NAMED, known_by
 from app.settings.setting_texts import value_text
 from app.system.wall_clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
@@ -22,7 +22,6 @@ from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
 
-NOT_NAMED: Final = message(marked("module not named"))
 FINGERPRINT_KEYS = tuple(command.key for command in READABLE_SETTINGS)
 
 

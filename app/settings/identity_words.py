@@ -1,5 +1,7 @@
 """By what a module is known, and how it differs from the expected one, in words."""
 
+from typing import Final
+
 from app.engine.identity import Identity
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
@@ -7,11 +9,13 @@ from app.text.messages import UserMessage, message
 from app.text.sentences import join_names
 from protocol.translatable import marked
 
+NOT_NAMED: Final = message(marked("module not named"))
+
 
 def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
     """To be said wherever something is used that is kept under the name. `is_by_option`: --module, nobody was asked."""
     if not name:
-        return message(marked("module not named: only this connection counts"))
+        return NOT_NAMED
     if is_by_option:
         return message(marked("{module}, given by --module"), module=name)
     return message(marked("{module}, confirmed by a person on this connection"), module=name)

@@ -152,7 +152,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
     page = GuidedPage(one.assembly.window._services)
     page.setParent(one.assembly.window)
     page.show()
-    assert page.known_by.text() == "module not named: only this connection counts"
+    assert page.known_by.text() == "module not named"
     one.answer("identity_same")
     one.until(lambda: one.naming.name == NAME and one.asked == "")
     one.until(lambda: page.known_by.text() == "M-07, confirmed by a person on this connection")

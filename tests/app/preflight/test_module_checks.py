@@ -255,7 +255,7 @@ def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
 @pytest.mark.parametrize(("name", "is_by_option", "known"), [
     ("M-07", False, "M-07, confirmed by a person on this connection"),
     ("M-07", True, "M-07, given by --module"),
-    (None, False, "module not named: only this connection counts"),
+    (None, False, "module not named"),
 ])  # fmt: skip
 def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_known(
     name: str | None, is_by_option: bool, known: str
