@@ -45,7 +45,8 @@ def export(
     rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
     if appends and path.exists() and path.stat().st_size:
         next(rows)  # without a second head
-        rows = chain((path.read_bytes(),), rows)
+        before = path.read_bytes()
+        rows = chain((before, b"" if before.endswith(b"\n") else b"\r\n"), rows)
     write_parts(path, rows, part_count(excerpt), on_progress)
     return Exported(excerpt.row_count, recording.damage)
 

@@ -46,7 +46,7 @@ def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
     except OSError as error:
         raise Refused(not_written(path, error)) from error
-    if first not in ("", HEAD):
+    if first != HEAD and path.stat().st_size:
         raise Refused(tr("{file} has other columns or is no recording.", file=path))
 
 

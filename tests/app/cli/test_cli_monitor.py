@@ -153,14 +153,17 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(
     assert not bench_of(port).state().is_streaming
 
 
-def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("text", ["precious", "\n"])
+def test_a_file_is_never_replaced_unasked(
+    text: str, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("precious", encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     assert record(port, path) == 2
     assert "--append" in Printed(capsys).err
     assert record(port, path, "--append") == 2
     assert "has other columns" in Printed(capsys).err
-    assert path.read_text(encoding="utf-8") == "precious"
+    assert path.read_text(encoding="utf-8") == text
     assert record(port, path, "--force") == 0
     assert rows(path)
 
@@ -220,12 +223,15 @@ def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:
     assert not (tmp_path / "a-2.csv").exists()
 
 
-def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", ["\r\n", ""])
+def test_what_is_added_stands_behind_what_was_there(end: str, port: str, tmp_path: Path) -> None:
+    """An editor, or a disk that was full, leaves a last line without its end."""
     path = tmp_path / "a.csv"
     assert record(port, path, "--append") == 0
-    before = path.read_bytes()
+    before = path.read_bytes().removesuffix(b"\r\n")
+    path.write_bytes(before + end.encode())
     assert record(port, path, "--append") == 0
-    assert path.read_bytes().startswith(before)
+    assert path.read_bytes().startswith(before + b"\r\n")
     assert not any(row["time_utc"] == "time_utc" for row in rows(path))
 
 
