@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         return console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
     store = open_store()
-    with closing_store(store):
+    with Interruption(), closing_store(store):  # after the last module a signal keeps nothing from being told
         bench = Bench(batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new,
                       accepted=frozenset(batch.changes if args.accept_risk else ()))  # fmt: skip
         trouble: BaseException | None = None

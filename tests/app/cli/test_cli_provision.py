@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from app.cli.commands import BY_NAME
+from app.cli.settings import provision
 from app.fleet.batch import Bench
 from app.records.check_store import CheckStore
 from app.simulator.bench import SimulatedBench
@@ -193,6 +194,13 @@ def test_where_nobody_reads_any_more_the_list_is_written(batch: Batch, tmp_path:
     batch(*ALLOWED, *files, at="M-001: READY", act=ended, code=4)
     rows = csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines())
     assert [(row["name"], row["result"]) for row in rows] == [("M-001", "ready"), ("M-002", "open")]
+
+
+def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
+    batch: Batch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(provision, "_write_files", lambda *_: signal.raise_signal(signal.SIGINT) or True)
+    assert batch(*ALLOWED, plugs=[new(2)])[-1].startswith("M-002  READY")
 
 
 @pytest.mark.parametrize("frame", [24, 34, 60])
