@@ -8,6 +8,7 @@ from app.engine.procedure import EngineView, Inspect, Pause, Procedure, ask_repo
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.reread import read_state
 from app.preflight.run import run_preflight
+from app.procedures.settings_reading import is_another
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
@@ -57,12 +58,14 @@ def provision(
 
 
 def await_gone(presence: tuple[int, int]) -> Procedure[None]:
-    """Ends when the module stops answering, or has restarted, which may be another one."""
+    """Ends when the module stops answering, or has restarted, which may be another one, or another one answers."""
+    begin: EngineView = yield Inspect()
     unanswered = 0
     while unanswered < GONE_AFTER:
         report = yield from ask_report()
         unanswered = 0 if report is not None else unanswered + 1
-        if (yield from _presence())[0] != presence[0]:
+        is_other = report is not None and (yield from is_another(begin))
+        if is_other or (yield from _presence())[0] != presence[0]:
             return
         yield Pause(POLL_EVERY_S)
 

@@ -4,6 +4,7 @@ import csv
 import signal
 from collections.abc import Callable, Iterable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from time import sleep
 from typing import Any
@@ -21,7 +22,7 @@ from app.store.store import open_store
 from app.terminal import console
 from app.text.messages import UserMessage
 from protocol.frame import decode_request
-from tests.support.cli_line import Printed, bench_of, falls_after, run_here
+from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
@@ -194,6 +195,12 @@ def test_where_nobody_reads_any_more_the_list_is_written(batch: Batch, tmp_path:
     batch(*ALLOWED, *files, at="M-001: READY", act=ended, code=4)
     rows = csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines())
     assert [(row["name"], row["result"]) for row in rows] == [("M-001", "ready"), ("M-002", "open")]
+
+
+def test_a_module_that_was_on_already_is_taken_however_soon_it_is_plugged_in(batch: Batch) -> None:
+    """It does not restart, and the silence is too short for one that was unplugged for good."""
+    plug = partial(exchange, boot_count=2, attitude_threshold=60, freefall_time=160)
+    assert batch(*ALLOWED, plugs=[plug])[-1].startswith("M-002  READY")
 
 
 def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
