@@ -206,7 +206,11 @@ def test_a_module_that_was_on_already_is_taken_however_soon_it_is_plugged_in(bat
 def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
     batch: Batch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(provision, "_write_files", lambda *_: signal.raise_signal(signal.SIGINT) or True)
+    def interrupted(*_: object) -> bool:
+        signal.raise_signal(signal.SIGINT)
+        return True
+
+    monkeypatch.setattr(provision, "_write_files", interrupted)
     assert batch(*ALLOWED, plugs=[new(2)])[-1].startswith("M-002  READY")
 
 
