@@ -153,8 +153,8 @@ class BaudRecovery(QObject):
         self._connector, self._storage = connector, connector.storage
         self._close, self._ask, self._leave_port, self._say = close, ask, leave_port, say
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
-        self._found: tuple[PendingBaud, int, Port] | None = None
-        """At which rate which port's module answers, until a person says that it is the one of this name."""
+        self._found: tuple[PendingBaud, Port] | None = None
+        """Which port's module answers, until a person says that it is the one of this name."""
         connector.changed.connect(self._settle_found)
         connector.renamed.connect(self._settle_found)
 
@@ -199,7 +199,7 @@ class BaudRecovery(QObject):
             if not pending.module:
                 self._ask(partial(self._same_notice, pending, rate))
                 return
-            self._found = pending, rate, self._connector.current
+            self._found = pending, self._connector.current
             self._settle_found()
 
         look = partial(self._connector.run, look_for(pending.new_rate, pending.old_rate), end)
@@ -208,11 +208,11 @@ class BaudRecovery(QObject):
     def _settle_found(self) -> None:
         if self._found is None:
             return
-        pending, rate, port = self._found
+        pending, port = self._found
         if port is not self._connector.current or not port.is_open:
             self._found = None
         elif port.identity.is_settled and pending.module == port.module.name:
-            self._found = None
+            self._found, rate = None, port.connection.baud_rate
             self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
 
     def _discard(self, pending: PendingBaud) -> None:

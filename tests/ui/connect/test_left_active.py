@@ -13,6 +13,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
+from app.procedures.find import find_rate
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
@@ -319,5 +320,9 @@ def test_a_baud_change_of_one_module_is_not_ended_by_another_one_that_answers(
         one.until(lambda: port.module.name == "M-08" and port.identity.is_settled)
         store.queue.submit(bool).result()
         assert store.pending_bauds(), "another module answers"
+        one.bench.module.baud_rate = 9600  # M-07 takes its place
+        one.assembly.connector.run(find_rate(), lambda _job: None)
+        one.until(lambda: port.connection.baud_rate == 9600 and not one.assembly.connector.is_busy)
         port.module.choose("M-07")
         one.until(lambda: not store.pending_bauds())
+        assert store.audit(Act.CHANGE_BAUD)[0].result["found"] == 9600
