@@ -21,18 +21,6 @@ pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
 
 
-@pytest.mark.parametrize("is_active", [False, True])
-def test_another_connection_is_never_ready_or_go(port: str, dps_s: Program, is_active: bool) -> None:
-    """Another module behind the same port: the same boot count and settings, its triggers never enabled."""
-    words = ["preflight", "--port", port, "--module", "M-07"]
-    assert dps_s([*words, "--enable-triggers"]).out.startswith("READY")
-    bench_of(port).module.activate(is_active=is_active)
-    shown = json.loads(dps_s([*words, "--json"], 1).out)
-    against = {one["id"] for one in shown["checks"] if one["result"] in ("fail", "unknown")}
-    assert shown["verdict"] == "NO-GO"
-    assert against - {"undisturbed"} == {"attitude_trigger", "freefall_trigger"}  # a busy computer disturbs it
-
-
 ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")
 
 
@@ -75,14 +63,6 @@ def test_what_is_not_ready_is_not_activated(
     arrange(port)
     assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert "activation" not in _sets(wire)
-
-
-def test_another_module_than_the_named_one_is_not_activated(port: str, dps_s: Program, wire: list[bytes]) -> None:
-    dps_s(["preflight", "--enable-triggers", "--module", "M-07", "--port", port])
-    bench_of(port).module.memory.boot_count = 12
-    wire.clear()
-    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
-    assert _sets(wire) == []
 
 
 def _restart(bench: SimulatedBench) -> None:

@@ -27,6 +27,7 @@ from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
+from tests.app.cli.reference.test_schemas import faults
 from tests.documents.test_translations import GENERATE
 from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence, run_here
 
@@ -135,20 +136,9 @@ def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) 
 def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
     monkeypatch.setattr("app.cli.ports.list_ports", lambda: [one])
-    out = dps_s(["ports", "--json"]).out
-    assert json.loads(out) == {
-        "ports": [
-            {
-                "device": "/dev/ttyUSB0",
-                "description": "CP2102",
-                "maker": "Silicon Labs",
-                "serial_number": "0001",
-                "vid": 0x10C4,
-                "pid": 0xEA60,
-                "location": "1-2",
-            }
-        ]
-    }
+    told = json.loads(dps_s(["ports", "--json"]).out)
+    assert told == {"ports": [one._asdict()]}
+    assert faults("ports", told) == []
     assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in dps_s(["ports"]).out
 
 

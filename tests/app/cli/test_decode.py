@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from tests.support.line.vectors import BY_ID, VALID, Vector
+from tests.support.line.vectors import BY_ID
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, running
 
@@ -25,25 +25,6 @@ def run(*words: str) -> int:
 
 def objects(text: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines()]
-
-
-@pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
-def test_every_frame_of_the_table(vector: Vector, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["--asked", vector.while_asked] if vector.while_asked else []
-    assert run("--json", *asked, *vector.hex.split()) == 0
-    assert vector.means is not None
-    direction = "host_to_module" if vector.is_from_host else "module_to_host"
-    place = {"offset": 0, "hex": vector.hex, "valid": True, "direction": direction}
-    assert objects(capsys.readouterr().out) == [place | vector.means]
-
-
-def test_a_set_in_the_capture_makes_the_reply_an_acknowledgement(capsys: pytest.CaptureFixture[str]) -> None:
-    sent = BY_ID["freefall-time-set-1.6s"].hex
-    assert run("--json", sent, "41 75 22 01 01 24", "42 61 17 02 01 1A", "41 75 16 01 01 18") == 0
-    _, received, _, disabled = objects(capsys.readouterr().out)
-    assert (received["command"], received["acknowledged"]) == ("freefall_time", True)
-    assert "value_s" not in received
-    assert (disabled["command"], disabled["enabled"]) == ("freefall_trigger", False)
 
 
 def test_asked_counts_until_the_host_is_heard(capsys: pytest.CaptureFixture[str]) -> None:

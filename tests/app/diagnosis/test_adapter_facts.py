@@ -15,12 +15,11 @@ from app.diagnosis.adapter_facts import (
     facts_about,
     running,
 )
-from app.engine.device import Device, StaleReason
+from app.engine.device import StaleReason
 from app.engine.ports import PortInfo
 from app.engine.procedure import Ask, Cancelled, Procedure
 from app.engine.session import Run
-from protocol.catalogue import BY_NAME, STATUS
-from protocol.events import OutcomeUnknown
+from protocol.catalogue import BY_NAME
 from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
@@ -209,18 +208,3 @@ def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
     known = rig.session.device.view(rig.clock()).values.get(THRESHOLD.key)
     assert known is not None
     assert known.stale_reason is reason
-
-
-@pytest.mark.parametrize(("name", "value", "key"), [("deploy", True, "triggered"), ("zero_sensor", None, "tilt_deg")])
-def test_values_reported_before_an_act_without_an_answer_are_stale_after_it(
-    name: str, value: bool | None, key: str
-) -> None:
-    command = BY_NAME[name]
-    request = command.query() if value is None else command.set(value)
-    rig = Rig({"active": "yes", "tilt": "4"})
-    rig.run(ask(Ask(STATUS.query())))
-    device: Device = rig.session.device
-    device.apply(OutcomeUnknown(request, 1.0, rig.clock.now_s))
-    known = device.view(rig.clock()).values.get(key)
-    assert known is not None
-    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED

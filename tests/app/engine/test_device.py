@@ -107,6 +107,12 @@ def test_an_acknowledged_activation_is_known_and_other_acts_leave_the_status_in_
     assert view(device).values["tilt_deg"].value == 7
 
 
+@pytest.mark.parametrize(("act", "key"), [(Act.DEPLOY, "triggered"), (Act.ZERO, "tilt_deg")])
+def test_what_was_reported_before_an_act_without_an_answer_is_in_doubt(device: Device, act: Act, key: str) -> None:
+    device.apply(OutcomeUnknown(REQUESTS[act], 1.0, NOW))
+    assert view(device).values[key].stale_reason is StaleReason.WRITE_UNCONFIRMED
+
+
 @pytest.mark.parametrize("role", [Role.LATE, Role.ECHO])
 def test_a_status_that_answers_nothing_of_now_is_no_value(device: Device, role: Role) -> None:
     device.apply(heard(status(80, active=True), role, NOW + 0.1))

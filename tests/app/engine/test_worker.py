@@ -14,7 +14,7 @@ from app.engine.transport import PortTrouble
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.procedures.handshake import handshake
 from app.procedures.history import read_history
-from app.procedures.read import READABLE, read_everything
+from app.procedures.read import read_everything
 from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
@@ -25,7 +25,7 @@ from protocol.messages import Status
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S, quickest
-from tests.support.processes import RunningModule, run_module
+from tests.support.processes import run_module
 
 pytest_plugins = ["tests.support.port_fixtures"]
 
@@ -169,15 +169,6 @@ def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker
     last = [batch.link for batch in batches.all if batch.link is not None][-1]
     assert last.counters.rejected == 0
     assert samples_in(batches) == status_frames_in(batches)
-
-
-def test_reading_everything_over_a_pseudo_terminal(worker: Worker, batches: Batches, module: RunningModule) -> None:
-    worker.open(module.port, 115200)
-    job = worker.submit(Job(read_everything()))
-    assert job.wait(PATIENCE_S)
-    everything = job.outcome()
-    assert everything.errors == {}
-    assert len(everything.values) == len(READABLE) - 1
 
 
 _STREAM_HZ = 50

@@ -8,9 +8,7 @@ import pytest
 import serial
 
 from app.simulator import bench as benches
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS
-from protocol.frame import Frame
-from protocol.stream import StreamParser
+from protocol.catalogue import BY_NAME, STATUS
 from tests.support.patience import PATIENCE_S, quickest
 
 ASK = STATUS.query().encode()
@@ -153,21 +151,3 @@ def test_a_waiting_read_wakes_at_once_for_bytes_cancel_close_and_unplug() -> Non
     assert got == [b""]
     with pytest.raises(serial.SerialException):
         opened.read(1)
-
-
-def test_it_streams_1440_frames_a_second_and_loses_none() -> None:
-    parser = StreamParser()
-    bench = benches.module("test", {"rate": 1440.0})
-    with port(timeout_s=0.01) as opened:
-        opened.write(SERIAL_OUTPUT.set(True).encode())
-        frames: list[object] = []
-        end = time.monotonic() + 0.5
-        while time.monotonic() < end:
-            frames += parser.feed(opened.read(512))
-        opened.write(SERIAL_OUTPUT.set(False).encode())
-        while data := opened.read(512):
-            frames += parser.feed(data)
-        status = [frame for frame in frames if isinstance(frame, Frame) and frame.raw[2] == STATUS.code]
-        assert len(status) == bench.module.stream_frames_sent
-        assert len(frames) == len(status) + 2, "and two acknowledgements"
-        assert len(status) > 650

@@ -60,9 +60,13 @@ def test_a_setting_of_the_profile_is_judged_by_its_value(value: int | None, resu
 
 
 def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> None:
-    for value in (29, 91):
-        wanted: dict[str, Value] = {"attitude_threshold_deg": value}
-        assert finding("attitude_threshold", settings=wanted, values=wanted).result is FAIL
+    for key, bound in SETTING_BOUNDS.items():
+        step = {"attitude_threshold_deg": 1, "freefall_time_s": 0.01}.get(key, 0.1)
+        for value, is_beyond in ((bound.low - step, True), (bound.low, False), (bound.high, False)):
+            wanted: dict[str, Value] = {key: round(value, 2)}
+            assert (finding(bound.check, settings=wanted, values=wanted).result is FAIL) is is_beyond, wanted
+    for key, value in (("attitude_threshold_deg", 91), ("freefall_acceleration_g", 0.9)):
+        assert finding(SETTING_BOUNDS[key].check, settings={key: value}, values={key: value}).result is FAIL
 
 
 @pytest.mark.parametrize(

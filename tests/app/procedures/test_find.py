@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, Slept, UseRate
+from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, UseRate
 from app.engine.run import Run
 from app.engine.setting_changes import changed_settings
-from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
 from app.procedures.handshake import Silence, what_came
 from app.procedures.light_calibration import (
@@ -70,18 +69,6 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
     assert what_came(after.link.counters - seen(5, 5, 5).link.counters) is silence
-
-
-@pytest.mark.parametrize(
-    ("error", "text"),
-    [
-        (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
-        (Slept(90.0), "the computer slept for 90 s"),
-    ],
-    ids=lambda value: type(value).__name__,
-)
-def test_a_failure_says_in_the_log_what_it_is(error: Exception, text: str) -> None:
-    assert str(error) == text
 
 
 TWO_CHANGES = [SettingChange(BY_NAME["freefall_time"], 1.2), SettingChange(BY_NAME["attitude_threshold"], 70)]

@@ -136,16 +136,19 @@ def test_what_is_missing_is_a_gap_and_what_follows_is_read(whole: Whole, tmp_pat
         assert recording.damage.in_english().startswith("Damaged or altered")
 
 
+def chunks_in(data: bytes) -> list[tuple[int, int]]:
+    """Where each begins and ends."""
+    places, place = [], 8
+    while data[place] != 0x0F:
+        end = place + 9 + int.from_bytes(data[place + 1 : place + 9], "little")
+        places += [(place, end)] if data[place] == 6 else []
+        place = end
+    return places
+
+
 def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> None:
     data = whole.path.read_bytes()
-    places = []
-    place = 8
-    while place < len(data) and data[place] != 0x0F:
-        end = place + 9 + int.from_bytes(data[place + 1 : place + 9], "little")
-        if data[place] == 6:
-            places.append((place, end))
-        place = end
-    start, end = places[5]
+    start, end = chunks_in(data)[5]
     with changed(whole, tmp_path, data[:start] + data[end:]) as recording:
         assert recording is not None
         assert len(recording.tilt) == 550
@@ -154,12 +157,7 @@ def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> Non
 
 def test_a_chunk_whose_length_hides_the_last_ones_is_damaged(whole: Whole, tmp_path: Path) -> None:
     data = bytearray(whole.path.read_bytes())
-    places, place = [], 8
-    while data[place] != 0x0F:
-        end = place + 9 + int.from_bytes(data[place + 1 : place + 9], "little")
-        places += [(place, end)] if data[place] == 6 else []
-        place = end
-    (start, _), end = places[-3], places[-1][1]
+    (start, _), *_, (_, end) = chunks_in(data)[-3:]
     data[start + 1 : start + 9] = (end - start - 9).to_bytes(8, "little")
     with changed(whole, tmp_path, bytes(data)) as recording:
         assert recording is not None

@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import fields
-from typing import Any
 
 import pytest
 
@@ -11,11 +10,11 @@ from app.simulator.memory import Memory, invent_records
 from app.simulator.physics import Physics
 from app.simulator.setup import EmptySlots, Setup, parse_options
 from app.simulator.wire import Wire
-from protocol.catalogue import BY_CODE, BY_NAME, CELL_VOLTAGE, STATUS, TRIGGER_RECORDS, Request
+from protocol.catalogue import BY_NAME, STATUS, TRIGGER_RECORDS
 from protocol.frame import Frame, encode_reply
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.stream import StreamParser
-from tests.support.line.lies import CHANGEABLE_CODES, LyingModule, lies_of, lying, lying_bench, read_raw
+from tests.support.line.lies import LyingModule, lies_of, lying, lying_bench
 from tests.support.line.sim_line import FakeClock
 from tests.support.line.simulated import booted, receive, say, tick
 
@@ -23,15 +22,19 @@ SET_G_4 = "42 61 21 02 04 27"
 ASK = "42 61 20 01 00 21"
 SET_70 = "42 61 20 02 46 68"
 SET_30 = "42 61 20 02 1e 40"
-DISABLE_ATTITUDE = "42 61 16 02 01 19"
 ACTIVATE = "42 61 10 02 01 13"
 LOCK = "42 61 10 02 00 12"
 ZERO = "42 61 25 01 00 26"
 SHUT_DOWN = "42 61 12 02 01 15"
+STREAM_ON = "42 61 13 02 01 16"
+ASK_ACTIVE, IS_LOCKED, IS_ACTIVE = "42 61 30 01 00 31", "41 75 30 01 00 31", "41 75 30 01 01 32"
+ASK_LIGHT = "42 61 14 01 01 16"
+ASK_G, IS_G_5 = "42 61 21 01 00 22", "41 75 21 01 05 27"
 ASK_STATUS = STATUS.query().encode()
 STATUS_REPLY = bytes.fromhex("41 75 32 00 0a 00 00 3c")
 BYTE_S = 10 / 115200
-ASK_BOOTS = "42 61 23 01 00 24"
+ASK_BOOTS, IS_37 = "42 61 23 01 00 24", "41 75 23 01 25 49"
+IS_1_6_S = "41 75 22 01 a0 c3"
 IS_60, IS_70, IS_30, IS_55 = "41 75 20 01 3c 5d", "41 75 20 01 46 67", "41 75 20 01 1e 3f", "41 75 20 01 37 58"
 
 
@@ -42,16 +45,6 @@ def running(**options: str) -> LyingModule:
     module = lying(lying_bench({"noise": "0", "drain": "0", "empty_slots": "none"} | options, clock))
     module.collect(0.0)
     return module
-
-
-@pytest.mark.parametrize("cause", ["15", "16", "17", "20", "21", "22", "10"])
-@pytest.mark.parametrize("effect", sorted(CHANGEABLE_CODES))
-def test_writing_one_setting_changes_any_other(cause: str, effect: int) -> None:
-    module = running(cross_talk=f"{cause}:{effect:02X}=01")
-    before = read_raw(module, effect)
-    answer = receive(module, Request(BY_CODE[int(cause, 16)], 0x02, 0x00).encode(), 0.0)
-    assert answer[-2] == 0x00, "the acknowledgement says nothing of it"
-    assert read_raw(module, effect) == 0x01 != before or before == 0x01
 
 
 @pytest.mark.parametrize(
@@ -67,17 +60,42 @@ def test_writing_one_setting_changes_any_other(cause: str, effect: int) -> None:
         ({"cross_talk": "25:20=1E"}, [(ZERO, 0, "41 75 25 01 01 27"), (ASK, 0, IS_30)]),
         ({"read_changes": "20:20=1E/2@50"}, [(ASK, 0, IS_60), (ASK, 0, IS_60),
                                              (ASK, 0.04, IS_60), (ASK, 0.06, IS_30)]),
-        ({"read_changes": "23:20=1E"}, [(ASK_BOOTS, 0, "41 75 23 01 25 49"), (ASK, 0, IS_30)]),
+        ({"read_changes": "23:20=1E"}, [(ASK_BOOTS, 0, IS_37), (ASK, 0, IS_30)]),
         ({"mute_codes": "20/3,14"}, [(ASK, 0, IS_60), (SET_70, 0, IS_70), (ASK, 0, ""),
                                      (SET_30, 0, ""), ("42 61 14 01 01 16", 0, "")]),
         ({"double_codes": "12"}, [(SHUT_DOWN, 0, "41 75 12 01 01 14 41 75 12 01 01 14"), (ASK, 0, "")]),
         ({"silent_restart_ms": "5", "double_codes": "20", "double_ms": "10"}, [(SET_70, 0, IS_70)]),
         ({"shuts_down": "no"}, [(SHUT_DOWN, 0, "41 75 12 01 01 14"), (ASK, 0, IS_60)]),
         ({"locks": "no"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), (LOCK, 0, "41 75 10 01 00 11"),
-                           ("42 61 30 01 00 31", 0, "41 75 30 01 01 32")]),
-        ({"activates": "no"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), ("42 61 30 01 00 31", 0, "41 75 30 01 00 31")]),
+                           (ASK_ACTIVE, 0, IS_ACTIVE)]),
+        ({"activates": "no"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), (ASK_ACTIVE, 0, IS_LOCKED)]),
+        ({"active_late_ms": "500"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), (ASK_ACTIVE, 0.49, IS_LOCKED),
+                                     (STATUS.query().encode().hex(" "), 0.49, STATUS_REPLY.hex(" ")),
+                                     (ASK_ACTIVE, 0.51, IS_ACTIVE), (LOCK, 1, "41 75 10 01 00 11"),
+                                     (LOCK, 1.3, "41 75 10 01 00 11"), (ASK_ACTIVE, 1.49, IS_ACTIVE),
+                                     (ASK_ACTIVE, 1.51, IS_LOCKED)]),
+        ({"zeroes": "no", "tilt": "7"}, [(ZERO, 0, "41 75 25 01 01 27"),
+                                         ("42 61 32 01 00 33", 0, "41 75 32 07 0a 00 00 43")]),
+        ({"double_codes": "01,20", "double_ms": "50"}, [(ASK, 0, IS_60), (ASK_BOOTS, 0.049, IS_37),
+                                                        (ASK_BOOTS, 0.051, f"{IS_60} {IS_37}")]),
+        ({"foreign_replies": "20:22@500"}, [(ASK, 0, IS_60), (ASK_BOOTS, 0.499, IS_37),
+                                            (ASK_BOOTS, 0.501, f"{IS_1_6_S} {IS_37}")]),
+        # What the simulated module does itself
+        ({"ack": "one"}, [("42 61 20 02 3c 5e", 0, IS_60), ("42 61 21 02 05 28", 0, "41 75 21 01 01 23"),
+                          ("42 61 22 02 a0 c4", 0, "41 75 22 01 01 24"),
+                          ("42 61 24 02 06 2c", 0, "41 75 24 01 01 26")]),
+        ({"voltage_code": "34", "cell": "4"}, [("42 61 34 01 00 35", 0, "41 75 34 01 c8 fd")]),
+        ({"freefall_ack": "17"}, [("42 61 17 02 01 1a", 0, "41 75 17 01 01 19")]),
+        ({"light_inverted": "yes"}, [(ASK_LIGHT, 0, "41 75 14 01 19 2e")]),
+        ({"light_inverted": "yes", "bay_open": "yes"}, [(ASK_LIGHT, 0, "41 75 14 01 03 18")]),
+        ({"keeps": "no"}, [(SET_70, 0, IS_70), (ASK, 0, IS_60)]),
+        ({"clamps": "yes"}, [(SET_30, 0, IS_55), (ASK, 0, IS_55)]),
+        ({"refuses": "yes"}, [(SET_G_4, 0, IS_G_5), (ASK_G, 0, IS_G_5)]),
+        ({"refuses": "yes", "ack": "one"}, [(SET_G_4, 0, "41 75 21 01 00 22"), (ASK_G, 0, IS_G_5)]),
+        ({"stream": "acknowledged"}, [(STREAM_ON, 0, "41 75 13 01 01 15")]),
+        ({"stream": "silent"}, [(STREAM_ON, 0, "")]),
         *(({"foreign_replies": rule}, [(ASK, 0, f"{foreign} {IS_60}")]) for rule, foreign in (
-            ("20:22", "41 75 22 01 a0 c3"), ("20:22=05", "41 75 22 01 05 28"), ("20:16", "41 75 16 01 00 17"),
+            ("20:22", IS_1_6_S), ("20:22=05", "41 75 22 01 05 28"), ("20:16", "41 75 16 01 00 17"),
             ("20:12", "41 75 12 01 01 14"), ("20:01", "41 75 01 a5 5a 00"), ("20:32", "41 75 32 00 0a 00 00 3c"),
         )),
     ],
@@ -86,45 +104,6 @@ def test_what_is_said_to_what(options: dict[str, str], said: list[tuple[str, flo
     module = running(**options)
     assert [(asked, at_s, say(module, asked, at_s)) for asked, at_s, _ in said] == said
     assert tick(module, 10.0) == b""
-
-
-def test_a_silent_restart_after_an_acknowledgement_and_none_after_a_query() -> None:
-    module = running(silent_restart_ms="30")
-    say(module, ASK_BOOTS)
-    say(module, DISABLE_ATTITUDE, 0.5)
-    boots = module.memory.boot_count
-    assert not module.state.attitude_is_enabled
-    assert tick(module, 1.0) == b"", "it says nothing of it"
-    assert module.memory.boot_count == boots + 1
-    assert module.state.attitude_is_enabled, "what does not survive is gone"
-
-
-def test_records_are_left_out_in_the_pass_that_was_named() -> None:
-    def boots(module: LyingModule) -> list[int]:
-        raw = receive(module, TRIGGER_RECORDS.query().encode(), 0.0)
-        return [decode_record(piece.raw).raw[4] for piece in StreamParser().feed(raw)]
-
-    first, _, third, fourth = boots(running(history="4"))
-    module = running(history="4", drop_records="1/2,2,4/1")
-    assert [boots(module) for _ in range(3)] == [[first, third], [third, fourth], [first, third, fourth]]
-
-
-@pytest.mark.parametrize(("after_ms", "second_s"), [("0", 0.0), ("50", 0.05)])
-def test_chosen_answers_come_twice(after_ms: str, second_s: float) -> None:
-    module = running(double_codes="01,20", double_ms=after_ms)
-    sent = module.receive(bytes.fromhex("42 61 01 a5 5a 00"), 0.0) + module.collect(1.0)
-    assert [burst.data.hex(" ") for burst in sent] == ["41 75 01 a5 5a 00"] * 2
-    assert sent[1].at_s == pytest.approx(second_s, abs=0.002)
-    assert len(receive(module, bytes.fromhex(ASK_BOOTS), 2.0) + tick(module, 3.0)) == 6
-
-
-def test_foreign_answers_come_later_and_records_whole() -> None:
-    module = running(foreign_replies="20:22@500")
-    assert say(module, ASK) == IS_60
-    assert (tick(module, 0.499), tick(module, 0.501).hex(" ")) == (b"", "41 75 22 01 a0 c3")
-    module = running(history="1", foreign_replies="20:35")
-    pieces = StreamParser().feed(receive(module, bytes.fromhex(ASK), 0.0))
-    assert [len(piece.raw) for piece in pieces if isinstance(piece, Frame)] == [16, 6]
 
 
 def test_the_stream_jitters_and_loses_nothing() -> None:
@@ -139,24 +118,6 @@ def test_the_stream_jitters_and_loses_nothing() -> None:
     assert all(-1e-9 <= late_s <= 0.0151 for late_s in late)
     assert max(late) > 0.01
     assert uneven == sorted(uneven) == frame_times("15")
-
-
-def test_an_activation_is_reported_late_and_so_is_locking() -> None:
-    module = running(active_late_ms="500")
-    say(module, ACTIVATE)
-    assert module.state.is_active
-    assert [module.reports_active(at_s) for at_s in (0.0, 0.49, 0.51)] == [False, False, True]
-    assert receive(module, STATUS.query().encode(), 0.4)[6] == 0x00
-    say(module, LOCK, 1.0)
-    say(module, LOCK, 1.3)
-    assert not module.state.is_active
-    assert [module.reports_active(at_s) for at_s in (1.49, 1.51)] == [True, False]
-
-
-def test_zeroing_without_effect() -> None:
-    module = running(zeroes="no", tilt="7")
-    assert say(module, ZERO) == "41 75 25 01 01 27"
-    assert module.tilt_deg(0.0) == 7
 
 
 def test_lies_count_from_when_they_are_told() -> None:
@@ -229,41 +190,6 @@ def running_module(*, history: int = 0, **options: str) -> SimulatedModule:
     return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), setup, memory=memory))
 
 
-def test_e7_without_records_a_module_is_silent_unless_told_otherwise() -> None:
-    (declared,) = (field.default for field in fields(Setup) if field.name == "empty_slots")
-    assert declared is EmptySlots.NONE
-    query = TRIGGER_RECORDS.query().encode()
-    assert receive(running_module(empty_slots="none"), query, 0.0) == b""
-    assert len(receive(running_module(empty_slots="zeros"), query, 0.0)) == 9 * 16
-
-
-@pytest.mark.parametrize(
-    ("asked", "echo", "one"),
-    [
-        ("42 61 20 02 3c 5e", "41 75 20 01 3c 5d", "41 75 20 01 3c 5d"),
-        ("42 61 21 02 05 28", "41 75 21 01 05 27", "41 75 21 01 01 23"),
-        ("42 61 22 02 a0 c4", "41 75 22 01 a0 c3", "41 75 22 01 01 24"),
-        ("42 61 24 02 06 2c", "41 75 24 01 06 2b", "41 75 24 01 01 26"),
-    ],
-)
-def test_e2_acknowledgement_by_value_or_by_one(asked: str, echo: str, one: str) -> None:
-    assert say(running_module(), asked) == echo
-    assert say(running_module(ack="one"), asked) == one
-
-
-@pytest.mark.parametrize(("code", "answer"), [("34", "41 75 34 01 c8 fd"), ("35", "41 75 35 01 c8 fe")])
-def test_e3_cell_voltage_by_either_code(code: str, answer: str) -> None:
-    assert say(running_module(voltage_code=code), "42 61 34 01 00 35") == answer
-
-
-@pytest.mark.parametrize(("code", "answer"), [("16", "41 75 16 01 01 18"), ("17", "41 75 17 01 01 19")])
-def test_e4_acknowledgement_of_17_by_either_code(code: str, answer: str) -> None:
-    module = running_module(freefall_ack=code)
-    assert say(module, "42 61 17 02 01 1a") == answer
-    assert not module.state.freefall_is_enabled
-    assert module.state.attitude_is_enabled
-
-
 def bursts(module: SimulatedModule) -> list[tuple[float, bytes]]:
     sent = module.receive(TRIGGER_RECORDS.query().encode(), 0.0)
     return [(round(one.at_s, 4), one.data) for one in sent + module.collect(10.0)]
@@ -288,12 +214,15 @@ def test_e6_no_status_falls_between_the_pieces_of_a_record() -> None:
     assert {len(piece.raw) for piece in pieces} == {8, 16}
 
 
-@pytest.mark.parametrize(("how", "records", "empty"), [("none", 2, 0), ("zeros", 2, 7), ("ones", 2, 7)])
+@pytest.mark.parametrize(
+    ("how", "records", "empty"), [("none", 0, 0), ("none", 2, 0), ("zeros", 0, 9), ("zeros", 2, 7), ("ones", 2, 7)]
+)
 def test_e7_slots_never_used(how: str, records: int, empty: int) -> None:
-    raw = receive(running_module(history=2, empty_slots=how), TRIGGER_RECORDS.query().encode(), 0.0)
-    frames = [decode_record(piece.raw) for piece in StreamParser().feed(raw)]
-    kinds = [type(frame) for frame in frames]
+    raw = receive(running_module(history=records, empty_slots=how), TRIGGER_RECORDS.query().encode(), 0.0)
+    kinds = [type(decode_record(piece.raw)) for piece in StreamParser().feed(raw)]
     assert kinds == [TriggerRecord] * records + [EmptySlot] * empty
+    (declared,) = (field.default for field in fields(Setup) if field.name == "empty_slots")
+    assert declared is EmptySlots.NONE
 
 
 @pytest.mark.parametrize(
@@ -307,13 +236,6 @@ def test_e9_when_a_new_rate_begins(how: str, acknowledged_at: int, afterwards: i
     assert module.baud_rate == afterwards
     module.restart(1.0)
     assert module.baud_rate == after_restart
-
-
-def test_e11_light_the_other_way_round() -> None:
-    module = running_module(light_inverted="yes")
-    assert say(module, "42 61 14 01 01 16") == "41 75 14 01 19 2e"
-    module.world.bay_is_open = True
-    assert say(module, "42 61 14 01 01 16") == "41 75 14 01 03 18"
 
 
 def test_e12_records_with_a_voltage_that_no_cell_has() -> None:
@@ -347,41 +269,9 @@ def test_e15_a_prohibition_ends_with_deploy_activation_or_a_restart() -> None:
     assert not module.state.is_forbidden
 
 
-@pytest.mark.parametrize(
-    ("quirks", "asked", "answer", "read_back"),
-    [
-        ({"keeps": "no"}, "42 61 20 02 46 68", "41 75 20 01 46 67", "41 75 20 01 3c 5d"),
-        ({"clamps": "yes"}, "42 61 20 02 1e 40", "41 75 20 01 37 58", "41 75 20 01 37 58"),
-        ({"refuses": "yes", "ack": "echo"}, "42 61 21 02 04 27", "41 75 21 01 05 27", "41 75 21 01 05 27"),
-        ({"refuses": "yes", "ack": "one"}, "42 61 21 02 04 27", "41 75 21 01 00 22", "41 75 21 01 05 27"),
-    ],
-    ids=["does not keep", "clamps", "refuses", "refuses with a zero"],
-)
-def test_a_module_that_does_not_keep_what_it_is_told(
-    quirks: dict[str, Any], asked: str, answer: str, read_back: str
-) -> None:
-    module = running_module(**quirks)
-    assert say(module, asked) == answer
-    assert say(module, BY_CODE[int(asked[6:8], 16)].query().encode().hex(" ")) == read_back
-
-
-@pytest.mark.parametrize(("how", "answer"), [("acknowledged", "41 75 13 01 01 15"), ("silent", "")])
-def test_a_module_that_will_not_stream(how: str, answer: str) -> None:
-    module = running_module(stream=how)
-    assert say(module, "42 61 13 02 01 16") == answer
-    assert tick(module, 10.0) == b""
-
-
 def test_a_module_that_streams_after_every_start() -> None:
     module = running_module(stream_at_boot="yes")
     assert module.is_streaming
     assert len(tick(module, 1.0)) > 40 * 8
     say(module, "42 61 13 02 00 15", 1.0)
     assert not module.is_streaming
-
-
-def test_commands_that_it_does_not_know() -> None:
-    module = running_module(mute_codes="14,34")
-    assert say(module, "42 61 14 01 01 16") == ""
-    assert receive(module, CELL_VOLTAGE.query().encode(), 0.0) == b""
-    assert say(module, "42 61 23 01 00 24") == "41 75 23 01 25 49"

@@ -6,7 +6,7 @@ from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
 from app.simulator.physics import Physics
 from app.simulator.setup import EmptySlots, Setup
-from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, TRIGGER_RECORDS
+from protocol.catalogue import BY_NAME, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
@@ -71,18 +71,6 @@ def test_the_status_example_of_the_table() -> None:
     assert say(module, "42 61 32 01 00 33") == "41 75 32 07 0a 00 01 44"
 
 
-def test_every_command_of_the_catalogue_is_answered() -> None:
-    for command in COMMANDS:
-        memory = Memory()
-        invent_records(memory, 1, seed=1, has_odd_voltage=False)
-        if command.query_data is not None:
-            assert receive(running(memory=memory), command.query().encode(), 0.0), command.name
-        if command.write is not None:
-            for value in command.write.allowed:
-                request = command.set(command.write.decode(value))
-                assert receive(running(memory=memory), request.encode(), 0.0), command.name
-
-
 def test_two_heartbeats_50_ms_apart_after_power_up_and_then_silence() -> None:
     module = SimulatedModule(Physics())
     module.power_on(10.0)
@@ -111,16 +99,6 @@ def test_settings_survive_a_restart_and_the_rest_does_not() -> None:
     assert say(module, "42 61 30 01 00 31", 2.0) == "41 75 30 01 00 31"
     assert module.state.attitude_is_enabled
     assert not module.is_streaming
-
-
-def test_after_shutdown_it_is_silent_until_its_switch_is_pressed() -> None:
-    module = running()
-    assert say(module, "42 61 12 02 01 15") == "41 75 12 01 01 14"
-    assert say(module, HEARTBEAT.query().encode().hex(), 1.0) == ""
-    module.press_switch(2.0)
-    assert tick(module, 3.0).hex(" ") == f"{HEARTBEAT_REPLY} {HEARTBEAT_REPLY}"
-    module.press_switch(4.0)
-    assert module.memory.boot_count == 2, "pressing the switch of a running module is no restart"
 
 
 def test_external_power_wakes_it_after_shutdown() -> None:
