@@ -18,21 +18,16 @@ import pytest
 
 import app.__main__ as program
 from app.cli import history as records
-from app.cli import read as found
 from app.cli.commands import SCHEMAS
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
-from app.procedures.write_all import SettingChange
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import EmptySlots, Setup
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import RATES
-from app.terminal.setting_words import parse_settings
-from app.text import i18n
 from app.text.durations import stopwatch
-from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
-from protocol.events import Unanswered
+from protocol.catalogue import BAUD_RATES, SETTINGS
 from protocol.frame import decode_request
 from protocol.messages import TriggerRecord, decode_record
 from tests.app.cli.reference import test_schemas as schemas
@@ -188,55 +183,12 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
 RECORD = bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E")
 """The table's worked example."""
 
-EVERYTHING: dict[str, bool | int | float] = {
-    "tilt_deg": 7,
-    "acceleration_g": 1.0,
-    "triggered": False,
-    "active": False,
-    "boot_count": 37,
-    "cell_voltage_v": 4.0,
-    "charging": False,
-    "light_v": 0.3,
-    "attitude_threshold_deg": 60,
-    "freefall_acceleration_g": 0.5,
-    "freefall_time_s": 1.6,
-    "light_threshold_v": 1.8,
-    "baud_rate": 115200,
-}
-
 
 @pytest.fixture
 def record() -> TriggerRecord:
     decoded = decode_record(RECORD)
     assert isinstance(decoded, TriggerRecord)
     return decoded
-
-
-@pytest.fixture
-def chinese(tmp_path: Path) -> Iterator[None]:
-    """A few Chinese texts, so that this does not depend on what is translated today."""
-    path = tmp_path / "zh.ts"
-    texts = {"Tilt": "倾角", "Acceleration": "加速度", "unknown": "未知"}
-    messages = "".join(
-        f"<message><source>{one}</source><translation>{two}</translation></message>" for one, two in texts.items()
-    )
-    path.write_text(f"<TS><context><name>dps-s</name>{messages}</context></TS>", encoding="utf-8")
-    i18n.set_language(str(path))
-    yield
-    i18n.set_language(i18n.ENGLISH)
-
-
-@pytest.mark.parametrize(
-    ("attempts", "text"),
-    [
-        (0, "no reply"),
-        (1, "no reply"),
-        (2, "no reply within 0.4 s, asked 2 times"),
-    ],
-)
-def test_errors_say_how_often_it_was_asked(attempts: int, text: str, chinese: None) -> None:
-    why = found.unanswered_reason(Unanswered(BY_NAME["light"].query(), attempts, 0.4, 0.0))
-    assert why.in_english() == text
 
 
 def test_setting_keys_are_the_catalogues() -> None:
@@ -246,20 +198,6 @@ def test_setting_keys_are_the_catalogues() -> None:
     )  # fmt: skip
     assert set(SETTING_KEYS) == {command.key for command in SETTINGS}
     assert RATES == BAUD_RATES
-
-
-def test_chinese_columns_line_up(chinese: None) -> None:
-    lines = found.page_of(found.Findings("p", 115200, None, EVERYTHING))
-    columns = {
-        console.display_width(line[: line.index(value)])
-        for line, value in (
-            (next(line for line in lines if "倾角" in line), "7°"),
-            (next(line for line in lines if "加速度" in line), "1.0 g"),
-            (next(line for line in lines if "Boot count" in line), "37"),
-            (next(line for line in lines if "未知" in line), "未知"),
-        )
-    }
-    assert len(columns) == 1
 
 
 def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) -> None:
@@ -304,11 +242,6 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
 @pytest.mark.parametrize(("seconds", "text"), [(0, "0:00"), (108, "1:48"), (65535, "18:12:15")])
 def test_durations(seconds: int, text: str) -> None:
     assert stopwatch(seconds) == text
-
-
-@pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False), ("on", True), ("off", False)])
-def test_flags_are_read(text: str, value: bool) -> None:
-    assert parse_settings([f"serial_output={text}"]) == [SettingChange(SERIAL_OUTPUT, value)]
 
 
 def test_widths_count_columns() -> None:

@@ -1,16 +1,17 @@
 """The two triggers of the module, judged sample by sample; judging whole arrays comes to the same."""
 
+from collections.abc import Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S, Judge, SensorSample, TriggerLimits
-from app.firing.samples import judge_samples
+from app.firing.samples import MAX_FIRINGS, Samples, judge_samples
 from protocol.messages import Source
-from tests.support.flights.samples_made import samples_of
 
 STEP_S = 0.01
 
@@ -31,6 +32,13 @@ def firings(samples: list[SensorSample], limits: TriggerLimits, active: list[boo
         for sample, is_active in zip(samples, active, strict=True)
     ]
     return [verdict for verdict in verdicts if verdict.sources]
+
+
+def samples_of(samples: Sequence[SensorSample], active: Sequence[bool] | None = None) -> tuple[Samples, Samples]:
+    """Tilt and acceleration; by default of a module that is active throughout."""
+    time_s, tilt_deg, acceleration_g = np.array(samples, np.float64).reshape(-1, 3).T
+    is_active = np.full(len(samples), fill_value=True) if active is None else np.array(active, np.bool_)
+    return Samples(time_s, tilt_deg, is_active), Samples(time_s, acceleration_g, is_active)
 
 
 def fall(duration_s: float, *, acceleration_g: float = 0.1, begins_s: float = 1.0) -> list[SensorSample]:
@@ -98,6 +106,21 @@ def test_a_locked_module_never_fires_and_forgets_a_fall() -> None:
     assert judge.judge(SensorSample(3.4, 0.0, 0.0), limits).fired == Source(0)
     assert judge.judge(SensorSample(3.8, 0.0, 0.0), limits).fired == Source(0)
     assert judge.judge(SensorSample(4.0, 0.0, 0.0), limits).fired == Source.FREEFALL
+
+
+def tilted(*tilts: float) -> list[SensorSample]:
+    return [SensorSample(n * STEP_S, tilt, 1.0) for n, tilt in enumerate(tilts)]
+
+
+def test_after_a_restart_it_has_forgotten_everything() -> None:
+    found = judge_samples(*samples_of(tilted(*[70.0] * 20)), TriggerLimits(), resets_s=(0.105,))
+    assert [at_s for at_s, _ in found.firings] == [0.0, pytest.approx(0.11)]
+
+
+def test_of_many_firings_the_first_ones_are_kept() -> None:
+    found = judge_samples(*samples_of(tilted(*[0.0, 90.0] * (MAX_FIRINGS + 10))), TriggerLimits())
+    assert len(found.firings) == MAX_FIRINGS
+    assert found.firings[0] == (STEP_S, Source.ATTITUDE)
 
 
 STEPS_S = (0.0, 0.005, 0.02, 0.1, 0.5, 0.5000001, 0.6, 2.0)

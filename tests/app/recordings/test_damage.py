@@ -136,7 +136,7 @@ def test_what_is_missing_is_a_gap_and_what_follows_is_read(whole: Whole, tmp_pat
         assert recording.damage.in_english().startswith("Damaged or altered")
 
 
-def chunks_in(data: bytes) -> list[tuple[int, int]]:
+def chunks_in(data: bytes | bytearray) -> list[tuple[int, int]]:
     """Where each begins and ends."""
     places, place = [], 8
     while data[place] != 0x0F:

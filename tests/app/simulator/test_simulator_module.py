@@ -186,13 +186,20 @@ def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> Non
     assert [record.sources for record in records(module, 4.0)] == [("attitude",)]
 
 
-def test_a_locked_module_does_not_fire() -> None:
+def test_a_locked_module_does_not_fire_and_forgets() -> None:
     module = running(Physics(tilt_deg=90))
     module.world.drop(100, 0.0)
     assert say(module, "42 61 11 02 01 14") == "41 75 11 01 00 12"
     tick(module, 10.0)
     assert records(module, 10.0) == []
     assert not module.is_triggered
+    say(module, "42 61 10 02 01 13", 11.0)
+    tick(module, 12.0)
+    assert [record.sources for record in records(module, 12.0)] == [("attitude",)], "it has not judged that before"
+    module.restart(13.0)
+    say(module, "42 61 10 02 01 13", 14.0)
+    tick(module, 15.0)
+    assert len(records(module, 15.0)) == 2
 
 
 def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
