@@ -34,18 +34,18 @@ def prepare_bay() -> Procedure[Measure]:
 
 def _measure(begin: DeviceView, threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
     yield Report(0, STEPS, CLOSE)
-    closed = yield from _measure_light(begin, steps)
+    closed = yield from _measure_light(begin, steps, 0)
     yield Report(1, STEPS, OPEN)
-    opened = yield from _measure_light(begin, steps)
+    opened = yield from _measure_light(begin, steps, 1)
     yield from require_locked()
     return _result(closed, opened, threshold)
 
 
-def _measure_light(begin: DeviceView, steps: PersonSteps) -> Procedure[Band]:
+def _measure_light(begin: DeviceView, steps: PersonSteps, step: int) -> Procedure[Band]:
     yield from wait_for_person(steps)
     view: EngineView = yield Inspect()
     require_start(view, begin)
-    band = yield from measure_light()
+    band = yield from measure_light(step_of=(step, STEPS))
     if not band.is_enough:
         raise UserError(NOT_READ, what=message(marked("Light")))
     return band

@@ -59,13 +59,13 @@ class Band(NamedTuple):
         return bool(self.raws) and max(self.raws) - min(self.raws) <= WIDE_SPREAD_STEPS
 
 
-def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
-    """Read the light several times at the present position of the bay."""
+def measure_light(*, samples: int = SAMPLES, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
+    """Read the light several times at the present position of the bay. `step_of`: the step and the steps of a test."""
     raws: list[int] = []
     lost = 0
     before: EngineView = yield Inspect()
     while len(raws) < samples and lost < MAX_LOST:
-        yield Report(len(raws), samples, marked("Measuring the light"))
+        yield Report(*(step_of or (len(raws), samples)), marked("Measuring the light"))
         reading = yield from ask_value(_LIGHT)
         if reading is not None:
             raws.append(reading.raw)
