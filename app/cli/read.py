@@ -104,7 +104,7 @@ def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Fin
         return _findings(conversation, port, {}, _PORT_LOST, since=silence.ended_at), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_silent:
-        return _findings(conversation, port, errors, _RESTARTED), None
+        return _findings(conversation, port, errors, _RESTARTED, since=everything.began_at), None
     findings = _findings(conversation, port, errors, _FELL_SILENT, since=silence.ended_at)
     return findings, module_is_silent(port, conversation.device)
 
@@ -117,9 +117,8 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
 
 
 def _findings(
-    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage,
-    since: float = -math.inf,
-) -> Findings:  # fmt: skip
+    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage, *, since: float
+) -> Findings:
     """All values that are known now were read in this conversation, those before `since` perhaps from another module.
     `why_missing` is the reason for values that are neither known nor in `errors`."""
     known = {key: reading for key, reading in conversation.device.values.items() if reading.at >= since}

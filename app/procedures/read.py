@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from app.engine.device import READ_BACK
-from app.engine.procedure import Ask, Inspect, Procedure, Report, is_alive
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
@@ -36,9 +36,12 @@ class Everything(NamedTuple):
     errors: dict[str, Unanswered]
     is_silent: bool
     """The module stopped answering; the rest was not asked for."""
+    began_at: float
+    """Monotonic seconds."""
 
 
 def read_everything() -> Procedure[Everything]:
+    begin: EngineView = yield Inspect()
     values: dict[str, Value] = {}
     errors: dict[str, Unanswered] = {}
     is_silent = False
@@ -54,7 +57,7 @@ def read_everything() -> Procedure[Everything]:
         message = outcome.messages[0]
         if isinstance(message, Reading):
             values[command.key] = message.value
-    return Everything(values, errors, is_silent)
+    return Everything(values, errors, is_silent, begin.now)
 
 
 Readings = TypeVar("Readings", Everything, "SettingsReading")

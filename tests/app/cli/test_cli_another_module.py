@@ -15,7 +15,7 @@ from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
 from app.store.facts import FactKind
 from app.store.store import open_store
-from protocol.catalogue import STATUS_CODE
+from protocol.catalogue import BY_NAME, STATUS_CODE
 from tests.adversary.program import PORT, Ran, Stage, write_at_once
 from tests.app.cli.test_cli_act import recorded
 from tests.support.cli_line import Program, bench_of, exchange, falls_after
@@ -46,6 +46,17 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame:
         shown = json.loads(run(stage, ["read", "--json"]).out)
     settings = shown["settings"]
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+@pytest.mark.parametrize("frame", [5, 10])
+def test_what_a_module_does_not_answer_is_not_taken_from_the_one_before(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with (
+        falls_after(bench, frame, lambda: bench.change(mute_codes=frozenset({BY_NAME["light"].code}))),
+        falls_after(bench, frame, lambda: exchange(bench)),
+    ):
+        shown = json.loads(run(stage, ["read", "--json"], 4).out)
+    assert (shown["boot_count"], shown["light_v"]) == (90, None)
 
 
 @pytest.mark.parametrize("ends", ["unplugged", "silent"])
