@@ -129,6 +129,7 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
     if view.device.breaks != evidence.breaks:  # what was read before may be another module's
         fresh = {key: view.device.fresh(key, view.now) for key in evidence.values}
         evidence.values = {key: value for key, value in fresh.items() if value is not None}
+        evidence.series.clear()
     evidence.status = state.status or evidence.status
     if state.settings.is_restarted:
         evidence.disturbance = Disturbance.RESTARTED

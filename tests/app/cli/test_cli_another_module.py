@@ -218,14 +218,19 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stag
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
-@pytest.mark.parametrize("frame", [10, 60, 83])
-def test_a_check_shows_no_boot_count_of_one_module_beside_settings_of_another(stage: Stage, frame: int) -> None:
+@pytest.mark.parametrize("frame", [10, 60, 75, 83])
+def test_a_check_shows_no_value_of_one_module_beside_settings_of_another(stage: Stage, frame: int) -> None:
     bench = stage.bench
-    with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
+
+    def fall() -> None:
+        exchange(bench, light_threshold=70)
+        bench.world.cell_v = 4.1
+
+    with falls_after(bench, frame, fall):
         read = json.loads(run(stage, ["preflight", "--who", "R. Tanaka", "--json"], 1).out)["read"]
-    settings = read["settings"]
-    shown = (read["boot_count"], settings["light_threshold_v"], settings["attitude_threshold_deg"])
-    assert all(value in (None, another) for value, another in zip(shown, (90, 7.0, 85), strict=True)), shown
+    settings, cell_v = read["settings"], read["cell_voltage_v"]
+    shown = (read["boot_count"], settings["light_threshold_v"], settings["attitude_threshold_deg"], cell_v)
+    assert all(value in (None, another) for value, another in zip(shown, (90, 7.0, 85, 4.1), strict=True)), shown
 
 
 @pytest.mark.parametrize(
