@@ -255,8 +255,8 @@ class SettingsController(QObject):
 
 def _interrupted_notice(error: BaseException) -> Notice:
     if isinstance(error, Cancelled):
-        return Notice(Meaning.INFORMATION, tr("Cancelled: the rest is unknown."))
-    return Notice(Meaning.DANGER, tr("Link lost: the rest is unknown."))
+        return Notice(Meaning.INFORMATION, tr("Cancelled."))
+    return Notice(Meaning.DANGER, tr("Interrupted."))  # what is known, also since, is in the rows
 
 
 def _power_cycle_notice(result: PowerCycleResult) -> Notice:
