@@ -27,7 +27,7 @@ from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
-from tests.support.window.steps import find
+from tests.support.window.steps import find, given
 from ui.acts.confirm import Confirm
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -146,9 +146,7 @@ class GestureBench:
 
     @property
     def handle(self) -> QWindow:
-        handle = self.window.windowHandle()
-        assert handle is not None
-        return handle
+        return given(self.window.windowHandle())
 
     @cached_property
     def commands(self) -> CommandsPage:

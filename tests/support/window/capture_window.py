@@ -13,7 +13,7 @@ from app.recordings.writer import write_session
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.recordings_made import NOON
-from tests.support.window.steps import choosing, press
+from tests.support.window.steps import choosing, given, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly
 from ui.pages.diagnosis.files import SUFFIX
@@ -52,6 +52,4 @@ def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Ass
 
 
 def strip_button(page: DiagnosisPage, key: str) -> QPushButton:
-    button = page.strip.button(key)
-    assert button is not None
-    return button
+    return given(page.strip.button(key))

@@ -25,6 +25,7 @@ from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import PageEntry, Services
 from ui.services.page import StreamPage
+from ui.services.storage import Storage
 from ui.style.icons import Icon
 
 WAIT_MS = round(PATIENCE_S * 1000)
@@ -122,6 +123,13 @@ def close_window(assembly: Assembly) -> None:
         assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
     assembly.window.deleteLater()
     QApplication.processEvents()
+
+
+def store_of(storage: Storage) -> Store:
+    """That of a folder which can be written."""
+    store = storage.store
+    assert isinstance(store, Store)
+    return store
 
 
 def wait_for_disk(assembly: Assembly, limit_s: float = PATIENCE_S) -> None:

@@ -14,11 +14,10 @@ from app.diagnosis.link_state import Phase
 from app.records.check_store import CheckStore
 from app.records.verification import FindStation
 from app.stations.known import Stations
-from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
-from tests.support.window.fakes_ui import page_entries
+from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, drop, notice_text, press
+from tests.support.window.steps import Found, await_child, drop, given, notice_text, press
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.services.port_check import PortCheck, Standing
@@ -43,9 +42,7 @@ class OnBench(Rig):
     @property
     def last(self) -> PortCheck:
         """The last check."""
-        last = self.preflight.work.last
-        assert last is not None
-        return last
+        return given(self.preflight.work.last)
 
     @property
     def triggers(self) -> TriggersPage:
@@ -112,8 +109,7 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *pages: 
 
 
 def kept(bench: OnBench, module: str = "") -> list[str]:
-    store = bench.assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(bench.assembly.storage)
     known = store.module_named(module)
     return [check.verdict for check in CheckStore(store.database).checks(known.name if known is not None else None)]
 

@@ -15,7 +15,7 @@ from protocol.catalogue import BY_NAME, Hazard
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, find, let_lay_out, notice_text
+from tests.support.window.steps import await_child, find, given, let_lay_out, notice_text
 from ui.acts.confirm import Confirm
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
@@ -111,8 +111,7 @@ def type_into(one: Desk, name: str, text: str) -> None:
 
 def state(one: Desk, key: str) -> RowState:
     one.settings.refresh()
-    row = one.settings.rows[key].row
-    assert row is not None
+    row = given(one.settings.rows[key].row)
     return row.state
 
 
@@ -144,8 +143,7 @@ def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
 
     one.until(lambda: shown() is not None)
     let_lay_out(bar)
-    button = shown()
-    assert button is not None
+    button = given(shown())
     one.click(button)
 
 

@@ -18,6 +18,7 @@ from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
+Thing = TypeVar("Thing")
 Found = TypeVar("Found", bound=QObject)
 Shown = TypeVar("Shown", bound=QWidget)
 _POINTER_AT_START = QPoint(10, 10)
@@ -101,6 +102,12 @@ def press(qtbot: QtBot, widget: QWidget | None) -> None:
     assert widget is not None
     settle(widget)
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def given(one: Thing | None) -> Thing:
+    """What has to be there."""
+    assert one is not None
+    return one
 
 
 def find(root: QObject, kind: type[Found], name: str = "") -> Found:

@@ -29,7 +29,7 @@ from tests.support.records.archive_stations import ArchiveStation, archive_stati
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
-from tests.support.window.steps import choosing, press
+from tests.support.window.steps import choosing, given, press
 from ui.archive.archive_dialog import ArchiveDialog, Loaded
 from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
@@ -364,8 +364,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
             exchange, line = assembly.archive.exchange, assembly.archive.line
             qtbot.waitUntil(line.isVisible)
             assert exchange.seen is not None
-            assert exchange.seen.status.last_at is not None
-            last = datetime.fromisoformat(exchange.seen.status.last_at).astimezone()
+            last = datetime.fromisoformat(given(exchange.seen.status.last_at)).astimezone()
             assert line.text() in (f"Not shared: 0. Last: {last:%H:%M}.", f"Not shared: 0. Last: {last:%Y-%m-%d}.")
             assert here.ids() > other.ids()
             sync(other.archive, server.url())

@@ -28,7 +28,7 @@ from tests.support.window.fakes_ui import (
     window,
 )
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import notice_text, press
+from tests.support.window.steps import given, notice_text, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
@@ -171,8 +171,7 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
         assert phase(assembly) is Phase.OPENING  # at once
         qtbot.waitUntil(lambda: phase(assembly) is Phase.FAILED)
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None)
-        notice = assembly.window.notice_bar.notice
-        assert notice is not None
+        notice = given(assembly.window.notice_bar.notice)
         assert missing in notice.text
         assert "Traceback" not in notice.text
         assert assembly.window.notice_bar.button("connect_again") is not None

@@ -22,9 +22,9 @@ from app.store.store import PendingBaud, Store, open_store
 from tests.support.journals import begin_baud
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
-from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.fakes_ui import page_entries, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import notice_text, press, show_page
+from tests.support.window.steps import given, notice_text, press, show_page
 from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
@@ -132,8 +132,7 @@ def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Benc
     qtbot.waitUntil(
         lambda: (said := bench.watch.notice()) is not None and [choice.key for choice in said.choices] == keys,
     )
-    said = bench.watch.notice()
-    assert said is not None
+    said = given(bench.watch.notice())
     assert said.choices[0].text == ("It is M-07" if name else "Same module")
     said.choices[0].act()
     module.say(active=is_active)
@@ -170,8 +169,7 @@ def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Benc
     assert sorted(bench.left()) == sorted([name, "M-07"]), "what another one reports ends nothing"
     unproven = f"{name or 'The module at /dev/ttyUSB0'}: LOCK not confirmed on "
     qtbot.waitUntil(lambda: (said := bench.watch.notice()) is not None and said.text.startswith(unproven))
-    notice = bench.watch.notice()
-    assert notice is not None
+    notice = given(bench.watch.notice())
     notice.choices[0].act()
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
@@ -204,8 +202,7 @@ def test_an_active_module_without_a_name_is_not_called_locked_by_what_answers_af
         return
     qtbot.waitUntil(lambda: (said := bench.watch.notice()) is not None and USB in said.text)
     assert sorted(bench.left()) == ["", "M-07"]
-    said = bench.watch.notice()
-    assert said is not None
+    said = given(bench.watch.notice())
     assert [choice.text for choice in said.choices] == ["Same module", "It is locked"]
     said.choices[0].act()
     module.say(active=False)
@@ -292,8 +289,7 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
         one.until(lambda: bar.button("baud_of_same") is not None)
         assert f"The module answers at {module_rate} baud." in notice_text(bar)
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
+        store = store_of(one.assembly.storage)
         store.queue.submit(bool).result()
         assert store.pending_bauds(), "without a name another one may answer"
         one.click(bar.button("baud_of_same"))
@@ -313,8 +309,7 @@ def test_a_baud_change_of_one_module_is_not_ended_by_another_one_that_answers(
         one.until(lambda: bar.button("look_for_baud") is not None)
         one.click(bar.button("look_for_baud"))
         one.until(lambda: port.state.phase is Phase.ONLINE)
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
+        store = store_of(one.assembly.storage)
         one.until(lambda: port.connection.baud_rate == 115200 and not one.assembly.connector.is_busy)
         port.module.choose("M-08")
         one.until(lambda: port.module.name == "M-08" and port.identity.is_settled)

@@ -28,7 +28,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator.bench import SimulatedBench
 from tests.support.processes import ran
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import find, let_lay_out
+from tests.support.window.steps import find, given, let_lay_out
 from tests.support.x_server import needs_x_server, x_server
 from ui.archive.service_form import ServiceForm
 from ui.core.texts import Texts
@@ -301,8 +301,7 @@ def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
     for act in (_press_over_popup, lambda _bench, popup: bench.qtbot.keySequence(popup, "F12")):
         bench.activate()
         box.showPopup()
-        popup = QApplication.activePopupWidget()
-        assert popup is not None
+        popup = given(QApplication.activePopupWidget())
         act(bench, popup)
         bench.await_locked()
         box.hidePopup()

@@ -15,7 +15,7 @@ from app.samples.step_function import StepFunction
 from protocol.messages import TriggerRecord
 from tests.support.window.contrast import style_all
 from tests.support.window.painted_text import watching
-from tests.support.window.steps import find
+from tests.support.window.steps import find, given
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
 from ui.pages.diagnosis.link_statistics import Histogram, OverTime, Stretch, percent_text
@@ -59,8 +59,7 @@ def test_marks_are_where_their_time_is(bench: Bench) -> None:
     box = bench.lane.box
     for icon, meaning, ago_s in ((Icon.PARACHUTE, Meaning.DANGER, 10), (Icon.ACTIVE, Meaning.ATTENTION, 40)):
         x, room = box.right() - ago_s / 60 * box.width(), bench.icon(icon, meaning)
-        assert room is not None
-        assert room.center().x() == pytest.approx(x, abs=2)
+        assert given(room).center().x() == pytest.approx(x, abs=2)
         assert any(line == pytest.approx(x, abs=1.5) for line in bench.lines)
 
 
@@ -107,8 +106,7 @@ def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
     overlay = Overlay()
     overlay.clear(QRectF(), has_focus=False)
     assert overlay.put("first", LIGHT.muted, [QPointF(0, 0)])
-    below = overlay.put("second", LIGHT.muted, [QPointF(1, 1), QPointF(1, 40)])
-    assert below is not None
+    below = given(overlay.put("second", LIGHT.muted, [QPointF(1, 1), QPointF(1, 40)]))
     assert below.top() == 40
     assert overlay.put("third", LIGHT.muted, [QPointF(2, 2), QPointF(2, 41)]) is None
     assert overlay.put("third", LIGHT.muted, [QPointF(2, 2)], is_above=True) is not None

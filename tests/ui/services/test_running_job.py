@@ -20,8 +20,8 @@ from app.recordings.library import RecordingEntry
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
 from tests.support.patience import PATIENCE_S
-from tests.support.window.fakes_ui import WAIT_MS, page_entries, window
-from tests.support.window.steps import find
+from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, window
+from tests.support.window.steps import find, given
 from ui.pages.flights.page import FlightsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
@@ -74,8 +74,7 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
     with qtbot.waitSignal(job.changed):
         job.run(reading(), ended.append)
     assert not job.can_run
-    notice = job.notice("Asking")
-    assert notice is not None
+    notice = given(job.notice("Asking"))
     assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
     assert [choice.key for choice in notice.choices] == ["cancel"]
     assert (job.notice("Asking", can_cancel=False) or notice).choices == ()
@@ -100,14 +99,11 @@ def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
     job, _line, _ended = made()
     choice = Choice("again", "Again", job.dismiss)
     job.set_notice(lambda: Notice(Meaning.ATTENTION, "Restarted", (choice,)))
-    asked = job.notice("Asking")
-    assert asked is not None
+    asked = given(job.notice("Asking"))
     assert asked.dismiss is None  # a question is answered
     job.set_notice(lambda: Notice(Meaning.DANGER, "Link lost"))
-    told = job.notice("Asking")
-    assert told is not None
-    assert told.dismiss is not None
-    told.dismiss()
+    told = given(job.notice("Asking"))
+    given(told.dismiss)()
     assert job.notice("Asking") is None
 
 
@@ -115,11 +111,9 @@ def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None
     job, line, _ended = made()
     job.run(reading(), lambda _job: job.notify(Meaning.GOOD, lambda: "done"))
     line.end()
-    notice = job.notice("Asking")
-    assert notice is not None
+    notice = given(job.notice("Asking"))
     assert (notice.meaning, notice.text) == (Meaning.GOOD, "done")
-    assert notice.dismiss is not None
-    notice.dismiss()
+    given(notice.dismiss)()
     assert job.notice("Asking") is None
 
 
@@ -172,13 +166,11 @@ def test_what_a_cancelled_job_has_written_is_said(
     ):
         act()
         assert begun.wait(WAIT_MS / 1000)
-        asked = jobs.notice()
-        assert asked is not None
+        asked = given(jobs.notice())
         asked.choices[0].act()
         may_go_on.set()
         qtbot.waitUntil(lambda: not jobs.is_busy)
-        told = jobs.notice()
-        assert told is not None
+        told = given(jobs.notice())
         assert told.text == said
         begun.clear()
         may_go_on.clear()
@@ -190,8 +182,7 @@ def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplica
     with window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
         main = assembly.window
         qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None)
-        page = main.findChild(SettingsPage)
-        assert page is not None
+        page = given(main.findChild(SettingsPage))
         main.resize(1700, 1000)
         main.panel.hide()
         for percent in (150, 100):
@@ -207,10 +198,8 @@ SNAPSHOT = Snapshot(settings={"attitude_threshold_deg": 60})
 def test_a_closed_storage_opens_no_store_again(tmp_path: Path) -> None:
     """Work that is under way while the window closes would open it, and nobody would close it."""
     storage = Storage(tmp_path)
-    store = storage.store
-    assert isinstance(store, Store)
-    kept = storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0")
-    assert kept is not None
+    store_of(storage)
+    kept = given(storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0"))
     storage.close()
     assert kept.result(0) > 0
     assert isinstance(storage.store, StoreTrouble)
@@ -254,9 +243,7 @@ def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) ->
         raise OSError(28, "No space left on device")
 
     def shown() -> Notice:
-        said = notice.result_notice()
-        assert said is not None
-        return said
+        return given(notice.result_notice())
 
     notice.write_file(Path("M-07.pdf"), fail, lambda _none: "")
     notice.write_file(Path("M-12.pdf"), partial(second.wait, PATIENCE_S), lambda _true: "Saved to M-12.pdf.")

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.controls import goes_back, tab_chain
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import desk, type_into
-from tests.support.window.steps import let_lay_out
+from tests.support.window.steps import given, let_lay_out
 from tests.support.window.walk import PROFILE, walking
 from ui.core.texts import Texts
 from ui.main import PAGES
@@ -42,8 +42,7 @@ def test_tab_reaches_everything_and_is_never_trapped(qtbot: QtBot, qapp: QApplic
             walk.settle()
             page, focused = window.stack.currentWidget(), QApplication.focusWidget()
             assert page is not None
-            assert focused is not None
-            assert page.isAncestorOf(focused), entry.key
+            assert page.isAncestorOf(given(focused)), entry.key
             window.navigation.setFocus()
             for key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
                 reached = pressed_through(qtbot, window, key)
@@ -56,8 +55,7 @@ def pressed_through(qtbot: QtBot, window: QWidget, key: Qt.Key) -> set[str]:
     first = QApplication.focusWidget()
     reached: set[str] = set()
     for _ in range(MAX_STOPS):
-        now = QApplication.focusWidget()
-        assert now is not None
+        now = given(QApplication.focusWidget())
         reached.add(now.objectName())
         qtbot.keyClick(now, key)
         following = QApplication.focusWidget()
@@ -80,8 +78,7 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         for number, entry in enumerate(PAGES[:9], start=1):  # there are no more digits
             qtbot.keyClick(window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.ControlModifier)
             assert window.navigation.chosen == entry.key
-            page = window.stack.currentWidget()
-            assert page is not None
+            page = given(window.stack.currentWidget())
             assert not everywhere.keys() & keys_of(page).keys(), entry.key
             told = {QKeySequence(key).toString() for one in page.findChildren(QAbstractButton)
                     if (key := one.property("key")) is not None}  # fmt: skip
@@ -121,8 +118,7 @@ def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, qapp: QApplication,
         for act in ("connect", "disconnect", "connect"):
             field.setFocus()
             main.menus[act].trigger()
-            opened = QApplication.focusWidget()
-            assert opened is not None
+            opened = given(QApplication.focusWidget())
             assert opened is not field
             qtbot.keyClick(opened, Qt.Key.Key_Escape)
             assert QApplication.focusWidget() is field, act

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QApplication, QMenu
 from pytestqt.qtbot import QtBot
 
 from app.store.store import Store
-from tests.support.window.fakes_ui import window
-from tests.support.window.steps import find
+from tests.support.window.fakes_ui import store_of, window
+from tests.support.window.steps import find, given
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.preflight.page import PreflightPage
@@ -32,8 +32,7 @@ PAGES = (
 def with_modules(assembly: Assembly, qtbot: QtBot, *names: str) -> Store:
     """The window's store, once it is open, with these modules."""
     qtbot.waitUntil(lambda: isinstance(assembly.storage.store, Store))
-    store = assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(assembly.storage)
     for name in names:
         store.register_module(name)
     return store
@@ -49,12 +48,10 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
         for number, page in product(range(len(known) + 1), PAGES):
             with_modules(assembly, qtbot, *known[:number])
             main.go_to(page.key)
-            shown = main.stack.currentWidget()
-            assert shown is not None
+            shown = given(main.stack.currentWidget())
             field = shown.findChildren(ModuleField)[0]
             field.show_name()
-            edit = field.lineEdit()
-            assert edit is not None
+            edit = given(field.lineEdit())
             edit.setFocus()
             edit.selectAll()
             QTest.keyClicks(edit, "M-07")

@@ -23,7 +23,7 @@ from tests.support.thorough import some
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import find, let_lay_out, notice_text
+from tests.support.window.steps import find, given, let_lay_out, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.shell.attention import link_notice
@@ -48,8 +48,7 @@ ACTS = {step: lambda: None for step in NextStep}
     ],
 )
 def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
-    notice = link_notice(state, 0.0, ACTS)
-    assert notice is not None
+    notice = given(link_notice(state, 0.0, ACTS))
     assert [choice.key for choice in notice.choices if choice.is_main] == [main.value]
 
 
@@ -116,22 +115,19 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         main.go_to("preflight")
         bench.pulse_pwm()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None)
-        notice = main.notice_bar.notice
-        assert notice is not None
+        notice = given(main.notice_bar.notice)
         assert notice.meaning is Meaning.DANGER
         assert main.status_bar.passing.text() == ""  # nothing else is next
         notice.choices[0].act()
         assert main.navigation.chosen == "triggers"
         assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
-        assert notice.dismiss is not None
-        notice.dismiss()
+        given(notice.dismiss)()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
         port = assembly.connector.current
         qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None)
         bench.restart()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None)
-        notice = main.notice_bar.notice
-        assert notice is not None
+        notice = given(main.notice_bar.notice)
         notice.choices[0].act()
         assert main.navigation.chosen == "preflight"
 
@@ -281,6 +277,5 @@ def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
             bench.pulse_pwm()
             qtbot.waitUntil(lambda: "has triggered" in notice_text(bar))
             assert bar.notice is not None
-            assert bar.notice.dismiss is not None
-            bar.notice.dismiss()
+            given(bar.notice.dismiss)()
             assert "has triggered" not in notice_text(bar)

@@ -38,7 +38,7 @@ from tests.support.window.fakes_ui import (
     wait_online,
     window,
 )
-from tests.support.window.steps import press
+from tests.support.window.steps import given, press
 from ui.acts.confirm import Confirm
 from ui.main import Assembly
 from ui.shell.main_window import MainWindow
@@ -281,8 +281,7 @@ def test_a_sleep_withdraws_confirmations_and_is_shown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leap = {"s": 0.0}
-    defaults = Worker.__init__.__kwdefaults__
-    assert defaults is not None
+    defaults = given(Worker.__init__.__kwdefaults__)
     monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
     with simulated("night"), window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://night")

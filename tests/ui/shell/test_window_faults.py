@@ -26,7 +26,7 @@ from app.text.messages import UserMessage
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, window
-from tests.support.window.steps import find, notice_text
+from tests.support.window.steps import find, given, notice_text
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, _errors_shown, assemble, start
@@ -116,12 +116,9 @@ def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplicati
             assembly.connector.stream_left_on.emit()
         qtbot.waitUntil(lambda: shown.notice_bar.notice is not None)
         for _ in range(2):
-            notice = shown.notice_bar.notice
-            assert notice is not None
-            assert notice.dismiss is not None
-            notice.dismiss()
-        left = shown.notice_bar.notice
-        assert left is not None
+            notice = given(shown.notice_bar.notice)
+            given(notice.dismiss)()
+        left = given(shown.notice_bar.notice)
         assert [choice.key for choice in left.choices] == ["choose_port"], "that of the link"
 
 

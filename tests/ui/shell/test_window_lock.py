@@ -14,12 +14,11 @@ from pytestqt.qtbot import QtBot
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
-from app.store.store import Store
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import notice_text, press
+from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
@@ -73,8 +72,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     one.until(lambda: not one.bench.state().is_active)
     one.until(lambda: bar.notice is None)
     assert len(times) == 6
-    confirmed = one.assembly.connector.current.lock.confirmed
-    assert confirmed is not None
+    confirmed = given(one.assembly.connector.current.lock.confirmed)
     assert confirmed.sent == 6
 
 
@@ -157,8 +155,7 @@ def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: py
     fail(one, monkeypatch)
     one.assembly.window.close()
     assert one.assembly.window.isVisible()
-    notice = one.assembly.window.notice_bar.notice
-    assert notice is not None
+    notice = given(one.assembly.window.notice_bar.notice)
     assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
 
 
@@ -229,8 +226,7 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Ri
     one.until(lambda: port.identity.is_for_a_person and not lock.is_repeating)
     one.wait(0.3)  # it has reported LOCKED several times
     assert (lock.confirmed, lock.failed is None) == (None, False)
-    store = one.assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(one.assembly.storage)
     assert [entry.outcome for entry in store.audit(Act.LOCK)] == [Outcome.UNKNOWN], "it may still be ACTIVE"
     say_which_module(one, "identity_same")
     one.until(lambda: lock.confirmed is not None)

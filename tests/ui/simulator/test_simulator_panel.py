@@ -21,7 +21,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator.bench import SimulatedBench
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
-from tests.support.window.steps import find
+from tests.support.window.steps import find, given
 from ui.core.texts import Texts
 from ui.simulator.panel import SimulatorPanel
 
@@ -160,8 +160,7 @@ def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
     QApplication.processEvents()
     area = find(panel, QScrollArea, "simulator_scroll")
     assert panel.width() <= 360
-    body = area.widget()
-    assert body is not None
+    body = given(area.widget())
     assert body.width() <= area.viewport().width()
     assert area.verticalScrollBar().maximum() > 0
     for label in panel.findChildren(QLabel):

@@ -22,7 +22,7 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off_in_paint
 from tests.support.window.painted_text import watching
-from tests.support.window.steps import let_lay_out
+from tests.support.window.steps import given, let_lay_out
 from tests.support.window.walk import walking
 from ui.core.texts import Texts
 from ui.style.appearance import Appearance
@@ -181,8 +181,7 @@ def test_a_column_keeps_order_margins_and_stretches(qtbot: QtBot) -> None:
     assert [items[0].widget(), items[2].layout()] == [first, inner]
     assert items[1].sizeHint().height() == 7
     assert [column.stretch(place) for place in range(4)] == [0, 0, 2, 1]
-    last = inner.itemAt(1)
-    assert last is not None
+    last = given(inner.itemAt(1))
     assert last.alignment() == Qt.AlignmentFlag.AlignRight
     assert all(one.parentWidget() is page for one in (first, second, third))
 

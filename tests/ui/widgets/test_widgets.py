@@ -14,6 +14,7 @@ from app.text.sentences import labelled
 from tests.support.processes import ran_code
 from tests.support.window.contrast import style_all
 from tests.support.window.painted_text import watching
+from tests.support.window.steps import given
 from ui.core.texts import LanguageSwitch, Texts
 from ui.plots.gauge import TiltGauge
 from ui.style import theme
@@ -262,12 +263,10 @@ def test_a_notice_that_nobody_shows_again_follows_the_language(qtbot: QtBot, qap
     bar = NoticeBar(texts)
     qtbot.addWidget(bar)
     bar.show_notice(lambda: Notice(Meaning.ATTENTION, tr("Unsaved edits."), (Choice("keep", tr("Cancel"), bar.hide),)))
-    button = bar.button("keep")
-    assert button is not None
+    button = given(bar.button("keep"))
     before = (bar.accessibleName(), button.text())
     switch.use(CHINESE)
-    button = bar.button("keep")
-    assert button is not None
+    button = given(bar.button("keep"))
     assert bar.notice is not None
     assert bar.notice.text == tr("Unsaved edits.") != "Unsaved edits."
     assert (bar.accessibleName(), button.text()) == (labelled(tr("Message"), bar.notice.text), tr("Cancel"))

@@ -28,7 +28,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
 from tests.support.window.controls import place
 from tests.support.window.settings_bench import Desk, desk
-from tests.support.window.steps import let_lay_out, notice_text, settle
+from tests.support.window.steps import given, let_lay_out, notice_text, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.acts.outcomes import outcome_meaning
 from ui.acts.ritual_widget import RitualWidget
@@ -149,8 +149,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
 
     monkeypatch.setattr("ui.services.storage.open_store", fail)
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
-        said_above = one.assembly.window.notice_bar.notice
-        assert said_above is not None
+        said_above = given(one.assembly.window.notice_bar.notice)
         assert said_above.text == f"The program may not write into {tmp_path}."
         one.commands.refresh()
         assert "The audit log cannot be written" in one.commands.ritual.conditions.text()

@@ -14,11 +14,10 @@ from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.ritual import Stage
-from app.store.store import Store
 from protocol.messages import Source
-from tests.support.window.fakes_ui import page_entries, simulated, window
+from tests.support.window.fakes_ui import page_entries, simulated, store_of, window
 from tests.support.window.settings_bench import Desk, desk
-from tests.support.window.steps import await_child, notice_text, settle
+from tests.support.window.steps import await_child, given, notice_text, settle
 from ui.acts.ritual_widget import RitualWidget
 from ui.pages.commands.page import CommandsPage
 
@@ -42,8 +41,7 @@ def outcome(one: Desk) -> str:
 
 
 def audit(one: Desk) -> list[tuple[Act, Outcome]]:
-    store = one.assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(one.assembly.storage)
     store.queue.submit(int).result(10)  # behind what is still to be written
     return [(entry.act, entry.outcome) for entry in store.audit()]
 
@@ -104,9 +102,7 @@ def test_the_whole_ritual_sends_one_frame(qtbot: QtBot, way: str, active: Desk) 
 
 def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     def focused() -> QWidget:
-        widget = QApplication.focusWidget()
-        assert widget is not None
-        return widget
+        return given(QApplication.focusWidget())
 
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
         ritual = one.commands.ritual
@@ -295,8 +291,6 @@ def test_a_restart_of_the_module_is_shown_on_every_page(full_desk: Desk) -> None
     bar = full_desk.assembly.window.notice_bar
     full_desk.bench.restart()
     full_desk.until(lambda: "The module restarted" in notice_text(bar))
-    notice_ = bar.notice
-    assert notice_ is not None
-    assert notice_.dismiss is not None
-    notice_.dismiss()
+    notice_ = given(bar.notice)
+    given(notice_.dismiss)()
     full_desk.until(lambda: bar.notice is None)

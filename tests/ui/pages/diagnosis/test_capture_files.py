@@ -18,7 +18,7 @@ from tests.support.records.recordings_desk import record
 from tests.support.records.recordings_made import batch, explained, read_session, report
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
-from tests.support.window.steps import choosing, drop, press
+from tests.support.window.steps import choosing, drop, given, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from tests.ui.pages.recordings.test_recordings_looks import damage
@@ -320,8 +320,7 @@ def test_the_support_bundle_in_sight_is_made_again_for_another_module(
         qtbot.waitUntil(lambda: "boot_count" in port.device.values, timeout=WAIT_MS)
         page.go_to("bundle")
         qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
-        former = bundle.bundle
-        assert former is not None
+        former = given(bundle.bundle)
         bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
         assert "boot_count" in bundle.text.toPlainText()
         port.module.treat_as_new()

@@ -35,7 +35,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import choosing, find, notice_text, press, show_page
+from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.context import PageEntry
@@ -277,8 +277,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         page.go_to("bundle")
         qtbot.waitUntil(lambda: page.bundle.bundle is not None)
         qtbot.waitUntil(page.bundle.save.isEnabled)
-        bundle = page.bundle.bundle
-        assert bundle is not None
+        bundle = given(page.bundle.bundle)
         names = [part.name for part in bundle.files]
         assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= set(names)
         page.bundle.parts.setCurrentRow(names.index("log.txt"))

@@ -19,9 +19,9 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from tests.support.window.fake_ports import VALUES, FakeWorker
-from tests.support.window.fakes_ui import page_entries
+from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import notice_text
+from tests.support.window.steps import given, notice_text
 from ui.pages.fleet.batch_panel import BatchPanel
 from ui.pages.fleet.batch_turns import Stage
 from ui.pages.fleet.page import FleetPage
@@ -47,9 +47,7 @@ class Bench(Rig):
 
     @property
     def store(self) -> Store:
-        store = self.assembly.storage.store
-        assert isinstance(store, Store)
-        return store
+        return store_of(self.assembly.storage)
 
     @property
     def sets(self) -> list[str]:
@@ -294,8 +292,7 @@ def test_protection_is_taken_away_only_by_write_anyway(bench: Bench, tmp_path: P
     bench.fill(tmp_path, "attitude_threshold_deg = 179\n")
     bench.click(bench.panel.form.start)
     assert bench.fleet.turns.bench is None
-    notice = bench.fleet.result.result_notice()
-    assert notice is not None
+    notice = given(bench.fleet.result.result_notice())
     assert [choice.text for choice in notice.choices] == ["Cancel", "Write anyway"]
     notice.choices[1].act()
     bench.until(lambda: bench.fleet.turns.bench is not None)
@@ -308,7 +305,6 @@ def test_where_no_module_can_pass_it_does_not_begin(bench: Bench, tmp_path: Path
     ):
         bench.fill(tmp_path, SETTINGS + more)
         bench.click(bench.panel.form.start)
-        notice = bench.fleet.result.result_notice()
-        assert notice is not None
+        notice = given(bench.fleet.result.result_notice())
         assert notice.text.startswith(said)
         assert bench.fleet.turns.bench is None

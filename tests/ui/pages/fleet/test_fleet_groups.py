@@ -26,11 +26,10 @@ from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind
-from app.store.store import Store
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import FakeWorker
-from tests.support.window.fakes_ui import speak_chinese
-from tests.support.window.steps import notice_text
+from tests.support.window.fakes_ui import speak_chinese, store_of
+from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath
@@ -126,8 +125,7 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     desk.settle()
     assert not desk.page.check.isEnabled()
     assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
-    card = desk.page._widgets[second].card
-    assert card is not None
+    card = given(desk.page._widgets[second].card)
     assert card.is_checking
     second.module.treat_as_new()
     assert second.check is None
@@ -212,8 +210,7 @@ def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk)
     member = desk.page.checks.results[connection]
     assert (member.name, member.verdict) == ("", Verdict.NO_GO)
     assert connection.check.void == ENTRIES
-    store = desk.services.storage.store
-    assert isinstance(store, Store)
+    store = store_of(desk.services.storage)
     assert store.facts.select(FactKind.CHECK) == []
 
 
@@ -224,13 +221,11 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
         desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
     desk.page.checks.finished.emit()
     desk.settle()
-    assert desk.page.notice_bar.notice is not None
-    (say,) = desk.page.notice_bar.notice.choices
+    (say,) = given(desk.page.notice_bar.notice).choices
     assert say.text == "New, no records: M-1, M-2"
     say.act()
     desk.wait(lambda: desk.page.checks.is_running)
-    store = desk.services.storage.store
-    assert isinstance(store, Store)
+    store = store_of(desk.services.storage)
     known = {module.name: CheckStore(store.database).is_said_new(module.name) for module in store.modules()}
     assert known == {"M-1": True, "M-2": True}
 

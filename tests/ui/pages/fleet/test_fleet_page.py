@@ -21,12 +21,11 @@ from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import NO_PROFILE
 from app.store.facts import FactKind
-from app.store.store import Store
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
 from tests.support.window.fake_ports import VALUES, stand
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
-from tests.support.window.steps import let_lay_out
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, store_of
+from tests.support.window.steps import given, let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_watcher import PortWatcher
@@ -69,8 +68,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 worker.unplug()
                 plugged.discard(connection)
             case "return" if connection not in plugged:
-                assert connection.target is not None
-                connection.connect_to(connection.target)
+                connection.connect_to(given(connection.target))
                 worker.say(**{key: value for key, value in said[connection].items() if key != "x"})  # type: ignore[arg-type]
                 plugged.add(connection)
             case "choose":
@@ -83,8 +81,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 continue
         desk.settle()
         for place, (one, _) in enumerate(desk.modules):
-            card = desk.page._widgets[one].card
-            assert card is not None
+            card = given(desk.page._widgets[one].card)
             assert card.port == f"port{place}"
             if one not in plugged:
                 assert (card.tilt_deg, card.cell_v) == (None, None)
@@ -113,8 +110,7 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
         worker.say(light_v=light_v)
         QApplication.processEvents()
     desk.page.show()
-    card = desk.page._widgets[connection].card
-    assert card is not None
+    card = given(desk.page._widgets[connection].card)
     assert card.next_step(desk.ports.now_s) == "Check again: changed: Light"
 
 
@@ -126,8 +122,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     for happens in (lambda: stand(checked, filed(desk)), lambda: checked.set_void(ENTRIES)):
         happens()
         desk.settle()
-        card = desk.page._widgets[connection].card
-        assert card is not None
+        card = given(desk.page._widgets[connection].card)
         needs.append(card.need)
     assert needs == [Need.NO_GO, Need.VOID]
 
@@ -139,11 +134,9 @@ def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> N
     for _, worker in desk.modules[1:]:  # the first one hangs: its job never ends
         worker.say(active=False)
     desk.settle()
-    notice = desk.page.notice_bar.notice
-    assert notice is not None
+    notice = given(desk.page.notice_bar.notice)
     assert notice.text.startswith("4 report LOCKED · LOCK goes on: port0, ")
-    card = desk.page._widgets[desk.modules[0][0]].card
-    assert card is not None
+    card = given(desk.page._widgets[desk.modules[0][0]].card)
     assert card.need is Need.NOT_LOCKED
     assert card.activation.may_fire
 
@@ -226,8 +219,7 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
     desk.page.add.menu().actions()[-1].trigger()
     desk.settle()
     (connection,) = desk.page.members.connections
-    assert connection.target is not None
-    assert connection.target.device == "socket://10.0.0.7:4001"
+    assert given(connection.target).device == "socket://10.0.0.7:4001"
     said = desk.page._widgets[connection].port.text()
     assert said.endswith(" · socket://10.0.0.7:4001")  # its end may be elided, but not the state of the link before it
 
@@ -351,8 +343,7 @@ def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, m
 
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
-    store, today = desk.services.storage.store, local_now().date()
-    assert isinstance(store, Store)
+    store, today = store_of(desk.services.storage), local_now().date()
     late = Service(kind=ServiceKind.REPACK, on=today - timedelta(days=200), due=today - timedelta(days=1))
     soon = Service(kind=ServiceKind.CELL, on=today, due=today + timedelta(days=12))
     for name, service in (("M-01", late), ("M-02", soon)):

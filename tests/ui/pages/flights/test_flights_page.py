@@ -26,7 +26,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, drop, let_lay_out, notice_text, press
+from tests.support.window.steps import await_child, choosing, drop, given, let_lay_out, notice_text, press
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
@@ -246,8 +246,7 @@ def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
     desk.add(*(ordinary_flight(f"survey {number}", random, seconds=30) for number in range(3)))
     desk.add(*(crash(f"crash {number}", random, seconds=20) for number in range(2)), group=MUST)
     page = desk.page
-    proposal = page.work.proposal
-    assert proposal is not None
+    proposal = given(page.work.proposal)
     assert proposal.limits is not None
     assert page.proposal.head.text().startswith("Proposal: ")
     assert [line.text().partition(":")[0] for line in page.proposal.lines] == ["Must not fire", "Must fire"]
@@ -295,8 +294,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     page.lists.of[MUST].table.selectRow(0)
     desk.qtbot.keyClick(page.lists.of[MUST].table, Qt.Key.Key_Return)
     desk.qtbot.waitUntil(lambda: page.flight.chart.plot is not None)
-    plot = page.flight.chart.plot
-    assert plot is not None
+    plot = given(page.flight.chart.plot)
     assert (outcome := page.work.outcome_of(page.work.flights[str(path)])) is not None
     assert "after the loss of control" in page.flight.verdict.text()
     assert "m lower" in page.flight.verdict.text()

@@ -12,7 +12,7 @@ from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, let_lay_out, notice_text
+from tests.support.window.steps import await_child, given, let_lay_out, notice_text
 from ui.core.texts import LanguageSwitch
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView
@@ -140,8 +140,7 @@ def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
     live.now_s += 5
     live.say(tilt_deg=44)
     assert live.page.plot.time_range.span == held
-    assert live.page.data.tilt.last is not None
-    assert live.page.data.tilt.last.value == 44
+    assert given(live.page.data.tilt.last).value == 44
     live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     assert live.page.plot.time_range.is_live
     assert live.page.plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.1)
@@ -261,8 +260,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
         assembly.window.menus["simulator"].setChecked(True)
         head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
         assert head is not None
-        assert pause is not None
-        qtbot.waitUntil(lambda: 0 < head.height() < 3 * pause.height())
+        qtbot.waitUntil(lambda: 0 < head.height() < 3 * given(pause).height())
 
 
 def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

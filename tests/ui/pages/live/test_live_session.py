@@ -22,7 +22,7 @@ from app.recordings.recording import open_recording
 from protocol.events import FellSilent
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, device, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import find, notice_text
+from tests.support.window.steps import find, given, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.panel import device_at
@@ -216,8 +216,7 @@ def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Pat
     qtbot.addWidget(sign)
     told = QSignalSpy(sign.troubled)
     bench.say(some(1.0))
-    recorder = bench.sessions._recorder
-    assert recorder is not None
+    recorder = given(bench.sessions._recorder)
     recorder.settle(WAIT_S)
     bench.say(some(2.0))
     sign.refresh()
@@ -249,8 +248,7 @@ def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
     bench.say(some(1.0))
     bench.listed()
     sign.refresh()
-    since = bench.sessions.sign.since
-    assert since is not None
+    since = given(bench.sessions.sign.since)
     assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
     assert not sign.isHidden()
     assert _is_a_warning(sign) is False

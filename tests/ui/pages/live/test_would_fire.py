@@ -14,7 +14,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.line.frames import at_each_frame
 from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
-from tests.support.window.steps import await_child, find, notice_text
+from tests.support.window.steps import await_child, find, given, notice_text
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
@@ -45,13 +45,11 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         bench.set_tilt(57)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 57, timeout=WAIT_MS)
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
-        path = port.recording.path
-        assert path is not None
+        path = given(port.recording.path)
         qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
         row = tried(qtbot, flights, path)
         assert flights.work.limits == TriggerLimits(60, 0.5, 1.6)
-        assert row.outcome is not None
-        assert not row.outcome.direct.sources
+        assert not given(row.outcome).direct.sources
         assert flights.work.kept_lists == ()
         flights.work.move([row.name], FlightGroup.MUST)
         assert flights.work.kept_lists == (f"MUST {path}",)
@@ -60,8 +58,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         assembly.window.go_to("live")
         live.try_out.click()
         again = tried(qtbot, flights, path)  # it has grown
-        assert again.outcome is not None
-        assert again.outcome.direct.sources
+        assert given(again.outcome).direct.sources
         assert again.flight.group is FlightGroup.MUST
         port.disconnect_port()
 
@@ -82,8 +79,7 @@ def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QAppli
         live.try_out.click()
         row = tried(qtbot, flights, path)
         assert flights.work.limits == TriggerLimits(50, 0.4, 1.6)  # the time is not in it: the vendor's default
-        assert row.outcome is not None
-        assert row.outcome.direct.sources
+        assert given(row.outcome).direct.sources
         qtbot.waitUntil(lambda: notice_text(flights.strip) == "Vendor defaults, not of a module: Free-fall time.")
         flights.thresholds.tilt.turned.emit(51)
         qtbot.waitUntil(lambda: notice_text(flights.strip) == "")  # they are the person's own now

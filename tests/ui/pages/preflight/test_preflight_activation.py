@@ -16,7 +16,7 @@ from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
-from tests.support.window.steps import choosing, notice_text, settle
+from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.services.port_check import Standing
 from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
@@ -64,8 +64,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     assert not page.activation.isVisible()
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("GO", "Fit to fly")
-    record = page.work.record
-    assert record is not None
+    record = given(page.work.record)
     assert ready is not None
     assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
     assert record["read"]["status"]["active"] is True  # type: ignore[index]

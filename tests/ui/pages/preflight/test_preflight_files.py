@@ -19,15 +19,15 @@ from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.stations.known import Stations
 from app.stations.station import fingerprint_of
-from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
 from tests.app.records.test_record import checked_record
 from tests.support.patience import PATIENCE_S
 from tests.support.records.archive_stations import archive_station
 from tests.support.records.stations_made import station
+from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, name_module, on_bench, said
-from tests.support.window.steps import choosing, notice_text
+from tests.support.window.steps import choosing, given, notice_text
 from ui.files.report_printer import print_pages
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.services.port_check import Standing
@@ -49,8 +49,7 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig:
     record.write_text(record.read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1'), "utf-8")
     rig.drop(record)
     rig.until(lambda: "ALTERED: the content" in said(rig))
-    assert page.strip.notice is not None
-    assert page.strip.notice.meaning is Meaning.DANGER
+    assert given(page.strip.notice).meaning is Meaning.DANGER
     nonsense = tmp_path / "x.json"
     nonsense.write_text("[" * 100_000, encoding="utf-8")
     rig.drop(nonsense)
@@ -118,8 +117,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         page.files.ask_name = answer
         bench.drop(record)
         bench.until(lambda: "UNKNOWN STATION" in said(bench))
-        assert page.strip.notice is not None
-        assert page.strip.notice.meaning is Meaning.ATTENTION
+        assert given(page.strip.notice).meaning is Meaning.ATTENTION
         bench.click(page.strip.button("trust_station"))
         bench.until(lambda: "signed by Hangar 2" in said(bench))
         fingerprint = fingerprint_of(station().public)
@@ -179,8 +177,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         bench.until(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))
         qtbot.keyClick(page, Qt.Key.Key_Escape)
         assert page.buttons.isVisible()
-        store = bench.assembly.storage.store
-        assert isinstance(store, Store)
+        store = store_of(bench.assembly.storage)
         store.close()
         bench.click(page.buttons.history)
         bench.until(lambda: history.count.text().endswith("cannot be used."))

@@ -19,13 +19,12 @@ from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.verdict import CHECKS, Judged
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile
-from app.store.store import Store
 from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.fakes_ui import page_entries, store_of, window
 from tests.support.window.preflight_window import (
     VERDICTS,
     OnBench,
@@ -314,8 +313,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
     with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
         connector = bench.assembly.connector
         bench.until(lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete)
-        store = bench.assembly.storage.store
-        assert isinstance(store, Store)
+        store = store_of(bench.assembly.storage)
         bench.beside_s = 0.05
         disk = threading.Event()
         store.queue.submit(partial(disk.wait, 10))

@@ -16,12 +16,13 @@ from pytestqt.qtbot import QtBot
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.simulator import bench as benches
-from app.store.store import Store
 from app.trigger_records.history import Judgement
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
+from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
 from tests.support.window.screen_reader import announced
+from tests.support.window.steps import given
 from ui.pages.triggers.model import Column
 from ui.services.port_check import Standing
 
@@ -53,8 +54,7 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     one = page.banner.announcement
     assert one.word == "VOID"
     assert one.head == why
-    assert rig.last.filed is not None
-    checked_at = str(rig.last.filed.record["at"])[11:19]
+    checked_at = str(given(rig.last.filed).record["at"])[11:19]
     assert one.lines[-1].endswith(checked_at)  # whose results these are, also beside another module's name
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
@@ -115,8 +115,7 @@ def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, rig: OnBe
     rig.until(lambda: rig.preflight.work.can_check and rig.preflight.work.reported_active)
     name_module(rig, "M-07")
     assert rig.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
-    assessment = rig.preflight.work.assessment
-    assert assessment is not None
+    assessment = given(rig.preflight.work.assessment)
     assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
 
 
@@ -128,8 +127,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
 ) -> None:
     release = threading.Event()
     with on_bench(qtbot, qapp, tmp_path, "filing", "preflight") as bench:
-        page, store = bench.preflight, bench.assembly.storage.store
-        assert isinstance(store, Store)
+        page, store = bench.preflight, store_of(bench.assembly.storage)
         name_module(bench, "M-07")
         try:
             bench.click(page.buttons.run)
@@ -159,8 +157,7 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
         bench.triggers.table.selectRow(0)
         bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
         assert bench.check() is Standing.NO_GO
-        assessment = bench.preflight.work.assessment
-        assert assessment is not None
+        assessment = given(bench.preflight.work.assessment)
         passed = sum(check.finding.result is CheckResult.PASS for check in assessment.checks)
         assert bench.preflight.list.fold.text() == f"{passed} passed"
         bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)

@@ -20,7 +20,7 @@ from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import page_entries, simulated, speak_chinese, wait_online, window
-from tests.support.window.steps import await_child, find, let_lay_out, notice_text
+from tests.support.window.steps import await_child, find, given, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
@@ -187,8 +187,7 @@ def test_the_window_reports_damage_at_export_and_on_the_live_page(desk: Desk, tm
     desk.page.work.export(desk.page.work.entries[0], tmp_path / "x.csv", ExportKind.CSV)
     desk.until(lambda: "Saved" in desk.said())
     assert "Damaged or altered" in desk.said()
-    assert desk.page.strip.notice is not None
-    assert desk.page.strip.notice.meaning is Meaning.ATTENTION
+    assert given(desk.page.strip.notice).meaning is Meaning.ATTENTION
     speak_chinese()
     assert "已损坏或被修改" in desk.said()
     set_language(ENGLISH)

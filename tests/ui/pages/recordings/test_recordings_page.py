@@ -21,7 +21,7 @@ from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
-from tests.support.window.steps import choosing, find, notice_text
+from tests.support.window.steps import choosing, find, given, notice_text
 from ui.core.texts import LanguageSwitch, Texts
 from ui.files.file_dialogs import ThenPath
 from ui.pages.live.page import LivePage
@@ -293,8 +293,7 @@ def test_deleting_asks_first_in_the_window(one: Desk) -> None:
     one.page.table.selectRow(0)
     one.qtbot.keyClick(one.page.table, Qt.Key.Key_Delete)
     assert one.said().startswith("Delete for good?")
-    spare = one.page.strip.button("keep_recordings")
-    assert spare is not None
+    spare = given(one.page.strip.button("keep_recordings"))
     assert spare.hasFocus()
     one.qtbot.keyClick(one.page, Qt.Key.Key_Escape)
     assert one.said() == ""

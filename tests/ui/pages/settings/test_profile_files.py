@@ -14,13 +14,12 @@ from pytestqt.qtbot import QtBot
 from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
-from app.store.store import Store
 from protocol.link_states import Presence
 from tests.support.journals import begin_baud
 from tests.support.window import walk
-from tests.support.window.fakes_ui import page_entries, simulated, window
+from tests.support.window.fakes_ui import page_entries, simulated, store_of, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
-from tests.support.window.steps import choosing, drop, find, notice_text, press
+from tests.support.window.steps import choosing, drop, find, given, notice_text, press
 from ui.services.storage import Storage
 from ui.shell.attention import AGAIN_S
 from ui.style.painted_widget import Freshness
@@ -63,8 +62,7 @@ def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
     one.until(lambda: not one.settings.work.job.is_running)
     one.settings.refresh()
     rows = one.settings.rows
-    assert rows["attitude_threshold_deg"].row is not None
-    assert rows["attitude_threshold_deg"].row.state is RowState.VERIFIED
+    assert given(rows["attitude_threshold_deg"].row).state is RowState.VERIFIED
     assert one.held("attitude_threshold") == 65
     assert len(one.changes()) == 2
     assert one.changes("baud_rate", "freefall_time") == []
@@ -175,13 +173,11 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
         "freefall_time_s": 1.6,
         "baud_rate": 115200,
     }
-    said = one.settings.strip.notice
-    assert said is not None
+    said = given(one.settings.strip.notice)
     assert said.text.endswith("Unknown: Attitude trigger, Free-fall trigger.")
     one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
     one.click("profile_save")
-    said = one.settings.strip.notice
-    assert said is not None
+    said = given(one.settings.strip.notice)
     assert "cannot be written" in said.text
 
 
@@ -325,8 +321,7 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     say_same(one)
     if is_sent:
         one.until(lambda: notice_text(panel.notice_bar) == "The module answers at 115200 baud.")
-    store = one.assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(one.assembly.storage)
     one.until(lambda: not store.pending_bauds())
     assert len(one.changes("baud_rate")) == is_sent
 

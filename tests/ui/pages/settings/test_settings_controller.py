@@ -22,6 +22,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services
+from tests.support.window.steps import given
 from ui.pages.settings import controller
 from ui.pages.settings.controller import SettingsController
 from ui.services.storage import Storage
@@ -118,8 +119,7 @@ def test_what_an_interrupted_write_began_is_in_doubt_until_it_reads_as_wanted(
         leave.on_begun(command)
     for written in heard:
         leave.on_written(written)
-    notice = desk.work.notice()
-    assert notice is not None
+    notice = given(desk.work.notice())
     if isinstance(error, Cancelled):
         notice.choices[0].act()
     assert desk.worker.jobs[-1][0].run.is_cancelled is isinstance(error, Cancelled)
@@ -202,8 +202,7 @@ def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[
     change(desk.ports)
     desk.worker.say(**FOUND)
     QApplication.processEvents()
-    assert leave.store_snapshot is not None
-    leave.store_snapshot(AS_FOUND)  # the worker of the former module was slow
+    given(leave.store_snapshot)(AS_FOUND)  # the worker of the former module was slow
     assert work.initial is None
     work.restore_initial()
     assert (work.count_unsent(), dict(work.form.written), work.form.can_undo, desk.says) == (0, {}, False, "")
@@ -234,6 +233,5 @@ def test_what_is_only_acknowledged_is_not_shown_as_good(desk: Desk) -> None:
     desk.write()
     written = Written(command=BY_NAME["attitude_trigger"], target=True, heard=SetReply.ECHO, verified=None)
     desk.end(WriteReport(results=(written,)), attitude_trigger=True)
-    notice = desk.work.notice()
-    assert notice is not None
+    notice = given(desk.work.notice())
     assert (notice.text, notice.meaning) == ("Acknowledged, cannot be read: 1.", Meaning.INFORMATION)

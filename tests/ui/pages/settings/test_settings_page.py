@@ -16,7 +16,6 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import How, Known
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
-from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT
 from protocol.link_states import Presence
@@ -24,9 +23,9 @@ from tests.support.pseudo_language import PSEUDO
 from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.fakes_ui import page_entries, store_of, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
-from tests.support.window.steps import find, let_lay_out
+from tests.support.window.steps import find, given, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
 from ui.forms.field_editors import NumberEditor
 from ui.main import WindowOptions
@@ -175,8 +174,7 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
     one.choose_rare("settings_as_found")
     write(one)
     one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
-    store = one.assembly.storage.store
-    assert isinstance(store, Store)
+    store = store_of(one.assembly.storage)
     assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
 
 
@@ -272,8 +270,7 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     one.until(panel.take.isEnabled)
     assert ("reads lower" in panel.detail.text()) is is_inverted
     one.click("calibration_take")
-    row = one.settings.rows[LIGHT].row
-    assert row is not None
+    row = given(one.settings.rows[LIGHT].row)
     assert row.edited is not None
     write(one)
     one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))

@@ -12,12 +12,12 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
-from app.store.store import Store
 from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
-from tests.support.window.steps import notice_text
+from tests.support.window.fakes_ui import store_of
+from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
 from ui.widgets.step_button import bring_into_sight
@@ -271,11 +271,9 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.bench.state().is_active
     bench.wait(10.0)
-    failed = bench.assembly.connector.current.lock.failed
-    assert failed is not None
+    failed = given(bench.assembly.connector.current.lock.failed)
     assert "treat the module as ACTIVE" in failed.sentence
-    notice = bench.guided.notice_bar.notice
-    assert notice is not None
+    notice = given(bench.guided.notice_bar.notice)
     assert failed.sentence in notice.text
 
 
@@ -290,8 +288,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: "LOCK not sent" in said(bench))
     assert LOCK not in bench.sent
     bench.bench.plug()
-    target = bench.assembly.connector.current.target
-    assert target is not None
+    target = given(bench.assembly.connector.current.target)
     bench.assembly.connector.connect_to(target)
     bench.until(lambda: is_locked(bench))
     bench.until(lambda: not work.owes_lock)
@@ -366,8 +363,7 @@ def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     if name:
         kept(bench, GuidedKind.LINK)
     bench.wait(0.3)
-    store = bench.guided._services.storage.store
-    assert isinstance(store, Store)
+    store = store_of(bench.guided._services.storage)
     assert [module.name for module in store.modules()] == [name] * bool(name)
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
     choose("M-08")

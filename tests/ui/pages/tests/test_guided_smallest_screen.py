@@ -15,7 +15,7 @@ from app.records.report_html import guided_body
 from app.text.messages import UserMessage
 from protocol.fields import Value
 from tests.gestures.gesture_bench import GestureBench
-from tests.support.window.steps import choosing, find, notice_text
+from tests.support.window.steps import choosing, find, given, notice_text
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture, show_live
@@ -116,8 +116,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
         page.ask_path = choosing(path)
         page.export.click()
         bench.until(lambda: not page.exported.is_writing, limit_s=10_000.0)
-        notice = page.exported.result_notice()
-        assert notice is not None
+        notice = given(page.exported.result_notice())
         said.append((notice.meaning, f"{path}, {path.with_suffix('.json')}" in notice.text))
     assert said == [(Meaning.GOOD, True), (Meaning.GOOD, True), (Meaning.ATTENTION, False), (Meaning.ATTENTION, False)]
     assert "a record" in (tmp_path / "check.json").read_text(encoding="utf-8")

@@ -8,12 +8,12 @@ import pytest
 from PySide6.QtWidgets import QApplication
 
 from app.records.trigger_filing import PossiblyOther
-from app.store.store import Store
 from app.trigger_records.history import Judgement
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.patience import PATIENCE_S
+from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, name_module
-from tests.support.window.steps import notice_text
+from tests.support.window.steps import given, notice_text
 from ui.files.file_dialogs import ThenPath
 from ui.pages.triggers.page import RecordBesideLog
 
@@ -53,8 +53,7 @@ def test_a_moment_is_proposed_shown_and_confirmed(rig: OnBench, tmp_path: Path) 
     assert beside.record.text().startswith("Tipped past 60")
     assert beside.explanation.text().startswith("Proposal: at 10.0 s the log shows 75°.")
     assert "powered on at -98 s of the log" in beside.explanation.text()
-    plot = beside.chart.plot
-    assert plot is not None
+    plot = given(beside.chart.plot)
     assert plot.time_range.cursor_s == pytest.approx(10.0, abs=0.05)
     assert not beside.moments.isVisible()  # there is one only
     rig.assembly.appearance.zoom(200)
@@ -173,8 +172,7 @@ def test_records_of_another_module_that_was_there_for_a_while_are_not_kept_under
 
 def test_a_module_that_is_gone_is_not_asked_about(rig: OnBench, monkeypatch: pytest.MonkeyPatch) -> None:
     """The question came while the next one was shown, and its answer kept that one's records under the name."""
-    release, page, store = threading.Event(), rig.triggers, rig.assembly.storage.store
-    assert isinstance(store, Store)
+    release, page, store = threading.Event(), rig.triggers, store_of(rig.assembly.storage)
 
     def file_slowly(*_of: object, **_more: object) -> PossiblyOther:
         release.wait(PATIENCE_S)

@@ -14,7 +14,7 @@ from app.simulator.setup import EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
-from tests.support.window.steps import choosing, notice_text
+from tests.support.window.steps import choosing, given, notice_text
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.pages.triggers.model import COLUMNS, Column, record_text
@@ -49,8 +49,7 @@ def said(bench: OnBench) -> str:
 
 def choose(bench: OnBench, key: str, text: str = "") -> None:
     bench.until(lambda: bench.triggers.strip.button(key) is not None)
-    button = bench.triggers.strip.button(key)
-    assert button is not None
+    button = given(bench.triggers.strip.button(key))
     assert text in button.text()
     bench.click(button)
 
