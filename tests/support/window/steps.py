@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QMimeData, QObject, QPoint, QPointF, QRect, Qt, QUrl
 from PySide6.QtGui import QCursor, QDragEnterEvent, QDropEvent, QGuiApplication
@@ -25,9 +25,15 @@ _POINTER_AT_START = QPoint(10, 10)
 """Of Qt's offscreen platform."""
 
 
-def choosing(path: Path) -> Callable[..., object]:
-    """In place of a file dialog: a person who chooses `path` at once."""
-    return lambda *asked: asked[-1](path)
+def choosing(answer: object, asked: list[Any] | None = None) -> Callable[..., object]:
+    """In place of a dialog for a file or a text: a person who answers at once. `asked`: gets what each dialog said."""
+
+    def choose(*dialog: Any) -> None:
+        if asked is not None:
+            asked.append(dialog[1:-1])
+        dialog[-1](answer)
+
+    return choose
 
 
 def drop(target: QWidget, *paths: Path) -> bool:

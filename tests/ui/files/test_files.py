@@ -52,16 +52,11 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
     path = write_capture(tmp_path / f"chosen{SUFFIX}", seconds=1)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         window = assembly.window
-        asked: list[str] = []
-
-        def choose(_parent: QWidget, _folder: Path, _title: str, kinds: str, then: ThenPath) -> None:
-            asked.append(kinds)
-            then(path)
-
-        window.files.choose = choose
+        asked: list[tuple[Path, str, str]] = []
+        window.files.choose = choosing(path, asked)
         window.menus["open"].trigger()
         qtbot.waitUntil(lambda: page.opened is not None)
-        assert f"*{SUFFIX}" in asked[0]
+        assert f"*{SUFFIX}" in asked[0][-1]
         recent_menu(window).aboutToShow.emit()
         (recent,) = recent_menu(window).actions()
         assert recent.text() == path.name

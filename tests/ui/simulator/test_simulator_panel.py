@@ -1,7 +1,6 @@
 """The panel "Simulated module": every control does to the bench what it says, and follows what happens there."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
@@ -21,6 +20,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator.bench import SimulatedBench
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
+from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.window.steps import find, given
 from ui.core.texts import Texts
 from ui.simulator.panel import SimulatorPanel
@@ -167,17 +167,10 @@ def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
         assert label.wordWrap() or label.width() >= label.sizeHint().width(), label.objectName()
 
 
-def test_it_follows_the_language(tmp_path: Path, panel: SimulatorPanel, texts: Texts) -> None:
-    pairs = {"Drop {height} m": "{height} m down", "locked": "LOCKED", "Tilt": "Slant"}
-    messages = "".join(
-        f"<message><source>{english}</source><translation>{other}</translation></message>"
-        for english, other in pairs.items()
-    )
-    language = tmp_path / "other.ts"
-    language.write_text(f"<TS><context><name>dps-s</name>{messages}</context></TS>", encoding="utf-8")
-    i18n.set_language(str(language))
+def test_it_follows_the_language(panel: SimulatorPanel, texts: Texts) -> None:
+    i18n.set_language(PSEUDO)
     texts.retranslate()
     QApplication.sendEvent(panel, QEvent(QEvent.Type.LanguageChange))
-    assert panel.drop.text() == "20 m down"
-    assert panel.summary.text().startswith("LOCKED")
-    assert panel.tilt.box.accessibleName() == "Slant"
+    assert panel.drop.text() == pseudo("Drop {height} m").format(height=20)
+    assert panel.summary.text().startswith(pseudo("locked"))
+    assert panel.tilt.box.accessibleName() == pseudo("Tilt")

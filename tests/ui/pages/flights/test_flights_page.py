@@ -5,13 +5,12 @@ import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
@@ -27,7 +26,6 @@ from tests.support.flights.made_flights import crash, made_flight, ordinary_flig
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import await_child, choosing, drop, given, let_lay_out, notice_text, press
-from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
 from ui.pages.flights.controller import Flight
@@ -300,20 +298,14 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert "m lower" in page.flight.verdict.text()
     assert plot.time_range.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
     assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
-    suggested: list[Path] = []
+    asked: list[tuple[str, Path, str]] = []
     for name, signal in (("v.csv", plot.save_values_wanted), ("p.svg", plot.save_picture_wanted)):
-        saved = tmp_path / name
-
-        def choose(saved: Path, _parent: QWidget, _title: str, place: Path, _kinds: str, then: ThenPath) -> None:
-            suggested.append(place)
-            then(saved)
-
-        page.flight.chart.saved.ask_path = partial(choose, saved)
+        page.flight.chart.saved.ask_path = choosing(tmp_path / name, asked)
         signal.emit()
         desk.qtbot.waitUntil(page.flight.chart.saved.isVisible)
         desk.qtbot.waitUntil(lambda: not page.flight.chart.saved.job.is_writing)
         page.flight.chart.saved.hide()
-    assert path not in suggested  # the log itself
+    assert path not in [place for _, place, _ in asked]  # the log itself
     rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))
     times = [float(row["time_s"]) for row in rows]
     assert plot.time_range.span.start_s <= times[0] < plot.time_range.span.start_s + 0.1

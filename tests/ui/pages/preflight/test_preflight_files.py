@@ -1,14 +1,13 @@
 """The Pre-flight page: records that are dropped, past checks, how it looks; the profile edited
 in the window: loaded, validated, saved, used."""
 
-from collections.abc import Callable
 from pathlib import Path
 from threading import Event
 from typing import Any
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
-from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.archive.exchange import export_facts, import_facts
@@ -106,22 +105,17 @@ def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick:
 def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     record = tmp_path / "theirs.json"
     record.write_text(as_text(checked_record()), "utf-8")
-    asked: list[str] = []
-
-    def answer(_parent: QWidget, _title: str, label: str, then: Callable[[str], object]) -> None:
-        asked.append(label)
-        then("Hangar 2")
-
+    asked: list[tuple[str, str]] = []
     with on_bench(qtbot, qapp, tmp_path, "trust", "preflight", is_connected=False) as bench:
         page = bench.preflight
-        page.files.ask_name = answer
+        page.files.ask_name = choosing("Hangar 2", asked)
         bench.drop(record)
         bench.until(lambda: "UNKNOWN STATION" in said(bench))
         assert given(page.strip.notice).meaning is Meaning.ATTENTION
         bench.click(page.strip.button("trust_station"))
         bench.until(lambda: "signed by Hangar 2" in said(bench))
         fingerprint = fingerprint_of(station().public)
-        assert fingerprint in asked[0]
+        assert fingerprint in asked[0][1]
         bench.click(page.buttons.history)
         row = page.history.stations
         assert row.own.text().startswith("This station: ")

@@ -11,19 +11,19 @@ from shutil import copyfile
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLabel, QWidget
+from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
 from app.recordings.export import export
 from app.recordings.recording import tilt_outline
+from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
 from tests.support.window.steps import choosing, find, given, notice_text
 from ui.core.texts import LanguageSwitch, Texts
-from ui.files.file_dialogs import ThenPath
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
@@ -173,19 +173,14 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
 def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
     opened.live.plot.time_range.choose_length(10.0)
     saving, path = opened.live.save, tmp_path / "seen.csv"
-    suggested: list[Path] = []
-
-    def choose(_parent: QWidget, _title: str, wanted: Path, _filter: str, then: ThenPath) -> None:
-        suggested.append(wanted)
-        then(path)
-
-    saving.note.ask_path = choose
+    asked: list[tuple[str, Path, str]] = []
+    saving.note.ask_path = choosing(path, asked)
     opened.click(saving.csv)
     opened.qtbot.waitUntil(lambda: not saving.note.job.is_writing)
     lines = path.read_text("utf-8-sig").splitlines()[1:]
     assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
     assert lines[0].startswith(f"{NOON.astimezone(UTC):%Y-%m-%d %H:}")
-    assert suggested[0].name == f"dps-s Left-wing {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
+    assert asked[0][1].name == f"dps-s Left-wing {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
 
 
 @pytest.mark.parametrize("way", ["button", "esc"])
@@ -372,20 +367,14 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
 def test_the_language_changes_while_it_is_open(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
-    words = {"not live": "nicht jetzt", "Module": "Modul", "Recordings": "Aufnahmen"}
-    messages = "".join(
-        f"<message><source>{word}</source><translation>{other}</translation></message>" for word, other in words.items()
-    )
-    path = tmp_path / "other.ts"
-    path.write_text(f'<TS version="2.1"><context><name>dps-s</name>{messages}</context></TS>', encoding="utf-8")
     with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
         both.open()
         language_switch = LanguageSwitch(qapp, both.texts_of_window)
-        language_switch.use(str(path))
+        language_switch.use(PSEUDO)
         try:
-            both.until(lambda: "nicht jetzt" in notice_text(both.live.banner))
-            assert find(both.page, QLabel, "recordings_title").text() == "Aufnahmen"
-            assert both.page.table.source.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
+            both.until(lambda: pseudo("not live") in notice_text(both.live.banner))
+            assert find(both.page, QLabel, "recordings_title").text() == pseudo("Recordings")
+            assert both.page.table.source.headerData(Column.MODULE, Qt.Orientation.Horizontal) == pseudo("Module")
         finally:
             language_switch.use("en")
 
