@@ -13,6 +13,7 @@ import numpy as np
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, Explainer
 from app.engine.device import DeviceView, How, Known, StatusSample
+from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
@@ -31,6 +32,7 @@ NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"
 OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = OPEN._replace(state=PortState.CLOSED)
+LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, ""))
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
 HEADING = PORT, 115200, "Bench 7"

@@ -11,31 +11,20 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
+from app.engine.device import DeviceView, StaleReason
 from app.engine.identity import Identity, Trust
-from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.worker import Batch, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
 from app.recordings.export import write_parts
 from app.recordings.markers import Marker, MarkerKind
 from protocol.events import FellSilent, Restarted
-from protocol.fields import Value
 from protocol.link_states import Presence
-from tests.support.patience import PATIENCE_S
-from tests.support.records.recordings_made import received
+from tests.support.records.recordings_made import LOST, OPEN, batch, device, received, report
 from ui.pages.live.data import LiveData, lanes
 from ui.plots.lanes import Mark
 
-OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
-LOST = OPEN._replace(state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
-WAIT_S = PATIENCE_S
-
-
-def device(at: float = 0.0, *, presence: Presence = Presence.ONLINE, restarts: int = 0, **values: Value) -> DeviceView:
-    known = {key: Known(value, How.READ, at) for key, value in values.items()}
-    return DeviceView(MappingProxyType(known), presence, at, restarts=restarts)
 
 
 def doubted(view: DeviceView) -> DeviceView:
@@ -44,21 +33,6 @@ def doubted(view: DeviceView) -> DeviceView:
             {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
         ),
     )
-
-
-def report(at: float, *, tilt: int = 3, triggered: bool = False, active: bool = False) -> StatusSample:
-    return StatusSample(at, tilt, 1.0, triggered, active)
-
-
-def batch(
-    at: float,
-    *samples: StatusSample,
-    view: DeviceView | None = None,
-    connection: Connection = OPEN,
-    restarted_at: float | None = None,
-) -> Batch:
-    events = () if restarted_at is None else (Restarted(is_certain=True, at=restarted_at),)
-    return Batch(at, connection, view or device(), None, samples, events)
 
 
 def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
@@ -72,7 +46,7 @@ def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
 
 def test_every_sample_is_kept_with_its_flags() -> None:
     data = LiveData()
-    samples = tuple(report(n / 1440, tilt=n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
+    samples = tuple(report(n / 1440, n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
     for first in range(0, 1440, 24):
         data.on_batch(batch(1.0, *samples[first : first + 24]))
     recording = data.excerpt(0.0, 1.0)
@@ -85,9 +59,9 @@ def test_every_sample_is_kept_with_its_flags() -> None:
 
 def test_a_recording_does_not_change_with_what_comes_later() -> None:
     data = LiveData()
-    take(data, batch(1.0, report(1.0)))
+    take(data, batch(1.0, report(1.0, 3)))
     recording = data.excerpt(0.0, 9.0)
-    take(data, batch(2.0, report(2.0, tilt=50)))
+    take(data, batch(2.0, report(2.0, 50)))
     assert recording.tilt.value.tolist() == [3.0]
 
 
@@ -129,8 +103,8 @@ def test_a_limit_is_never_a_default() -> None:
 
 def test_limits_follow_the_settings_until_they_are_stale() -> None:
     data = LiveData()
-    sixty = device(attitude_threshold_deg=60, freefall_acceleration_g=0.5)
-    take(data, batch(1.0, view=sixty), batch(2.0, view=device(attitude_threshold_deg=70)), batch(3.0, view=sixty))
+    sixty = device(0.0, attitude_threshold_deg=60, freefall_acceleration_g=0.5)
+    take(data, batch(1.0, view=sixty), batch(2.0, view=device(0.0, attitude_threshold_deg=70)), batch(3.0, view=sixty))
     assert [change.value for change in data.fires.between(0, 9)] == [60, 70, 60]
     assert [change.value for change in data.rearms.between(0, 9)] == [50, 60, 50]
     assert [change.value for change in data.falls.between(0, 9)] == [0.5, None, 0.5]
@@ -140,7 +114,9 @@ def test_limits_follow_the_settings_until_they_are_stale() -> None:
 
 def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
     data = LiveData()
-    off = device(attitude_threshold_deg=60, attitude_trigger=False, freefall_acceleration_g=0.5, freefall_trigger=True)
+    off = device(
+        0.0, attitude_threshold_deg=60, attitude_trigger=False, freefall_acceleration_g=0.5, freefall_trigger=True
+    )
     take(data, batch(1.0, view=off))
     assert (data.fires.value, data.falls.value) == (None, 0.5)
 
@@ -176,8 +152,8 @@ def test_each_change_is_marked_where_it_was_seen() -> None:
 def test_a_restart_is_marked_once_with_its_time_or_when_the_boot_count_told(
     heard_at: float | None, marked_at: float
 ) -> None:
-    again = device(restarts=1)
-    batches = batch(1.0), batch(2.0, view=again, restarted_at=heard_at), batch(3.0, view=again)
+    again, heard = device(0.0)._replace(restarts=1), () if heard_at is None else (Restarted(True, heard_at),)
+    batches = batch(1.0), batch(2.0, view=again, events=heard), batch(3.0, view=again)
     assert take(LiveData(), *batches) == [(marked_at, "restarted")]
 
 
@@ -188,9 +164,9 @@ def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
     marks = take(
         data,
         batch(1.0, report(1.0, active=True)),
-        batch(2.0, connection=LOST, view=doubted(device())),
-        batch(3.0, connection=returned._replace(state=PortState.OPENING), view=doubted(device())),
-        batch(4.0, view=device(presence=Presence.UNKNOWN), connection=returned),
+        batch(2.0, connection=LOST, view=doubted(device(0.0))),
+        batch(3.0, connection=returned._replace(state=PortState.OPENING), view=doubted(device(0.0))),
+        batch(4.0, view=device(0.0)._replace(presence=Presence.UNKNOWN), connection=returned),
         batch(5.0, report(5.0), view=device(4.9), connection=returned),
     )
     # It comes back locked: that is news, for it is the same port.
@@ -199,7 +175,7 @@ def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
 
 def test_offline_and_back_is_marked() -> None:
     data = LiveData()
-    away, back = device(7.0, presence=Presence.OFFLINE), device(9.0)
+    away, back = device(7.0)._replace(presence=Presence.OFFLINE), device(9.0)
     assert take(data, batch(1.0), batch(8.0, view=away), batch(9.1, view=back)) == [
         (7.0, "offline"),
         (9.0, "reconnected"),
@@ -227,10 +203,10 @@ def test_where_another_module_may_answer_is_marked_and_written() -> None:
     """Until a person has said whose they are, values of two modules may stand in one span."""
     data, doubt = LiveData(), Identity(Trust.OPEN)
     silence = batch(2.5)._replace(events=(FellSilent(2.4, 0.3),), identity=doubt)
-    other = batch(3.0, report(2.9, tilt=40))._replace(identity=doubt)
-    named = batch(1.0, report(1.0))._replace(identity=Identity(Trust.PROVEN, is_named=True))
+    other = batch(3.0, report(2.9, 40))._replace(identity=doubt)
+    named = batch(1.0, report(1.0, 3))._replace(identity=Identity(Trust.PROVEN, is_named=True))
     other = other._replace(events=(received(other.samples[0]),))
-    late = batch(5.0, report(5.0, tilt=41))._replace(identity=doubt)
+    late = batch(5.0, report(5.0, 41))._replace(identity=doubt)
     late = late._replace(events=(received(late.samples[0]),))
     silent_again = batch(4.5)._replace(events=(FellSilent(4.0, 0.5), FellSilent(4.5, 1.0)), identity=doubt)
     marks = take(data, batch(0.5)._replace(identity=doubt), named, silence, other, silent_again, late)
@@ -287,8 +263,8 @@ def filled() -> LiveData:
     take(
         data,
         batch(0.5),
-        batch(1.0, report(1.0), view=device(1.1, cell_voltage_v=3.94, light_v=0.3)),
-        batch(2.0, report(1.5, tilt=61, active=True), report(2.0, tilt=62, triggered=True, active=True)),
+        batch(1.0, report(1.0, 3), view=device(1.1, cell_voltage_v=3.94, light_v=0.3)),
+        batch(2.0, report(1.5, 61, active=True), report(2.0, 62, triggered=True, active=True)),
     )
     return data
 
@@ -298,10 +274,10 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
     rows = rows_of(b"".join(csv_parts(recording, wall_offset_s=NOON)))
     noon = f"{datetime.fromtimestamp(NOON, UTC):%Y-%m-%d %H:%M:}"
     assert [tuple(row.values()) for row in rows] == [
-        (f"{noon}01.000", "0.000", "3", "1.0", "false", "false", "", "", ""),
+        (f"{noon}01.000", "0.000", "3", "0.3", "false", "false", "", "", ""),
         (f"{noon}01.100", "0.100", "", "", "", "", "", "0.3", ""),
         (f"{noon}01.100", "0.100", "", "", "", "", "3.94", "", ""),
-        (f"{noon}01.500", "0.500", "61", "1.0", "false", "true", "", "", ""),
+        (f"{noon}01.500", "0.500", "61", "0.9", "false", "true", "", "", ""),
         (f"{noon}01.500", "0.500", "", "", "", "", "", "", "activated"),
     ]
     assert datetime.fromisoformat(rows[0]["time_utc"] + "+00:00").timestamp() == pytest.approx(NOON + 1)

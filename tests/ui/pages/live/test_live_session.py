@@ -14,13 +14,12 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from app.engine.identity import Identity, Trust
-from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import open_recording
 from protocol.events import FellSilent
-from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, device, opened, recorder_in, report
+from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, device, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, notice_text
 from ui.core.bridge import Bridge
@@ -32,7 +31,6 @@ from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
 
-LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 OTHER = OPEN._replace(port="/dev/ttyACM0", opening=7)
 NEXT = OPEN._replace(opening=7)
 ELSEWHERE = OPEN._replace(port="/dev/ttyUSB1")
