@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLineEdit, QPlainTextEdit, QTabBar, QWidget
 from pytestqt.qtbot import QtBot
@@ -18,15 +17,12 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from protocol.fields import Value
 from tests.support.patience import PATIENCE_S
-from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
-from tests.support.window.fakes_ui import close_window
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.spoken import texts_of
-from ui.core.preferences import Preferences
 from ui.help.help_actions import explain
-from ui.main import PAGES, Assembly, WindowOptions, assemble
+from ui.main import Assembly
 from ui.services.job_notice import JobNotice
 from ui.services.port import Ports
-from ui.services.storage import Storage
 from ui.style.theme import Meaning
 
 NAME_A: Final = "ALPHA"
@@ -134,25 +130,8 @@ def _state(widget: QWidget) -> Iterator[tuple[str, str]]:
 
 
 @contextmanager
-def two_modules(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
-    ports = FakePorts()
-    ports.connector.stop(1.0)
-    ports.connector.deleteLater()  # its connections would keep the window alive through the workers
-    ports.workers.clear()
-
-    def make(watcher: Any, storage: Storage) -> Ports:
-        return Ports(watcher, storage, make_worker=ports.make, clock=lambda: ports.now_s)
-
-    monkeypatch.setattr("ui.main.Ports", make)
-    assembly = assemble(
-        qapp, WindowOptions(language="en"), preferences=Preferences(tmp_path / "window.ini"), ports=ports.watcher
-    )
-    assembly.window.make_pages()
-    assembly.window.show()
-    assembly.window.setUpdatesEnabled(False)  # texts are asked for, and painting takes most of the time
-    qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES) and assembly.window._maker.is_done)
-    made = Rig(assembly, ports)
-    try:
-        yield made
-    finally:
-        close_window(assembly)
+def two_modules(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Rig]:
+    with fake_window(qapp, folder) as (ports, assembly):
+        assembly.window.setUpdatesEnabled(False)  # texts are asked for, and painting takes most of the time
+        qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+        yield Rig(assembly, ports)

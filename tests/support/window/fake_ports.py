@@ -5,12 +5,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+from unittest.mock import patch
 
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
 from app.engine.identity import NO_EXPECTATION, Identity
+from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView, PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
@@ -21,8 +23,10 @@ from app.store.database import StoreFault, StoreTrouble
 from protocol.events import Event
 from protocol.fields import Value
 from protocol.link_states import Presence
+from tests.support.window.fakes_ui import ListedPorts, window
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
+from ui.main import PAGES, Assembly
 from ui.services.context import Services
 from ui.services.port import Port, Ports
 from ui.services.port_check import PortCheck
@@ -53,7 +57,7 @@ class FakeWorker:
         self.values: dict[str, Known] = {}
         self.presence = Presence.UNKNOWN
         self.identity = NO_EXPECTATION
-        self.publish_every_s = 0.0
+        self.publish_every_s = self.stream_hz = 0.0
         self.restarts = self.breaks = 0
         self.is_stopped = False
 
@@ -117,16 +121,20 @@ class FakeWorker:
         *,
         finished: tuple[Job[Any], ...] = (),
         identity: Identity | None = None,
+        samples: tuple[StatusSample, ...] = (),
         events: tuple[Event, ...] = (),
         link: LinkView | None = None,
     ) -> None:
-        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts,
-                          breaks=self.breaks)  # fmt: skip
+        view = DeviceView(
+            MappingProxyType(dict(self.values)), self.presence, self._clock(), self.stream_hz > 0, self.stream_hz,
+            restarts=self.restarts, breaks=self.breaks,
+        )  # fmt: skip
         batch = Batch(
             self._clock(),
             self.connection,
             view,
             link,
+            samples,
             events=events,
             finished=finished,
             identity=identity or self.identity,
@@ -150,11 +158,15 @@ class NoStorage(Storage):
 class FakePorts:
     """`Ports` with fake workers and a fake clock."""
 
-    def __init__(self, storage: Storage | None = None) -> None:
+    def __init__(self) -> None:
         self.now_s = 1000.0
         self.workers: list[FakeWorker] = []
-        self.watcher = PortWatcher(lambda _deadline_s: [])
-        self.connector = Ports(self.watcher, storage or NoStorage(), make_worker=self.make, clock=lambda: self.now_s)
+
+    def serve(self, watcher: PortWatcher, storage: Storage) -> Ports:
+        """In place of `Ports`, whoever makes them."""
+        self.watcher = watcher
+        self.connector = Ports(watcher, storage, make_worker=self.make, clock=lambda: self.now_s)
+        return self.connector
 
     def make(self, callback: Callable[[Batch], None]) -> Any:
         self.workers.append(FakeWorker(callback, lambda: self.now_s))
@@ -175,10 +187,25 @@ class FakePorts:
         self.connector.deleteLater()  # its connections would keep it alive
 
 
+def ports_alone(storage: Storage | None = None) -> FakePorts:
+    """Without a window."""
+    fake = FakePorts()
+    fake.serve(PortWatcher(lambda _deadline_s: []), storage or NoStorage())
+    return fake
+
+
+@contextmanager
+def fake_window(qapp: QApplication, folder: Path, *ports: PortInfo) -> Iterator[tuple[FakePorts, Assembly]]:
+    """The program's own with all its pages, on fake ports, while the system lists these ports."""
+    fake = FakePorts()
+    with patch("ui.main.Ports", fake.serve), window(qapp, folder, ports=ListedPorts(*ports), entries=PAGES) as assembly:
+        yield fake, assembly
+
+
 @contextmanager
 def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterator[tuple[FakePorts, Services]]:
     """What a page without a main window is given."""
-    ports, appearance = FakePorts(storage), Appearance(qapp, Choice.LIGHT)
+    ports, appearance = ports_alone(storage), Appearance(qapp, Choice.LIGHT)
     yield ports, Services(ports.connector, Texts(), appearance)
     appearance.choose(Choice.LIGHT)
     appearance.deleteLater()

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known, StatusSample
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.device import How, Known, StatusSample
+from app.engine.worker import Connection, PortState
 from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, show_alone
@@ -66,17 +65,16 @@ class Bench(Driver):
         self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value
     ) -> None:
         """Hand over a batch with these values, and with a sample of them unless samples are given."""
-        known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
-        device = DeviceView(
-            MappingProxyType({key: Known(value, How.READ, self.now_s) for key, value in known.items()}),
-            Presence.ONLINE,
-            self.now_s,
-            is_streaming,
-            self.stream_hz if is_streaming else 0.0,
+        known, worker = (
+            {key: value for key, value in (KNOWN | values).items() if key != leave_out},
+            self.ports.workers[0],
         )
+        worker.connection, worker.presence = OPEN, Presence.ONLINE
+        worker.values = {key: Known(value, How.READ, self.now_s) for key, value in known.items()}
+        worker.stream_hz = self.stream_hz if is_streaming else 0.0
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
-        self.ports.workers[0].callback(Batch(self.now_s, OPEN, device, None, samples or (one,)))
+        worker.hand_over(samples=samples or (one,))
 
     def pass_time(self, seconds: float) -> None:
         self.now_s += seconds

@@ -21,7 +21,7 @@ from app.store.left_active import left_active, note_locked
 from app.store.store import PendingBaud, Store, open_store
 from tests.support.journals import begin_baud
 from tests.support.patience import PATIENCE_S
-from tests.support.window.fake_ports import FakePorts
+from tests.support.window.fake_ports import FakePorts, ports_alone
 from tests.support.window.fakes_ui import page_entries, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press, show_page
@@ -62,7 +62,7 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         self.storage = Storage(folder)
-        self.ports = FakePorts(self.storage)
+        self.ports = ports_alone(self.storage)
         store = self.storage.open_store()
         assert isinstance(store, Store)
         self.store = store
@@ -241,7 +241,7 @@ def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
 
 @pytest.fixture
 def ports(qtbot: QtBot) -> Iterator[FakePorts]:
-    fake = FakePorts()
+    fake = ports_alone()
     yield fake
     fake.stop()
 

@@ -11,6 +11,6 @@ from tests.support.two_modules import Rig, two_modules
 
 
 @pytest.fixture
-def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
-    with two_modules(qtbot, qapp, tmp_path, monkeypatch) as made:
+def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
+    with two_modules(qtbot, qapp, tmp_path) as made:
         yield made

@@ -21,7 +21,7 @@ from app.safety.last_known import Activation
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
-from tests.support.window.fake_ports import FakePorts
+from tests.support.window.fake_ports import FakePorts, ports_alone
 from ui.core.texts import Texts
 from ui.services.module_field import ModuleField
 from ui.services.port import SETTLE_MS, Ports
@@ -32,7 +32,7 @@ from ui.style.theme import Meaning
 
 @pytest.fixture
 def ports(qtbot: QtBot) -> Iterator[FakePorts]:
-    fake = FakePorts()
+    fake = ports_alone()
     yield fake
     fake.stop()
 

@@ -3,11 +3,8 @@
 import re
 from collections import Counter
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
-from unittest.mock import patch
 from xml.etree import ElementTree
 
 import pytest
@@ -16,28 +13,23 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known, StatusSample
+from app.engine.device import StatusSample
 from app.engine.procedure import LinkView
-from app.engine.target import Target
-from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.safety.last_known import keep_away
 from app.text.sentences import parts_of
 from protocol.events import Counters
 from protocol.frame import Reason
-from protocol.link_states import Presence
-from tests.support.line.sim_line import FakeClock
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fake_ports import VALUES, FakePorts
+from tests.support.window.fake_ports import VALUES, FakePorts, fake_window, ports_alone
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.painted_text import watching
 from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
 from ui.core.texts import Texts
-from ui.main import PAGES, Assembly
-from ui.services.port import Ports
+from ui.main import PAGES
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
@@ -165,7 +157,7 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
 
 def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
     """Reports of an unchanged module refresh nothing; without any the bar says how old the last one is."""
-    ports = FakePorts()
+    ports = ports_alone()
     top = TopBar(ports.connector, Texts(), LimitsInUse())
     qtbot.addWidget(top)
     top.show()
@@ -195,41 +187,25 @@ MAX_CHANGES = 3
 """A state or two may change in so long a time."""
 
 
-class Session:
-    """A module that answers ten times a second, each time a little different, on a clock that the test moves."""
-
-    def __init__(self, assembly: Assembly, clock: FakeClock) -> None:
-        self._clock = clock
-        self._connector = assembly.connector
-        self._connection = assembly.connector.current
-        self._connection._worker.open = lambda *_, **__: 1  # type: ignore[method-assign]
-        self._connection.bridge.batch.disconnect()  # what the worker says would come by the computer's clock
-        self._connector.connect_to(Target(USB, 115200))
-
-    def hear(self) -> None:
-        self._clock.now_s += 0.1
-        now_s = self._clock.now_s
-        noise = round(now_s * 10) % 7
-        values = VALUES | {"tilt_deg": noise, "acceleration_g": 1 + noise / 10, "light_v": noise / 10}
-        values["cell_voltage_v"] = 4 + noise / 100
-        known = {key: Known(value, How.READ, now_s) for key, value in values.items()}
-        known["attitude_threshold_deg"] = Known(60, How.READ, 1000.0)  # its age grows
-        view = DeviceView(MappingProxyType(known), Presence.ONLINE, 1000.0, True, 10.0)
-        sample = StatusSample(now_s, noise, 1 + noise / 10, False, False)
-        opened = Connection(PortState.OPEN, USB, 115200, opening=1)
-        self._connection._on_batch(Batch(now_s, opened, view, None, (sample,)))
+def hear(ports: FakePorts) -> None:
+    """The module answers ten times a second, each time a little different; the age of its threshold grows."""
+    ports.now_s += 0.1
+    noise, (module,) = round(ports.now_s * 10) % 7, ports.workers
+    module.hand_over(samples=(StatusSample(ports.now_s, noise, 1 + noise / 10, False, False),))
+    module.say(tilt_deg=noise, acceleration_g=1 + noise / 10, light_v=noise / 10, cell_voltage_v=4 + noise / 100)
+    module.say(**{key: VALUES[key] for key in ("triggered", "active", "charging", "boot_count")})
 
 
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    clock = FakeClock()
-    with patch("ui.main.Ports", partial(Ports, clock=clock)), window(qapp, tmp_path, entries=PAGES) as assembly:
-        main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
-        session, changes = Session(assembly, clock), NameChanges(main)
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        main, changes = assembly.window, NameChanges(assembly.window)
+        qtbot.waitUntil(lambda: main._maker.is_done)
+        _, module = ports.plug_in(USB, attitude_threshold_deg=60)
+        module.stream_hz = 10.0
         for entry in PAGES:
             main.go_to(entry.key)
             for tick in range(EACH_PAGE_S * 10):
-                session.hear()
+                hear(ports)
                 if tick % 5 == 0:
                     for timer in main.findChildren(QTimer):  # as each would in that time
                         if timer.isActive() and not timer.isSingleShot() and timer.interval() <= LONGEST_TICK_MS:
@@ -261,7 +237,7 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener
     window = QWidget()
     qtbot.addWidget(window)
     window.show()
-    ports = FakePorts()
+    ports = ports_alone()
     announce_states(ports.connector)
     yield Listener(ports, announced(monkeypatch))
     ports.stop()
@@ -321,7 +297,7 @@ def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, 
 
 
 def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
-    ports, texts = FakePorts(), Texts()
+    ports, texts = ports_alone(), Texts()
     bar = StatusBar(ports.connector, texts, LimitsInUse(), NoticeBar(texts))
     qtbot.addWidget(bar)
     ports.plug_in(USB0)

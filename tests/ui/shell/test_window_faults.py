@@ -24,15 +24,11 @@ from app.engine.target import Target
 from app.safety.acts import Act
 from app.text.messages import UserMessage
 from tests.support.processes import run_module, running
-from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, window
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.steps import find, given, notice_text
-from ui.core.port_watcher import PortWatcher
-from ui.core.preferences import Preferences
-from ui.main import PAGES, Assembly, WindowOptions, _errors_shown, assemble, start
+from ui.main import PAGES, Assembly, _errors_shown
 from ui.pages.live.page import LivePage
-from ui.services.port import Ports
-from ui.services.storage import Storage
 
 BEAT_MS = 10
 LONGEST_STALL_S = 5.0
@@ -134,35 +130,19 @@ PACKAGES = ("app", "protocol", "ui")
 @contextmanager
 def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Assembly, FakeWorker, FakePorts]]:
     """The window with all pages on a port that the test unplugs."""
-    fakes, storage = FakePorts(), Storage(folder / "store")
-
-    def made(ports: PortWatcher, _storage: Storage) -> Ports:
-        return Ports(ports, storage, make_worker=fakes.make, clock=lambda: fakes.now_s)
-
-    with (
-        patch("ui.main.Ports", made),
-        patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
-    ):
-        options = WindowOptions(language="en")
-        assembly = assemble(
-            qapp,
-            options,
-            preferences=Preferences(folder / "window.ini"),
-            ports=PortWatcher(ListedPorts(ADAPTER).poll),
-            storage=storage,
-        )
-        window = assembly.window
-        logging.disable()  # pytest keeps the records of a test
-        try:
-            start(assembly, options)
-            qtbot.waitUntil(lambda: window.findChild(QObject, "diagnosis_page") is not None)
+    logging.disable()  # pytest keeps the records of a test
+    try:
+        with (
+            patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
+            fake_window(qapp, folder, ADAPTER) as (fakes, assembly),
+        ):
+            qtbot.waitUntil(lambda: assembly.window._maker.is_done)
             assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
             worker = fakes.workers[-1]
             worker.say(**VALUES)
             yield assembly, worker, fakes
-        finally:
-            logging.disable(logging.NOTSET)
-            close_window(assembly)
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def census(root: QObject) -> Counter[str]:
