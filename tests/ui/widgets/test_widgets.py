@@ -11,7 +11,6 @@ from pytestqt.qtbot import QtBot
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
-from tests.support.processes import ran_code
 from tests.support.window.contrast import style_all
 from tests.support.window.painted_text import watching
 from tests.support.window.steps import given
@@ -245,15 +244,6 @@ def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot:
     assert lightest() > 200
     set_role(button, "")
     assert lightest() < 100
-
-
-def test_the_first_paint_does_not_wait_for_numpy() -> None:
-    program = (
-        "import sys, ui.style.theme, ui.style.icons, ui.widgets.readout, ui.plots.gauge\n"
-        "sys.exit('numpy' in sys.modules)"
-    )
-    done = ran_code(program)
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_notice_that_nobody_shows_again_follows_the_language(qtbot: QtBot, qapp: QApplication) -> None:

@@ -314,6 +314,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
             qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
+            assert "LookupError: a bug" in assembly.window.status_bar.passing.text()
             press(qtbot, bar.button("copy_details"))
             assert "raise_uncaught" in QApplication.clipboard().text()
             assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]

@@ -88,15 +88,24 @@ class Bench(Rig):
         QTest.keyClicks(self.panel.label, name)
         QTest.keyClick(self.panel.label, Qt.Key.Key_Return)
 
-    def take_turn(self, name: str) -> str:
-        """The sentence of its outcome."""
+    def begin_turn(self, name: str, requests: int = 0) -> None:
+        """Up to so many requests of its work."""
         self.until(lambda: self.stage is Stage.ASK)
         self.wait(0.6)
         self.scan(name)
-        assert self.stage is Stage.WORKING
+        assert self.stage in (Stage.WORKING, Stage.STOPPED)
+        begun = len(self.requests)
+        self.until(lambda: len(self.requests) >= begun + requests)
+
+    def end_turn(self) -> str:
+        """The sentence of its outcome."""
         self.until(lambda: self.stage is not Stage.WORKING)
         self.wait(0.3)
         return self.panel.hint.text().partition("\n")[0]
+
+    def take_turn(self, name: str) -> str:
+        self.begin_turn(name)
+        return self.end_turn()
 
 
 @pytest.fixture
@@ -193,13 +202,9 @@ def test_a_name_that_stayed_free_expects_nothing_of_the_module_that_was_set_asid
     bench.begin(tmp_path)
     bench.bench.set_bay(is_open=True)
     if is_exchanged:
-        bench.until(lambda: bench.stage is Stage.ASK)
-        bench.wait(0.6)
-        bench.scan("M-001")
-        begun = len(bench.requests)
-        bench.until(lambda: len(bench.requests) >= begun + 90)
+        bench.begin_turn("M-001", 90)
         bench.bench.restart()
-        bench.until(lambda: bench.stage is not Stage.WORKING)
+        bench.end_turn()
     else:
         assert bench.take_turn("M-001").startswith("SET ASIDE: ")
     bench.bench.set_bay(is_open=False)
@@ -210,15 +215,10 @@ def test_a_name_that_stayed_free_expects_nothing_of_the_module_that_was_set_asid
 @pytest.mark.parametrize("after", [1, 40, 90, 140])
 def test_a_module_that_is_exchanged_in_its_turn_is_set_aside(bench: Bench, tmp_path: Path, after: int) -> None:
     bench.begin(tmp_path)
-    bench.until(lambda: bench.stage is Stage.ASK)
-    bench.scan("M-001")
-    begun = len(bench.requests)
-    bench.until(lambda: len(bench.requests) >= begun + after)
+    bench.begin_turn("M-001", after)
     bench.bench.module.memory.reset_settings()
     bench.bench.restart()
-    bench.until(lambda: bench.stage is not Stage.WORKING)
-    bench.wait(0.5)
-    assert bench.panel.hint.text().startswith("SET ASIDE: ")
+    assert bench.end_turn().startswith("SET ASIDE: ")
     assert (_verdicts(bench, "M-001"), bench.store.modules()) == ([], ())
 
 
@@ -226,11 +226,9 @@ def test_a_module_that_is_exchanged_in_its_turn_is_set_aside(bench: Bench, tmp_p
 def test_a_module_that_is_unplugged_in_its_turn_is_set_aside(bench: Bench, tmp_path: Path, is_adapter: bool) -> None:
     """Alone, or with its adapter."""
     bench.begin(tmp_path)
-    bench.until(lambda: bench.stage is Stage.ASK)
-    bench.scan("M-001")
-    bench.wait(0.5)
+    bench.begin_turn("M-001", 10)
     bench.bench.unplug() if is_adapter else bench.bench.power_off()
-    bench.until(lambda: bench.stage is not Stage.WORKING)
+    bench.end_turn()
     bench.until(lambda: bench.stage is Stage.PLUG_IN)
     assert bench.panel.words.text() == "PLUG IN: M-001"
     assert bench.store.modules() == ()
@@ -241,27 +239,21 @@ def test_where_nothing_can_be_kept_the_module_has_no_name(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, work: str
 ) -> None:
     bench.begin(tmp_path)
-    bench.until(lambda: bench.stage is Stage.ASK)
 
     def full(*_args: object) -> None:
         raise StoreTrouble(StoreFault.FULL, tmp_path)
 
     monkeypatch.setattr(f"app.fleet.batch.Bench.{work}", full)
-    bench.scan("M-001")
-    bench.until(lambda: bench.stage is Stage.STOPPED)
-    bench.wait(0.3)
-    assert bench.panel.hint.text().startswith("The disk is full")
+    assert bench.take_turn("M-001").startswith("The disk is full")
+    assert bench.stage is Stage.STOPPED
     assert bench.assembly.connector.current.module.name == ""
 
 
 def test_another_module_by_a_persons_word_ends_the_turn(bench: Bench, tmp_path: Path) -> None:
     bench.begin(tmp_path)
-    bench.until(lambda: bench.stage is Stage.ASK)
-    bench.scan("M-001")
-    bench.wait(0.5)
+    bench.begin_turn("M-001", 10)
     bench.assembly.connector.current.module.treat_as_new()
-    bench.until(lambda: bench.stage is not Stage.WORKING)
-    assert bench.panel.hint.text().startswith("SET ASIDE: ")
+    assert bench.end_turn().startswith("SET ASIDE: ")
     assert bench.store.modules() == ()
 
 

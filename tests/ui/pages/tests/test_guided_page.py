@@ -53,9 +53,16 @@ def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> Guid
     start(bench, kind)
     if page.work.test.is_active:
         confirm(bench)
-    hands = Hands(bench.bench, PersonSteps(), height_m=height_m)
-    ends_at = bench.clock.now_s + 300.0
-    while page.work.stage is not Stage.DONE:
+    act_as_told(bench, Hands(bench.bench, PersonSteps(), height_m=height_m))
+    outcome = page.work.outcome
+    assert isinstance(outcome, GuidedResult), outcome
+    return outcome
+
+
+def act_as_told(bench: GestureBench, hands: Hands) -> None:
+    """Until the test is over."""
+    page, ends_at = bench.guided, bench.clock.now_s + 300.0
+    while page.work.is_running:
         assert bench.clock.now_s < ends_at, page.instruction.text()
         report = page.work.report
         if report is not None:
@@ -64,9 +71,6 @@ def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> Guid
         if page.work.confirm_words and page.work.kind in (GuidedKind.BAY, GuidedKind.LINK):
             page.primary.click()
         bench.wait(0.1)
-    outcome = page.work.outcome
-    assert isinstance(outcome, GuidedResult), outcome
-    return outcome
 
 
 def start(bench: GestureBench, kind: GuidedKind) -> None:
@@ -203,13 +207,7 @@ def _nobody(bench: GestureBench) -> None:
 def _done(bench: GestureBench) -> None:
     bench.bench.module.state.attitude_is_enabled = False
     bench.bench.module.activate(is_active=True)
-    hands = Hands(bench.bench, PersonSteps())
-    while bench.guided.work.is_running:
-        report = bench.guided.work.report
-        if report is not None:
-            hands.hear(report)
-        hands.move(bench.clock.now_s)
-        bench.wait(0.1)
+    act_as_told(bench, Hands(bench.bench, PersonSteps()))
 
 
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
