@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.identity import went_back
+from app.engine.identity import IdentityEvidence, is_exchanged
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import BOOT_COUNT, BOOTS
 from app.procedures.write import RESTART_SHOWS_S, read_back
@@ -87,7 +87,7 @@ def survives_power_cycle(
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
         yield Pause(POLL_EVERY_S)
-    if went_back(boots_before, boots):  # another module was plugged in
+    if is_exchanged(IdentityEvidence(boots_before), IdentityEvidence(boots)):  # another module was plugged in
         return PowerCycleResult(ending=Ending.UNPROVEN, stamps={}, boots_before=boots_before, boots_after=boots)
     yield Pause(RESTART_SHOWS_S)  # until the restart's second heartbeat has passed
     stamps: dict[str, SettingRetention] = {}

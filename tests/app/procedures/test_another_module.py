@@ -120,9 +120,10 @@ def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
         assert not any(written.verified or written.read_back for written in report.results), frame
 
 
-def test_its_settings_are_not_said_to_be_those_that_the_first_one_kept() -> None:
+@pytest.mark.parametrize("boots", [20, 90])
+def test_its_settings_are_not_said_to_be_those_that_the_first_one_kept(boots: int) -> None:
     """It was plugged in instead of switching that one off and on."""
-    rig = ExchangedRig(5, boots=20)
+    rig = ExchangedRig(5, boots=boots)
     result = rig.run(survives_power_cycle({"attitude_threshold_deg": 60}))
     assert rig.is_exchanged
     assert (result.ending, result.stamps) == (Ending.UNPROVEN, {})
