@@ -155,7 +155,7 @@ class SettingsController(QObject):
         errors = job.outcome().errors
         missing = tuple(command for command in READABLE if command.key in errors)
         if missing:
-            self.job.set_notice(partial(self._unread_notice, missing))
+            self.job.set_notice(partial(self._unread_notice, missing, job.outcome().began_at))
 
     def _end_writing(
         self, heard: list[Written], begun: list[Command], accepted: frozenset[SettingChange], job: Job[WriteReport]
@@ -228,6 +228,7 @@ class SettingsController(QObject):
             join_names(tr(row.command.title) for row in rows.values() if row.state is state)
             for state in (RowState.FAILED, RowState.CHANGED)
         )
+        unread = self._unread(report.unread, report.read_at)
         counts = (
             (marked("Read back as written: {count}."), verified),
             (marked("Acknowledged, cannot be read: {count}."), acknowledged),
@@ -235,19 +236,25 @@ class SettingsController(QObject):
             (marked("Changed without being written: {names}."), moved),
             (marked("Not verified, but read as set since: {count}."), since),
             (marked("In doubt since: {count}; see the rows."), doubtful),
+            (marked("Not read back: {names}."), unread),
         )
         parts = [tr(text, count=found, names=found) for text, found in counts if found]
-        if report.unread:
-            titles = join_names(tr(command.title) for command in report.unread)
-            parts.append(tr("Not read back: {names}.", names=titles))
         parts += [refusal.sentence for refusal in report.refusals]
         test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
-        is_bad = bad or moved or doubtful or report.unread or report.refusals
+        is_bad = bad or moved or doubtful or unread or report.refusals
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
         return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
 
-    def _unread_notice(self, missing: Sequence[Command]) -> Notice:
-        names = join_names(tr(command.title) for command in missing)
+    def _unread(self, commands: Sequence[Command], began_at: float | None) -> str:
+        """The titles of those that were not read since either."""
+        values = self._connector.current.device.values
+        missing = (one for one in commands if one.key not in values or values[one.key].at < (began_at or 0.0))
+        return join_names(tr(command.title) for command in missing)
+
+    def _unread_notice(self, missing: Sequence[Command], began_at: float) -> Notice | None:
+        names = self._unread(missing, began_at)
+        if not names:
+            return None
         text = tr("Could not read: {names}. Read again or check the wiring.", names=names)
         again = Choice("read_again", tr("Read all"), self.read_all)
         return Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss)

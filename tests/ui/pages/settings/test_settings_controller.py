@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app.engine.device import StaleReason
+from app.engine.device import How, Known, StaleReason
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.snapshots import Snapshot
@@ -20,6 +20,7 @@ from app.safety.interlocks import Interlock, Refusal
 from app.settings.form import FormRow, RowState
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
+from protocol.events import Unanswered
 from protocol.fields import Value
 from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services
 from tests.support.window.steps import given
@@ -227,6 +228,22 @@ def test_to_a_module_that_may_be_another_nothing_is_written_or_restored(desk: De
     assert desk.says.startswith("Nothing was written.")
     desk.work.restore_initial()
     assert (desk.work.initial, desk.work.form.edited) == (None, WANTED)
+
+
+@pytest.mark.parametrize("is_written", [False, True])
+def test_what_could_not_be_read_is_said_until_it_is_read(desk: Desk, is_written: bool) -> None:
+    now = desk.ports.connector.clock() + 1.0
+    if is_written:
+        desk.write()
+        desk.end(WriteReport(results=(TILT_HEARD,), unread=(LIGHT,), read_at=now), **{TILT.key: 70})
+    else:
+        desk.work.read_all()
+        desk.end(Everything({}, {LIGHT.key: Unanswered(LIGHT.query(), 1, 0.5, now)}, is_silent=False, began_at=now))
+    assert "Light threshold" in desk.says
+    desk.worker.values[LIGHT.key] = Known(1.8, How.READ, now)
+    desk.worker.say()
+    QApplication.processEvents()
+    assert "Light threshold" not in desk.says
 
 
 def test_what_is_only_acknowledged_is_not_shown_as_good(desk: Desk) -> None:
