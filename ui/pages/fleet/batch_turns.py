@@ -208,7 +208,9 @@ class BatchTurns(QObject):
 
     def _end_turn(self, turn: _Turn, why: UserMessage | None) -> None:
         self._turn, self.outcome = None, Outcome(turn.name, why)
-        if why is not None:
+        if why is None:
+            turn.port.module.remember_adapter()
+        else:
             turn.port.module.take_back(turn.name)
         self._had_its_turn = self.module
         self._on_changed()

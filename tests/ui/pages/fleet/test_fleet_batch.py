@@ -155,6 +155,9 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.sets == WRITES * 2
     assert (_verdicts(bench, "M-001"), _verdicts(bench, "M-002")) == (["READY"], ["READY"])
     assert bench.store.evidence("M-002").is_complete
+    module = bench.store.module_named("M-002")
+    assert module is not None
+    assert module.adapter == port.module.adapter  # which the next window asks about here
     runs = {entry.detail["run"] for entry in bench.store.audit(Act.WRITE)[: len(WRITES)]}
     assert runs == {port.kept.run}  # what was sent to one is not logged in the conversation with the other
     bench.panel.print_labels("24", tmp_path / "labels.pdf")
