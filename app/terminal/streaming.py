@@ -141,6 +141,8 @@ def _stream_memory(port: str) -> Iterator[StreamMemory]:
     store = None if is_simulated(port) else open_store_or_notify()
     with nullcontext() if store is None else closing(store):
         memory = StreamMemory(store, "" if store is None else adapter_of(port) or port)
-        yield memory
-        if memory.is_taken_over:
-            note(tr(LEFT_ON))
+        try:
+            yield memory
+        finally:
+            if memory.is_taken_over:
+                note(tr(LEFT_ON))

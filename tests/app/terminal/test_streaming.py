@@ -1,11 +1,16 @@
 """A stream of the command line: its span, what is undone behind it, and whether it is the module of before."""
 
+from contextlib import suppress
+from pathlib import Path
+
 import pytest
 
 from app.engine.procedure import Cancelled, Pause, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.worker import CLOSING_LIMIT_S
+from app.terminal import streaming
 from app.terminal.connection import connected
+from app.terminal.interruption import Interrupted
 from app.terminal.streaming import SameModule, StreamSpan
 from tests.support.records.recordings_made import device
 
@@ -55,3 +60,12 @@ def test_the_first_heartbeat_of_a_restart_takes_nothing_back_of_what_was_read() 
     assert same.contradiction(read) is None
     assert same.contradiction(read._replace(values={})) is None
     assert same.contradiction(device(2.0, boot_count=12)._replace(breaks=1)) is not None
+
+
+def test_that_a_stream_was_left_on_is_said_also_where_a_signal_ends_the_command(
+    user_files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with suppress(Interrupted), streaming._stream_memory("/dev/ttyUSB0") as memory:
+        memory.is_taken_over = True
+        raise Interrupted(2)
+    assert capsys.readouterr().err == f"{streaming.LEFT_ON}\n"
