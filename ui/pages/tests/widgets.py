@@ -112,7 +112,7 @@ class StepList(QWidget):
             label.setAccessibleName(f"{text} ({state})")
             set_role(label, "strong" if is_now else "" if is_done else "muted")
             if is_done:
-                mark.show_icon(Icon.CHECK, Meaning.GOOD)
+                mark.show_icon(Icon.CHECK)  # over, however it ended
             elif is_now:
                 mark.show_icon(Icon.CHEVRON_RIGHT, Meaning.INFORMATION)
             else:

@@ -20,6 +20,7 @@ from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
+from ui.style.theme import Meaning
 from ui.widgets.step_button import bring_into_sight
 
 KINDS = [test.kind for test in GUIDED_TESTS]
@@ -220,6 +221,8 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
         assert is_locked(bench), leave
         assert LOCK in bench.sent, leave
         assert not bench.guided.work.is_running, leave
+        marks = [mark._shown for mark, _step in bench.guided.steps.rows]
+        assert not [shown for shown in marks if shown and shown[1] is Meaning.GOOD], "it never fired"
         bench.until(lambda: not bench.guided.work.owes_lock)
         assert bench.sent.count(ACTIVATE) == 1, leave
         bench.bench.module.state.attitude_is_enabled = True
