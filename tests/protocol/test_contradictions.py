@@ -1,12 +1,12 @@
-"""Where the vendor's table contradicts itself: E1 … E15, as far as bytes and their meaning go.
+"""Where the vendor's table contradicts itself: E1 … E15, as far as its own frames (`vectors`) do not show it.
 
-The link, the device and the simulated module have tests of their own that bear the same names.
+The catalogue, the link, the device and the simulated module have tests of their own that bear the same names.
 """
 
 import pytest
 
 from app.captures.explain import meaning
-from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, RECORD_CODE, Hazard
+from protocol.catalogue import BY_NAME, RECORD_CODE
 from protocol.frame import Frame, Noise, Reason, encode_long, encode_reply
 from protocol.messages import Acknowledgement, EmptySlot, Reading, TriggerRecord, decode
 from protocol.stream import StreamParser
@@ -40,24 +40,6 @@ def test_e01_the_misprinted_reply_is_a_checksum_error(asked: str | None) -> None
     assert isinstance(parsed(misprint[:-1] + b"\x5d")[0], Frame)
 
 
-def test_e02_a_01_in_reply_to_a_set_is_never_shown_as_the_value() -> None:
-    (frame,) = parsed(encode_reply(0x22, 0x01))
-    assert isinstance(frame, Frame)
-    assert meaning(frame, BY_NAME["freefall_time"].set(1.6)) == {"command": "freefall_time", "acknowledged": True}
-    assert meaning(frame, BY_NAME["freefall_time"].query()) == {"command": "freefall_time", "value_s": 0.01}
-    assert meaning(frame) == {"command": "freefall_time", "value_s": None}
-
-
-@pytest.mark.parametrize("code", [0x34, 0x35])
-def test_e03_a_cell_voltage_comes_with_code_34_or_35(code: int) -> None:
-    query = BY_NAME["cell_voltage"].query()
-    (frame,) = parsed(encode_reply(code, 0xBE), "cell_voltage")
-    assert isinstance(frame, Frame)
-    message = decode(frame.raw, query)
-    assert message == Reading(BY_NAME["cell_voltage"], 0xBE)
-    assert message.value == 3.8
-
-
 def test_e03_every_record_that_begins_like_a_voltage_is_a_record() -> None:
     for boot_count in range(256):
         uptime_high = (0x36 + boot_count) & 0xFF
@@ -81,21 +63,6 @@ def test_e04_with_nothing_asked_a_16_is_not_put_down_to_one_of_the_two() -> None
     assert "may_answer" not in meaning(frame, BY_NAME["attitude_trigger"])
 
 
-def test_e05_the_record_of_the_code_notes_is_whole_and_the_row_of_the_table_is_not() -> None:
-    assert [piece.raw for piece in parsed(EXAMPLE)] == [EXAMPLE]
-    (noise,) = parsed(EXAMPLE[:14])
-    assert isinstance(noise, Noise)
-    assert noise.reason is Reason.INCOMPLETE
-
-
-@pytest.mark.parametrize("count", [0, 1, 2, 9])
-def test_e06_as_many_records_as_come_are_taken_in_their_order(count: int) -> None:
-    raws = [encode_long(RECORD_CODE, bytes((1, number)) + EXAMPLE[5:-1]) for number in range(1, count + 1)]
-    pieces = parsed(b"".join(raws), "trigger_records")
-    assert [piece.raw for piece in pieces] == raws
-    assert all(isinstance(decode(raw), TriggerRecord) for raw in raws)
-
-
 @pytest.mark.parametrize("filling", [0x00, 0xFF])
 def test_e07_a_slot_of_all_00_or_all_ff_is_empty_and_no_trigger(filling: int) -> None:
     raw = encode_long(RECORD_CODE, b"\1" + bytes((filling,)) * 11)
@@ -103,29 +70,6 @@ def test_e07_a_slot_of_all_00_or_all_ff_is_empty_and_no_trigger(filling: int) ->
     assert isinstance(frame, Frame)
     assert decode(frame.raw) == EmptySlot(raw)
     assert meaning(frame) == {"command": "trigger_records", "empty": True}
-
-
-def test_e08_the_flags_and_the_serial_output_cannot_be_asked_for() -> None:
-    unreadable = {command.name for command in COMMANDS if command.is_setting and not command.can_be_asked}
-    assert unreadable == {"serial_output", "attitude_trigger", "freefall_trigger", "baud_rate"}
-    for name in unreadable:
-        with pytest.raises(LookupError):
-            BY_NAME[name].query()
-
-
-def test_e09_a_change_of_the_baud_rate_is_dangerous_and_never_repeated() -> None:
-    for raw in BY_NAME["baud_rate"].write_hazards:
-        request = BY_NAME["baud_rate"].set({1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}[raw])
-        assert request.hazard is Hazard.DANGEROUS
-        assert not request.is_repeatable
-
-
-def test_e10_any_attitude_threshold_can_be_sent_and_below_55_is_against_advice() -> None:
-    command = BY_NAME["attitude_threshold"]
-    assert command.advice is not None
-    for degrees in range(256):
-        assert command.set(degrees).data == degrees
-        assert command.advice.is_followed_by(degrees) is (degrees >= 55)
 
 
 def test_e11_the_light_is_a_voltage_and_no_open_or_closed() -> None:
@@ -153,16 +97,3 @@ def test_e12_what_came_is_shown_and_an_impossible_voltage_is_marked(
     assert isinstance(one, TriggerRecord)
     assert one.cell_voltage_v == d14 / 50
     assert one.implausible == implausible
-
-
-def test_e14_d13_of_a_record_is_the_light_at_the_trigger() -> None:
-    one = record(d13=0x21)
-    assert isinstance(one, TriggerRecord)
-    assert one.light_v == 3.3
-
-
-def test_e15_forbidding_the_deployment_is_as_dangerous_as_firing() -> None:
-    forbid = BY_CODE[0x11].set(False)
-    assert forbid.encode() == BY_ID["deploy-forbid"].raw
-    assert forbid.hazard is Hazard.DANGEROUS
-    assert decode(BY_ID["deploy-forbid-ack"].raw, forbid) == Acknowledgement(forbid, 0)

@@ -157,10 +157,8 @@ def test_a_status_is_timed_only_where_none_streams(unasked: tuple[bytes, ...], i
     asked_at = bench.now
     bench.hear(STREAMED, after_s=0.01)
     *_, answered = bench.taken(Answered)
-    assert isinstance(answered, Answered)
     assert answered.round_trip_s == (pytest.approx(0.01) if is_timed else None)
     *_, status = bench.taken(Received)
-    assert isinstance(status, Received)
     assert (status.sent_after == asked_at) is is_timed
 
 
@@ -171,7 +169,6 @@ def test_a_late_status_was_sent_after_what_was_answered_before(bench: Bench) -> 
     bench.ask(STATUS.query(), attempts=1)
     bench.hear(STREAMED, after_s=1.5)
     *_, late = bench.taken(Received)
-    assert isinstance(late, Received)
     assert (late.role, late.sent_after) == (Role.LATE, asked_at)
 
 
@@ -188,7 +185,7 @@ def test_a_status_that_follows_a_copy_of_the_one_before_is_an_answer_and_no_stre
         bench.ask(STATUS.query())
         bench.hear(STREAMED, after_s=0.02)
     bench.hear(Status(8, 1.0, False, True).encode(), after_s=0.02)
-    roles = [one.role for one in bench.taken(Received) if isinstance(one, Received)]
+    roles = [one.role for one in bench.taken(Received)]
     assert roles[-3:] == [Role.ANSWER, Role.ANSWER, Role.LATE]
 
 
@@ -208,7 +205,6 @@ def test_a_question_is_not_repeated_directly_before_a_streamed_report(bench: Ben
     for _ in range(51):
         bench.hear(STREAMED, after_s=1.032 / 51)  # the last one comes 2 ms after it could be repeated
     _, repeated = bench.taken(Sent)
-    assert isinstance(repeated, Sent)
     assert repeated.at - asked_at == pytest.approx(1.032)
 
 
@@ -219,7 +215,6 @@ def test_each_status_is_counted_from_its_own_question(bench: Bench) -> None:
         bench.hear(STREAMED, after_s=0.01)
         bench.wait(0.5)
     *_, status = bench.taken(Received)
-    assert isinstance(status, Received)
     assert status.sent_after == asked_at
 
 
@@ -255,6 +250,6 @@ def test_heartbeats_that_each_answer_the_next_question_are_no_restart(bench: Ben
         bench.hear(PULSE, after_s=0.49)
     bench.hear(PULSE, after_s=0.49)
     bench.wait(1.0)
-    roles = [one.role for one in bench.taken(Received) if isinstance(one, Received)]
+    roles = [one.role for one in bench.taken(Received)]
     assert roles[-1] is Role.LATE
     assert bench.taken(Restarted) == []

@@ -48,32 +48,10 @@ def test_a_status_survives_the_way_there_and_back(tilt: int, tenths: int, trigge
     assert decode(status.encode()) == status
 
 
-def test_the_status_of_the_table_both_ways() -> None:
-    status = Status(7, 1.0, triggered=False, active=True)
-    assert status.encode() == BY_ID["status-example"].raw
-    assert decode(BY_ID["status-example"].raw) == status
-
-
 @pytest.mark.parametrize("status", [Status(256, 1.0, False, False), Status(7, 1.05, False, False)])
 def test_a_status_that_no_frame_can_carry_is_refused(status: Status) -> None:
     with pytest.raises(ValueRefused):
         status.encode()
-
-
-def test_the_record_of_the_table() -> None:
-    assert decode(EXAMPLE) == TriggerRecord(
-        boot_count=1,
-        uptime_s=108,
-        sources=("attitude",),
-        attitude_threshold_deg=60,
-        freefall_acceleration_g=0.5,
-        freefall_time_s=1.6,
-        serial_connected=True,
-        charging=False,
-        light_v=1.2,
-        cell_voltage_v=4.7,
-        raw=EXAMPLE,
-    )
 
 
 @given(

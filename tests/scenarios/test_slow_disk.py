@@ -15,7 +15,6 @@ from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
 from app.store.database import FILE_NAME
 from app.store.store import Store, open_store
 from app.store.store_journal import StoreJournal
@@ -47,11 +46,7 @@ def held(store: Store) -> Iterator[threading.Event]:
 
 
 def locked_by(rig: Rig, journal: StoreJournal) -> Locked:
-    run: Run[Locked] = Run(lock(journal))
-    rig.session.run(run, is_urgent=True)
-    rig.step_until(lambda: run.is_done)
-    assert run.result is not None
-    return run.result
+    return rig.end(rig.started(lock(journal), is_urgent=True))
 
 
 def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store) -> None:
@@ -68,7 +63,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
 
 def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store) -> None:
     rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
-    acting = Run(perform(Act.ACTIVATE, journal, permit=Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())))
+    acting = Run(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
     with held(store):
         rig.session.run(acting)
         rig.step_for(1.0)
@@ -76,9 +71,7 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
         assert locked_by(rig, journal).is_locked
         assert not acting.is_done
     store.queue.submit(int).result(LIMIT_S)
-    rig.step_until(lambda: acting.is_done)
-    assert acting.result is not None
-    assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.CONFIRMED]
+    assert [refusal.condition for refusal in rig.end(acting).refusals] == [Interlock.CONFIRMED]
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
     store.queue.submit(int).result(LIMIT_S)
     newest, oldest = store.audit()
@@ -92,8 +85,7 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert locked_by(rig, journal).is_locked
-        acting = Run(perform(Act.ACTIVATE, journal, permit=Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())))
-        rig.session.run(acting)
+        acting = rig.started(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
         for _ in range(100):  # two clocks: the disk's and the line's
             store.queue.submit(int).result(LIMIT_S)
             rig.step_for(0.02)

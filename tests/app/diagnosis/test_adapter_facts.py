@@ -18,7 +18,6 @@ from app.diagnosis.adapter_facts import (
 from app.engine.device import StaleReason
 from app.engine.ports import PortInfo
 from app.engine.procedure import Ask, Cancelled, Procedure
-from app.engine.session import Run
 from protocol.catalogue import BY_NAME
 from tests.support.line.sim_line import Rig
 
@@ -196,8 +195,7 @@ def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
     rig = Rig()
     rig.run(ask(Ask(THRESHOLD.query())))
     rig.bench.change(mute=not is_sent)
-    run = Run(ask(Ask(THRESHOLD.set(75))))
-    rig.session.run(run)
+    run = rig.started(ask(Ask(THRESHOLD.set(75))))
     rig.session.step()
     if is_sent:
         rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)

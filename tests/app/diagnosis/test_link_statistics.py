@@ -14,7 +14,6 @@ from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import LinkView
-from app.engine.session import Run
 from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
@@ -108,8 +107,7 @@ def test_the_seconds_are_bounded_even_when_the_clock_jumps() -> None:
 
 def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
     rig = Rig({"corrupt": "0.02", "drop": "0.05", "seed": "5"})
-    run = Run(read_everything())
-    rig.session.run(run)
+    run = rig.started(read_everything())
     figures = LinkStatistics()
     while not run.is_done:
         rig.session.step()

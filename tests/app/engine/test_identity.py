@@ -17,7 +17,6 @@ from app.engine.identity import (
     went_back,
 )
 from app.engine.procedure import Ask, Procedure
-from app.engine.session import Run
 from app.preflight.evidence import Evidence as PreflightEvidence
 from app.preflight.evidence import FlagState
 from app.preflight.run import run_preflight
@@ -197,8 +196,7 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     why = why_not_verified(written, report.refusals)  # what `dps-s set` prints
     assert why is not None
     assert why.translated() == f"not sent: {NOT_PROVEN}"
-    permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
-    changed = rig.run(change_baud(9600, journal, permit=permit))
+    changed = rig.run(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)))
     assert NOT_PROVEN in changed.sentence
     checked = PreflightEvidence()
     rig.run(run_preflight(checked, is_enabling=True, journal=journal))
@@ -212,8 +210,7 @@ def test_lock_leaves_also_to_what_may_be_another_module() -> None:
     rig = Rig(OPTIONS, expected=Expected(FOUND._replace(boot_count=90)))
     watched(rig)
     rig.step_for(5)
-    run = Run(lock(FakeJournal()))
-    rig.session.run(run, is_urgent=True)
+    run = rig.started(lock(FakeJournal()), is_urgent=True)
     rig.step_until(lambda: run.is_done, limit_s=10)
     assert set(changes(rig)) == {ACTIVATION.set(False)}
 
@@ -286,8 +283,7 @@ def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_p
     rig.session.take_events()
     rig.bench.module.memory.boot_count = 11
     rig.bench.module.restart(rig.clock(), is_silent=True)
-    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
-    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
     boots = BY_NAME["boot_count"].query()
     events = rig.session.take_events()
     assert 12 in [e.message.value for e in events if isinstance(e, Received) and isinstance(e.message, Reading)]

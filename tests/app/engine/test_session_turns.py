@@ -63,8 +63,7 @@ def test_a_step_ends_when_a_future_or_a_lock_may_be_due() -> None:
         yield Await(Future(), 0.5)
 
     rig.line.read = noted  # type: ignore[method-assign]
-    run = Run(waiting())
-    rig.session.run(run)
+    run = rig.started(waiting())
     began = rig.clock()
     rig.session.step(5.0)
     assert limits_s == [pytest.approx(0.002)]
@@ -72,9 +71,9 @@ def test_a_step_ends_when_a_future_or_a_lock_may_be_due() -> None:
     rig.step_until(lambda: rig.line.requests)
     assert rig.clock() - began == pytest.approx(0.1, abs=0.005), "then the line is free for the background"
     end_watch(rig)
-    rig.step_until(lambda: run.is_done)
-    locking, sent_at = Run(lock()), list[float]()
-    rig.session.run(locking, is_urgent=True)
+    rig.end(run)
+    rig.started(lock(), is_urgent=True)
+    sent_at: list[float] = []
     for _ in range(40):
         before = rig.line.requests.count(LOCK)
         rig.session.step(5.0)
@@ -129,8 +128,7 @@ def test_the_background_goes_on_after_a_sleep_and_does_not_repeat_what_it_set(mo
 
 def test_a_cancelled_procedure_ends_at_once() -> None:
     rig = settled_rig(mute=True)
-    run = Run(read_everything())
-    rig.session.run(run)
+    run = rig.started(read_everything())
     rig.step_for(0.1)
     run.cancel()
     rig.session.step()
@@ -139,15 +137,13 @@ def test_a_cancelled_procedure_ends_at_once() -> None:
 
 def test_a_cancelled_question_leaves_the_line_free_and_a_waiting_procedure_leaves_the_line_alone() -> None:
     rig = settled_rig(mute=True)
-    first, second = Run(read_everything()), Run(handshake())
-    rig.session.run(first)
+    first = rig.started(read_everything())
     rig.step_for(0.1)
     first.cancel()
-    rig.session.run(second)
+    rig.started(handshake())
     rig.step_for(0.1)
     assert rig.line.requests[-1] == HEARTBEAT.query(), "it does not wait for the answer to the cancelled question"
-    waiting = Run(read_everything())
-    rig.session.run(waiting)
+    waiting = rig.started(read_everything())
     waiting.cancel()
     sent = len(rig.line.requests)
     rig.step_for(0.1)
@@ -157,22 +153,20 @@ def test_a_cancelled_question_leaves_the_line_free_and_a_waiting_procedure_leave
 
 def test_the_port_is_not_set_to_the_rate_that_it_has_when_an_overtaken_procedure_goes_on() -> None:
     rig = settled_rig()
-    overtaken = Run(read_everything())
-    rig.session.run(overtaken)
+    overtaken = rig.started(read_everything())
     rig.step_for(0.002)
     rates: list[int] = []
     rig.line.use_rate = rates.append  # type: ignore[method-assign, assignment]
-    rig.session.run(Run(lock()), is_urgent=True)
-    rig.step_until(lambda: overtaken.is_done)
-    assert (overtaken.error, rates) == (None, []), "it would discard what is being received"
+    rig.started(lock(), is_urgent=True)
+    rig.end(overtaken)
+    assert rates == [], "it would discard what is being received"
 
 
 def test_a_lost_port_ends_every_procedure() -> None:
     rig = settled_rig()
     watched(rig)
     rig.step_for(3)
-    run = Run(find_rate())
-    rig.session.run(run)
+    run = rig.started(find_rate())
     rig.bench.unplug()
     with pytest.raises(PortError) as lost:
         rig.step_for(1)
@@ -187,8 +181,7 @@ def test_a_lost_port_ends_every_procedure() -> None:
 
 def test_closing_without_a_reason_says_port_lost() -> None:
     rig = settled_rig(mute=True)
-    run = Run(handshake())
-    rig.session.run(run)
+    run = rig.started(handshake())
     rig.session.close()
     rig.session.close()
     assert isinstance(run.error, PortLost)
@@ -196,29 +189,23 @@ def test_closing_without_a_reason_says_port_lost() -> None:
 
 def test_a_second_procedure_waits_for_the_first() -> None:
     rig = settled_rig()
-    first, second = Run(read_everything()), Run(handshake())
-    rig.session.run(first)
-    rig.session.run(second)
-    rig.step_until(lambda: first.is_done)
+    first, second = rig.started(read_everything()), rig.started(handshake())
+    rig.end(first)
     assert not second.is_done
-    rig.step_until(lambda: second.is_done)
+    rig.end(second)
     assert rig.line.requests[-1] == HEARTBEAT.query()
 
 
 def test_an_urgent_procedure_goes_first_and_the_others_go_on() -> None:
     rig = settled_rig(active=True, **{"mute-codes": "14"})
     rig.run(handshake())
-    reading, locking = Run(read_everything()), Run(lock())
-    rig.session.run(reading)
+    reading = rig.started(read_everything())
     rig.step_until(lambda: rig.line.requests[-1].command.name == "light")
     start_s = rig.clock.now_s
-    rig.session.run(locking, is_urgent=True)
-    rig.step_until(lambda: locking.is_done)
+    rig.end(rig.started(lock(), is_urgent=True))
     assert rig.clock.now_s - start_s < 0.1
     assert not rig.bench.state().is_active
-    rig.step_until(lambda: reading.is_done)
-    assert reading.result is not None
-    assert list(reading.result.errors) == ["light_v"]
+    assert list(rig.end(reading).errors) == ["light_v"]
 
 
 def test_the_background_does_not_hold_up_the_foreground() -> None:

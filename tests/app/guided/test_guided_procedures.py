@@ -3,7 +3,6 @@
 import pytest
 
 from app.engine.procedure import Report
-from app.engine.run import Run
 from app.engine.transport import PortError
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import measure_link
@@ -207,16 +206,13 @@ def test_a_plug_that_loses_answers_fails() -> None:
 def test_a_port_that_goes_away_while_it_is_shaken_is_a_result() -> None:
     """The session ends the procedure with the error, and it says so."""
     rig = settled_rig()
-    run = Run(measure_link(0, PersonSteps()))
-    rig.session.run(run)
+    run = rig.started(measure_link(0, PersonSteps()))
     rig.step_for(6.0)
     rig.bench.unplug()
     with pytest.raises(PortError) as lost:
         rig.step_for(1.0)
     rig.session.close(why=lost.value)
-    assert run.error is None
-    assert isinstance(run.result, GuidedResult)
-    assert rows(run.result)["Port lost"] == ("1", "failed")
+    assert rows(rig.end(run))["Port lost"] == ("1", "failed")
 
 
 @pytest.mark.parametrize("at_s", [1.0, *(6.0 + offset_ms / 1000 for offset_ms in range(0, 24, 2))])
@@ -226,16 +222,13 @@ def test_a_restart_while_the_plug_is_shaken_is_seen_at_once_and_fails(
     """The two heartbeats of a restart must not pass for answers to the questions that are asked meanwhile."""
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 4.0)
     rig = settled_rig()
-    run = Run(measure_link(0, PersonSteps()))
-    rig.session.run(run)
+    run = rig.started(measure_link(0, PersonSteps()))
     rig.step_for(at_s)
     restarts = rig.session.device.view(rig.clock()).restarts
     rig.bench.restart()
     rig.step_for(0.5)
     assert rig.session.device.view(rig.clock()).restarts > restarts
-    rig.step_for(7.0)
-    assert isinstance(run.result, GuidedResult)
-    assert rows(run.result)["Restarts"] == ("1", "failed")
+    assert rows(rig.end(run, limit_s=7.0))["Restarts"] == ("1", "failed")
 
 
 @pytest.mark.parametrize("kind", KINDS)

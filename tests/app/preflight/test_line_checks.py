@@ -8,7 +8,6 @@ import pytest
 
 from app.engine.device import StatusSample
 from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
-from app.engine.session import Run
 from app.limits.past import Past
 from app.preflight import run
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
@@ -272,9 +271,7 @@ def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None
             does_answer = first if report.done < STEPS - 1 else last
             rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
 
-    running = Run(run_preflight(evidence), answers)
-    rig.session.run(running)
-    rig.step_until(lambda: running.is_done)
+    rig.run(run_preflight(evidence), answers)
     assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
 
 
@@ -322,9 +319,7 @@ def test_what_came_of_enabling_a_trigger_is_logged(
 def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:
     evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
     rig = Rig({"uptime": 60})
-    running = Run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
-    rig.session.run(running)
-    rig.step_until(lambda: running.is_done)
+    rig.run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
     steps = [report for report in reports if report.total == STEPS]
     assert [report.done for report in steps] == list(range(STEPS))
     assert len({report.doing for report in steps}) == STEPS - 1, "the settings are read twice"

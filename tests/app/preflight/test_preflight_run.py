@@ -7,7 +7,7 @@ import pytest
 
 from app.engine.device import How, Known
 from app.engine.procedure import Cancelled, PortLost
-from app.engine.session import Run, Session
+from app.engine.session import Session
 from app.limits.past import Past
 from app.preflight.evidence import HEARTBEATS, Disturbance, Evidence
 from app.preflight.findings import Case
@@ -107,8 +107,7 @@ def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, reason: Distu
 )
 def test_a_check_that_ends_early_has_no_result(end: Exception, disturbance: Disturbance) -> None:
     rig, evidence = NightRig(), Evidence(port="sim")
-    run = Run(run_preflight(evidence))
-    rig.session.run(run)
+    run = rig.started(run_preflight(evidence))
     rig.step_for(1.0)
     rig.session.close(why=end)
     assert (run.result, type(run.error)) == (None, type(end))

@@ -34,8 +34,7 @@ READY: dict[Act, dict[str, Any]] = {
 
 
 def permit_for(rig: Rig, act: Act, **changes: Any) -> Permit:
-    permit = Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION, rig.clock())
-    return replace(permit, **changes)
+    return replace(rig.permit(act), **changes)
 
 
 def do(rig: Rig, act: Act, journal: Any = None, **more: Any) -> Performed:
@@ -208,12 +207,10 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
 
 def test_the_port_is_lost_after_the_frame_left() -> None:
     rig, journal = Rig({"active": True}), FakeJournal()
-    run = Run(perform(Act.DEPLOY, journal, permit=permit_for(rig, Act.DEPLOY)))
-    rig.session.run(run)
+    run = rig.started(perform(Act.DEPLOY, journal, permit=permit_for(rig, Act.DEPLOY)))
     rig.step_until(lambda: acts_sent(rig))
     rig.session.close(why=PortLost())
-    assert run.result is not None
-    assert run.result.outcome is Outcome.UNKNOWN
+    assert rig.end(run).outcome is Outcome.UNKNOWN
     assert journal.outcomes == {0: Outcome.UNKNOWN}
 
 
@@ -265,8 +262,7 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     rig, journal = Rig(READY[act]), FakeJournal()
     journal.is_held = True
     permit = permit_for(rig, act)
-    run = Run(perform(act, journal, permit=permit))
-    rig.session.run(run)
+    run = rig.started(perform(act, journal, permit=permit))
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
     rig.step_until(lambda: journal.intents)
     heard = rig.session.link_view().counters.bytes_received
@@ -274,13 +270,12 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     assert rig.session.link_view().counters.bytes_received > heard + 60
     assert not acts_sent(rig)
     journal.flush()
-    rig.step_until(lambda: run.is_done)
-    assert run.result is not None
+    ended = rig.end(run)
     if act in (Act.DEPLOY, Act.ZERO):  # held three seconds ago; whether it lies still has to be watched again
-        assert run.result.outcome is Outcome.NOT_SENT
+        assert ended.outcome is Outcome.NOT_SENT
         assert acts_sent(rig) == []
     else:
-        assert run.result.outcome is Outcome.CONFIRMED
+        assert ended.outcome is Outcome.CONFIRMED
         assert acts_sent(rig) == [REQUESTS[act].encode()]
 
 
@@ -288,16 +283,14 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     """Somebody else activated it meanwhile."""
     rig, journal = Rig(), FakeJournal()
     journal.is_held = True
-    run = Run(perform(Act.ACTIVATE, journal, permit=permit_for(rig, Act.ACTIVATE)))
-    rig.session.run(run)
+    run = rig.started(perform(Act.ACTIVATE, journal, permit=permit_for(rig, Act.ACTIVATE)))
     rig.step_until(lambda: journal.intents)
     rig.bench.module.activate(is_active=True)
     rig.step_for(2.0)
     journal.flush()
-    rig.step_until(lambda: run.is_done)
-    assert run.result is not None
-    assert Interlock.IS_LOCKED in {refusal.condition for refusal in run.result.refusals}
-    assert Interlock.FRESH_STATUS not in {refusal.condition for refusal in run.result.refusals}, "it was asked"
+    ended = rig.end(run)
+    assert Interlock.IS_LOCKED in {refusal.condition for refusal in ended.refusals}
+    assert Interlock.FRESH_STATUS not in {refusal.condition for refusal in ended.refusals}, "it was asked"
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 
@@ -320,8 +313,7 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
 def test_what_is_broken_off_while_the_disk_works_is_written_down_as_not_sent(why: str) -> None:
     rig, journal = Rig(), FakeJournal()
     journal.is_held = True
-    run = Run(perform(Act.ZERO, journal, permit=permit_for(rig, Act.ZERO)))
-    rig.session.run(run)
+    run = rig.started(perform(Act.ZERO, journal, permit=permit_for(rig, Act.ZERO)))
     rig.step_until(lambda: journal.intents)
     if why == "cancelled":
         run.cancel()

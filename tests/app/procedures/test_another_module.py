@@ -35,7 +35,7 @@ TRIGGERS = {"attitude_trigger": True, "freefall_trigger": True}
 
 
 def act(which: Act) -> Begin:
-    return lambda rig: perform(which, FakeJournal(), permit=Permit(which, Origin.CONFIRMATION, rig.clock()))
+    return lambda rig: perform(which, FakeJournal(), permit=rig.permit(which))
 
 
 def write(**values: float) -> Begin:
@@ -84,7 +84,7 @@ def test_what_it_reports_after_an_act_is_not_said_of_the_first_one(
     for frame in frames:
         rig = ExchangedRig(frame, boots=37)
         rig.second.module.activate(is_active=is_active)
-        performed = rig.run(perform(which, FakeJournal(), permit=Permit(which, Origin.CONFIRMATION, rig.clock())))
+        performed = rig.run(perform(which, FakeJournal(), permit=rig.permit(which)))
         assert rig.is_exchanged
         assert (performed.outcome, performed.status) == (outcome, None), frame
 
@@ -134,8 +134,7 @@ def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
     """That one is searched for at the next start."""
     for frame in range(1, 6):
         rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
-        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
-        changed = rig.run(change_baud(57600, journal, permit=permit))
+        changed = rig.run(change_baud(57600, journal, permit=rig.permit(Act.CHANGE_BAUD)))
         assert (rig.is_exchanged, rig.to_second) == (True, [])
         assert changed.end is (BaudEnd.NOT_SENT if frame < 3 else BaudEnd.LOST), frame
         assert not journal.outcomes, frame

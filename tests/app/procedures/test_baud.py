@@ -6,13 +6,11 @@ from typing import Any
 import pytest
 
 from app.engine.procedure import PortLost
-from app.engine.session import Run
 from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
 from protocol.catalogue import BAUD_RATES, HEARTBEAT
 from protocol.events import Answered
 from protocol.fields import ValueRefused
@@ -22,16 +20,12 @@ from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
 
-def permit_for(rig: Rig) -> Permit:
-    return Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
-
-
 def rates(journal: FakeJournal) -> list[tuple[int, int]]:
     return [(int(str(detail["old"])), int(str(detail["new"]))) for _act, _frame, detail in journal.intents]
 
 
 def change(rig: Rig, rate: int, journal: FakeJournal | None = None) -> BaudChanged:
-    return rig.run(change_baud(rate, journal or FakeJournal(), permit=permit_for(rig)))
+    return rig.run(change_baud(rate, journal or FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD)))
 
 
 def sets(rig: Rig) -> int:
@@ -114,8 +108,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
 
 def test_a_break_in_the_middle_stays_written_down_and_is_picked_up() -> None:
     rig, journal = Rig(), FakeJournal()
-    run = Run(change_baud(19200, journal, permit=permit_for(rig)))
-    rig.session.run(run)
+    run = rig.started(change_baud(19200, journal, permit=rig.permit(Act.CHANGE_BAUD)))
     rig.step_until(lambda: sets(rig) == 1)
     rig.session.close(why=PortLost())
     assert isinstance(run.error, PortLost)
@@ -129,7 +122,7 @@ def test_a_break_in_the_middle_stays_written_down_and_is_picked_up() -> None:
 @pytest.mark.parametrize("what", ["no permit", "active", "log", "silent"])
 def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     rig, journal = Rig({"active": what == "active"}), FakeJournal()
-    permit = None if what == "no permit" else permit_for(rig)
+    permit = None if what == "no permit" else rig.permit(Act.CHANGE_BAUD)
     journal.is_broken = what == "log"
     rig.bench.change(mute=what == "silent")
     changed = rig.run(change_baud(9600, journal, permit=permit))
@@ -145,8 +138,7 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
 def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> None:
     rig, journal = Rig(), FakeJournal()
     journal.is_held = True
-    run = Run(change_baud(9600, journal, permit=permit_for(rig)))
-    rig.session.run(run)
+    run = rig.started(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)))
     rig.step_until(lambda: journal.intents)
     if what == "active":
         rig.bench.module.activate(is_active=True)
@@ -163,7 +155,7 @@ def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> N
 
 def test_one_permit_is_one_change() -> None:
     rig = Rig()
-    permit = permit_for(rig)
+    permit = rig.permit(Act.CHANGE_BAUD)
     assert rig.run(change_baud(9600, FakeJournal(), permit=permit)).end is BaudEnd.CHANGED
     assert rig.run(change_baud(4800, FakeJournal(), permit=permit)).end is BaudEnd.NOT_SENT
     assert sets(rig) == 1

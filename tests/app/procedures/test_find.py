@@ -6,7 +6,6 @@ from collections.abc import Callable
 import pytest
 
 from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, UseRate
-from app.engine.run import Run
 from app.engine.setting_changes import changed_settings
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
 from app.procedures.handshake import Silence, what_came
@@ -87,9 +86,7 @@ TWO_CHANGES = [SettingChange(BY_NAME["freefall_time"], 1.2), SettingChange(BY_NA
 )
 def test_progress_is_counted_step_by_step(procedure: Callable[[], Procedure[object]], doing: str, total: int) -> None:
     rig, reports = Rig({"baud": 4800}, baud_rate=115200 if "rate" in doing else 4800), list[Report]()
-    run = Run(procedure(), reports.append)
-    rig.session.run(run)
-    rig.step_until(lambda: run.is_done)
+    rig.run(procedure(), reports.append)
     steps = [(report.done, report.total) for report in reports if report.doing == doing]
     assert steps[:total] == [(done, total) for done in range(total)]
 

@@ -11,11 +11,10 @@ from app.engine.identity import UNKNOWN
 from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, LockRepeat, PortLost
 from app.engine.session import Run
 from app.procedures.act import perform
-from app.procedures.find import RateSearch, find_rate
+from app.procedures.find import find_rate
 from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, waiting_sentence
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
-from app.safety.permit import Origin, Permit
 from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
@@ -26,17 +25,11 @@ ACTIVE = BY_NAME["active"].query()
 
 
 def press(rig: Rig, **more: Any) -> Run[Locked]:
-    run: Run[Locked] = Run(lock(more.pop("journal", None), **more))
-    rig.session.run(run, is_urgent=True)
-    return run
+    return rig.started(lock(more.pop("journal", None), **more), is_urgent=True)
 
 
 def pressed(rig: Rig, **more: Any) -> Locked:
-    run = press(rig, **more)
-    rig.step_until(lambda: run.is_done, limit_s=60)
-    assert run.error is None
-    assert run.result is not None
-    return run.result
+    return rig.end(press(rig, **more), limit_s=60)
 
 
 def locks(rig: Rig) -> int:
@@ -75,9 +68,7 @@ def test_what_a_new_module_reports_is_not_logged_of_the_one_that_it_was_pressed_
     rig.step_until(lambda: not rig.session.identity.identity.is_settled)
     rig.session.treat_as_new(is_named=False)
     rig.bench.change(mute=False)
-    rig.step_until(lambda: run.is_done, limit_s=60)
-    assert run.result is not None
-    assert (run.result.outcome, *journal.outcomes.values()) == (Outcome.CONFIRMED, Outcome.UNKNOWN)
+    assert (rig.end(run, limit_s=60).outcome, *journal.outcomes.values()) == (Outcome.CONFIRMED, Outcome.UNKNOWN)
 
 
 def test_it_is_repeated_until_it_is_reported() -> None:
@@ -162,9 +153,7 @@ def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
 @pytest.mark.parametrize("steps", range(0, 30, 3))
 def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -> None:
     rig = settled_rig()
-    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
-    acting = Run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
-    rig.session.run(acting)
+    acting = rig.started(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
     deafen(rig, lambda number, frame: 0 < number < 5)
     for _ in range(steps):
         rig.session.step()
@@ -186,9 +175,7 @@ def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
     rig.step_for(0.5)
     assert not locking.is_done
     locking.cancel()
-    rig.step_for(0.05)
-    assert locking.result is not None
-    assert locking.result.is_replaced
+    assert rig.end(locking, limit_s=0.05).is_replaced
     count = locks(rig)
     rig.step_for(3.0)
     assert locks(rig) == count
@@ -198,31 +185,25 @@ def test_it_leaves_at_the_proven_rate_while_the_rate_is_searched() -> None:
     rig = settled_rig(active=True)
     rig.step_for(0.1)
     rig.run(find_rate(115200))
-    finding: Run[RateSearch] = Run(find_rate(4800))
-    rig.session.run(finding)
+    finding = rig.started(find_rate(4800))
     rig.step_until(lambda: rig.line.baud_rate == 4800)
     locked = pressed(rig)
     assert (locked.is_locked, locked.sent) == (True, 1)
-    rig.step_until(lambda: finding.is_done)
-    assert finding.result is not None
-    assert finding.result.baud_rate == 115200
+    assert rig.end(finding).baud_rate == 115200
 
 
 def test_a_search_goes_on_at_its_own_rate_also_after_a_second_press() -> None:
     """Else it would take the answer at the rate of LOCK for one at its own."""
     rig = settled_rig(active=True)
     rig.run(find_rate(115200))
-    finding: Run[RateSearch] = Run(find_rate(4800))
-    rig.session.run(finding)
+    finding = rig.started(find_rate(4800))
     rig.step_until(lambda: rig.line.baud_rate == 4800)
     rig.bench.change(mute=True)
     for _ in range(2):
-        rig.session.run(Run(lock()), is_urgent=True)
+        press(rig)
         rig.step_until(lambda: rig.line.baud_rate == 115200)
     rig.bench.end_faults()
-    rig.step_until(lambda: finding.is_done)
-    assert finding.result is not None
-    assert finding.result.baud_rate == 115200
+    assert rig.end(finding).baud_rate == 115200
 
 
 @pytest.mark.parametrize("rate", [4800, 9600, 57600])
@@ -231,15 +212,12 @@ def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: 
     rig = settled_rig(active=True)
     rig.run(find_rate(115200))
     rig.bench.module.baud_rate = rate
-    finding: Run[RateSearch] = Run(find_rate(115200))
-    rig.session.run(finding)
+    finding = rig.started(find_rate(115200))
     rig.step_for(after_s)
     locked = pressed(rig)
     assert locked.is_locked
     assert not rig.bench.state().is_active
-    rig.step_until(lambda: finding.is_done)
-    assert finding.result is not None
-    assert finding.result.baud_rate == rate
+    assert rig.end(finding).baud_rate == rate
 
 
 def test_it_goes_on_counting_when_the_port_comes_back() -> None:

@@ -26,16 +26,11 @@ LIGHT_THRESHOLD = BY_NAME["light_threshold"]
 
 
 def under_way(rig: Rig, act: Act) -> Run[Performed]:
-    permit = Permit(act, Origin.CONFIRMATION, rig.clock())
-    run: Run[Performed] = Run(perform(act, FakeJournal(), permit=permit))
-    rig.session.run(run)
-    return run
+    return rig.started(perform(act, FakeJournal(), permit=rig.permit(act)))
 
 
 def press_lock(rig: Rig) -> Run[Locked]:
-    run: Run[Locked] = Run(lock())
-    rig.session.run(run, is_urgent=True)
-    return run
+    return rig.started(lock(), is_urgent=True)
 
 
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
@@ -49,11 +44,11 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     locking = press_lock(rig)
     rig.step_until(lambda: performing.is_done and locking.is_done)
     assert not [request for request in rig.line.requests[len(before) :] if request.hazard is Hazard.DANGEROUS]
-    assert performing.result is not None
+    performed = rig.end(performing)
     if REQUESTS[act] in before:
         return
-    assert performing.result.outcome is Outcome.NOT_SENT
-    refused = [refusal.condition for refusal in performing.result.refusals]
+    assert performed.outcome is Outcome.NOT_SENT
+    refused = [refusal.condition for refusal in performed.refusals]
     assert refused in ([Interlock.CONFIRMED], [])  # none where it was waiting for a quiet line
     assert not rig.bench.module.state.is_active
 
@@ -76,21 +71,16 @@ def test_what_is_broken_off_while_it_waits_for_a_quiet_line_was_not_sent(act: Ac
 
 def test_the_baud_rate_is_not_changed_after_lock_was_pressed() -> None:
     rig = Rig(SLOW)
-    permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
-    changing = Run(change_baud(9600, FakeJournal(), permit=permit))
-    rig.session.run(changing)
+    changing = rig.started(change_baud(9600, FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD)))
     press_lock(rig)
-    rig.step_until(lambda: changing.is_done)
-    assert changing.result is not None
-    assert changing.result.end is BaudEnd.NOT_SENT
+    assert rig.end(changing).end is BaudEnd.NOT_SENT
 
 
 def test_what_is_confirmed_after_lock_is_done() -> None:
     rig = Rig(SLOW)
     press_lock(rig)
     rig.step_for(1.0)
-    permit = Permit(Act.ZERO, Origin.CONFIRMATION, rig.clock())
-    done = rig.run(perform(Act.ZERO, FakeJournal(), permit=permit))
+    done = rig.run(perform(Act.ZERO, FakeJournal(), permit=rig.permit(Act.ZERO)))
     assert done.outcome is Outcome.CONFIRMED
 
 
@@ -105,10 +95,9 @@ def test_an_act_that_waits_for_the_line_is_withheld() -> None:
     assert performing.pending_ask is not None
     assert performing.pending_ask.request == REQUESTS[Act.SHUTDOWN]
     press_lock(rig)
-    rig.step_until(lambda: performing.is_done)
+    ended = rig.end(performing)
     assert REQUESTS[Act.SHUTDOWN] not in rig.line.requests
-    assert performing.result is not None
-    assert performing.result.outcome is Outcome.NOT_SENT
+    assert ended.outcome is Outcome.NOT_SENT
 
 
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
@@ -169,24 +158,19 @@ def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() ->
     rig.session.step(0.0)
     assert rig.line.requests.count(REQUESTS[Act.LOCK]) == 2
     rig.bench.end_faults()
-    rig.step_until(lambda: first.is_done and second.is_done)
-    assert first.result is not None
-    assert first.result.is_replaced
-    assert second.result is not None
-    assert second.result.is_locked
+    assert rig.end(first).is_replaced
+    assert rig.end(second).is_locked
 
 
 def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
     rig = Rig(SLOW)
     rig.run(read_back(LIGHT_THRESHOLD))
-    writing = Run(write_verified(LIGHT_THRESHOLD, 2.0))
-    rig.session.run(writing)
+    writing = rig.started(write_verified(LIGHT_THRESHOLD, 2.0))
     rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])
     press_lock(rig)
-    rig.step_until(lambda: writing.is_done)
+    ended = rig.end(writing)
     assert rig.line.requests.count(LIGHT_THRESHOLD.set(2.0)) == 1
-    assert writing.result is not None
-    assert (writing.result.heard, writing.result.verified) == (SetReply.NOTHING, True)
+    assert (ended.heard, ended.verified) == (SetReply.NOTHING, True)
 
 
 def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:
@@ -194,29 +178,24 @@ def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells
     performing = under_way(rig, Act.ACTIVATE)
     rig.step_until(lambda: rig.line.requests[-1:] == [REQUESTS[Act.ACTIVATE]])
     locking = press_lock(rig)
-    rig.step_until(lambda: performing.is_done and locking.is_done)
+    assert rig.end(performing).outcome is Outcome.UNKNOWN
+    assert rig.end(locking).is_locked
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
     assert not rig.bench.module.state.is_active
-    assert locking.result is not None
-    assert locking.result.is_locked
-    assert performing.result is not None
-    assert performing.result.outcome is Outcome.UNKNOWN
 
 
 def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     rig = Rig(SLOW)
     rig.bench.change(drop=1.0)
-    activating = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
-    again = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
-    rig.session.run(activating)
-    rig.session.run(again)
+    rig.started(ask_at_once(REQUESTS[Act.ACTIVATE]))
+    again = rig.started(ask_at_once(REQUESTS[Act.ACTIVATE]))
     rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
     rig.bench.end_faults()
     press_lock(rig)
-    rig.step_until(lambda: again.is_done)
+    ended = rig.end(again)
     rig.step_for(3.0)
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
-    assert isinstance(again.result, Unanswered)
-    assert again.result.attempts == 0
+    assert isinstance(ended, Unanswered)
+    assert ended.attempts == 0
     assert not rig.bench.module.state.is_active

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from app.engine.procedure import Report
-from app.engine.session import Run
 from app.procedures.power_cycle import (
     Ending,
     PowerCycleResult,
@@ -23,15 +22,11 @@ WANTED: dict[str, Value] = {"freefall_time_s": 1.6, "attitude_threshold_deg": 60
 
 
 def survive(rig: Rig, meanwhile: Callable[[], None], **more: Any) -> PowerCycleResult:
-    run = Run(survives_power_cycle(WANTED, **more))
-    rig.session.run(run)
+    run = rig.started(survives_power_cycle(WANTED, **more))
     rig.step_for(3.0)
     assert not run.is_done
     meanwhile()
-    rig.step_until(lambda: run.is_done, limit_s=400)
-    assert run.error is None
-    assert run.result is not None
-    return run.result
+    return rig.end(run, limit_s=400)
 
 
 @pytest.mark.parametrize("boots", [37, 255])
@@ -122,9 +117,7 @@ def test_a_line_that_damages_frames_never_makes_a_restart_of_it() -> None:
 def test_what_to_do_is_said() -> None:
     reports: list[Report] = []
     rig = Rig()
-    run = Run(survives_power_cycle(WANTED, longest_wait_s=2.0), reports.append)
-    rig.session.run(run)
-    rig.step_until(lambda: run.is_done)
+    rig.run(survives_power_cycle(WANTED, longest_wait_s=2.0), reports.append)
     assert {report.doing for report in reports} == {"Switch the module off and on"}
 
 

@@ -34,7 +34,6 @@ from app.procedures.write import write_verified
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Entry, Outcome, durable
-from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
@@ -134,8 +133,7 @@ def test_after_an_act_the_module_is_asked_only_so_often(
             sent.append((rig.clock(), len(rig.line.requests)))
 
     at_each_frame(rig.bench, change)
-    permit = Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION, rig.clock())
-    assert rig.run(perform(act, FakeJournal(), permit=permit)).outcome is outcome
+    assert rig.run(perform(act, FakeJournal(), permit=rig.permit(act))).outcome is outcome
     ((at, count),) = sent
     assert rig.clock() - at == pytest.approx(took_s, abs=0.05)
     assert len(rig.line.requests) - count == frames
@@ -193,7 +191,7 @@ def test_a_module_that_answers_is_asked_once() -> None:
 
 
 def do(rig: Rig, act: Act) -> None:
-    rig.run(perform(act, FakeJournal(), permit=Permit(act, Origin.CONFIRMATION, rig.clock())))
+    rig.run(perform(act, FakeJournal(), permit=rig.permit(act)))
 
 
 def test_a_module_counts_as_on_after_two_answers_half_a_second_apart() -> None:

@@ -8,7 +8,6 @@ import pytest
 
 from app.engine.identity import Expected, IdentityEvidence
 from app.engine.procedure import Cancelled
-from app.engine.run import Run
 from app.engine.snapshots import Snapshot
 from app.preflight.evidence import Evidence, FlagState
 from app.preflight.run import run_preflight
@@ -114,17 +113,14 @@ def test_the_module_is_asked_again_after_a_wait_for_the_disk(what: str) -> None:
     kept: Future[int] = Future()
     journal.is_held = what == "log"
     leave = WriteContext(journal=journal, store_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
-    run = Run(write_all(changes(freefall_time=1.2), leave))
-    rig.session.run(run)
+    run = rig.started(write_all(changes(freefall_time=1.2), leave))
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
     rig.step_until(lambda: run.waiting_since() is not None)
     rig.step_for(0.3)
     rig.bench.module.activate(is_active=True)
     kept.set_result(1)
     journal.flush()
-    rig.step_until(lambda: run.is_done)
-    assert isinstance(run.result, WriteReport)
-    assert [refusal.condition for refusal in run.result.refusals] == [Interlock.MAY_WRITE]
+    assert [refusal.condition for refusal in rig.end(run).refusals] == [Interlock.MAY_WRITE]
     assert sets(rig) == []
 
 
@@ -289,8 +285,7 @@ def test_without_a_boot_count_at_the_end_nothing_is_verified() -> None:
 
 def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None:
     rig, journal = Rig(), FakeJournal()
-    run = Run(write_all(changes(freefall_time=1.2, attitude_threshold=70), WriteContext(journal=journal)))
-    rig.session.run(run)
+    run = rig.started(write_all(changes(freefall_time=1.2, attitude_threshold=70), WriteContext(journal=journal)))
     rig.step_until(lambda: sets(rig))
     run.cancel()
     rig.step_until(lambda: run.is_done)

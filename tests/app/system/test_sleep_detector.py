@@ -7,16 +7,15 @@ import pytest
 
 from app.engine.device import StaleReason
 from app.engine.procedure import Ask, Inspect, Procedure, Slept
-from app.engine.session import Run, Session
+from app.engine.session import Session
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Job, PortState, Worker
-from app.procedures.act import Performed, perform
-from app.procedures.lock import Locked, lock
-from app.procedures.read import READABLE, Everything, read_everything
+from app.procedures.act import perform
+from app.procedures.lock import lock
+from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
 from app.simulator import bench
 from app.system.sleep_detector import (
     MAX_TURN_S,
@@ -181,8 +180,7 @@ def test_without_a_second_clock_a_turn_that_took_a_night_is_a_sleep() -> None:
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN])
 def test_what_was_confirmed_before_the_sleep_is_not_sent_after_it(act: Act, steps: int) -> None:
     rig = SleepyRig({"delay_ms": 60})
-    run: Run[Performed] = Run(perform(act, FakeJournal(), permit=Permit(act, Origin.CONFIRMATION, rig.clock())))
-    rig.session.run(run)
+    run = rig.started(perform(act, FakeJournal(), permit=rig.permit(act)))
     for _ in range(steps):
         rig.session.step()
     assert not run.is_done
@@ -208,8 +206,7 @@ def test_what_was_decided_in_the_turn_in_which_it_fell_asleep_is_not_sent() -> N
         rig.lid.close_for(NIGHT_S)
         yield Ask(SERIAL_OUTPUT.set(False))
 
-    run = Run(decided())
-    rig.session.run(run)
+    run = rig.started(decided())
     rig.step_for(2)
     assert isinstance(run.error, Slept)
     assert SERIAL_OUTPUT.set(False) not in rig.line.requests
@@ -217,10 +214,7 @@ def test_what_was_decided_in_the_turn_in_which_it_fell_asleep_is_not_sent() -> N
 
 def test_what_runs_and_what_waits_ends_with_the_sleep() -> None:
     rig = SleepyRig({"delay_ms": 50})
-    reading: Run[Everything] = Run(read_everything())
-    waiting: Run[Everything] = Run(read_everything())
-    rig.session.run(reading)
-    rig.session.run(waiting)
+    reading, waiting = rig.started(read_everything()), rig.started(read_everything())
     rig.step_for(0.1)
     rig.lid.close_for(NIGHT_S)
     rig.step_for(0.5)
@@ -234,15 +228,11 @@ def test_what_runs_and_what_waits_ends_with_the_sleep() -> None:
 def test_lock_is_carried_out_all_the_same(steps: int) -> None:
     rig = SleepyRig({"active": True, "delay_ms": 60})
     rig.watched()
-    locking: Run[Locked] = Run(lock())
-    rig.session.run(locking, is_urgent=True)
+    locking = rig.started(lock(), is_urgent=True)
     for _ in range(steps):
         rig.session.step()
     rig.lid.close_for(NIGHT_S)
-    rig.step_until(lambda: locking.is_done)
-    assert locking.error is None
-    assert locking.result is not None
-    assert locking.result.is_locked
+    assert rig.end(locking).is_locked
     assert not rig.bench.module.state.is_active
 
 

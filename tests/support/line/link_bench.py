@@ -1,10 +1,14 @@
 """A link on a fake clock, and the frames that its tests share."""
 
+from typing import TypeVar
+
 from protocol.catalogue import BY_NAME, HEARTBEAT, Command, Request
 from protocol.events import Event, Received, Role
 from protocol.link import Link
 from protocol.messages import Status
 from tests.support.line.vectors import BY_ID
+
+Told = TypeVar("Told")
 
 PULSE = bytes.fromhex("41 75 01 A5 5A 00")
 RECORD = BY_ID["trigger-record-example"].raw
@@ -55,7 +59,7 @@ class Bench:
             self.wait(0.4)  # so that the next heartbeat is not taken for a duplicate or for a restart
         self.events.clear()
 
-    def taken(self, kind: type[Event]) -> list[Event]:
+    def taken(self, kind: type[Told]) -> list[Told]:
         return [event for event in self.events if isinstance(event, kind)]
 
     def roles(self) -> list[Role]:

@@ -7,10 +7,12 @@ from typing import Any, TypeVar
 from app.engine import worker
 from app.engine.device import DeviceView
 from app.engine.identity import Expected
-from app.engine.procedure import EngineView, LinkView, PortLost, Procedure
+from app.engine.procedure import EngineView, LinkView, PortLost, Procedure, Report
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
+from app.safety.acts import Act
+from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Request
 from protocol.events import Counters
@@ -210,15 +212,37 @@ class Rig:
     def bench(self) -> SimulatedBench:
         return self.line.bench
 
-    def run(self, procedure: Procedure[Result], *, limit_s: float = 120.0) -> Result:
-        """Run `procedure` to its end; raise what it raised, and fail after `limit_s` of the fake clock."""
-        run = Run(procedure)
-        self.session.run(run)
+    def started(
+        self,
+        procedure: Procedure[Result],
+        on_progress: Callable[[Report], None] | None = None,
+        *,
+        is_urgent: bool = False,
+    ) -> Run[Result]:
+        run = Run(procedure, on_progress)
+        self.session.run(run, is_urgent=is_urgent)
+        return run
+
+    def end(self, run: Run[Result], *, limit_s: float = 120.0) -> Result:
+        """Go on to the end of `run`; raise what it raised, and fail after `limit_s` of the fake clock."""
         self.step_until(lambda: run.is_done, limit_s=limit_s)
         if run.error is not None:
             raise run.error
-        assert run.is_done
         return run.result  # type: ignore[return-value]
+
+    def run(
+        self,
+        procedure: Procedure[Result],
+        on_progress: Callable[[Report], None] | None = None,
+        *,
+        limit_s: float = 120.0,
+    ) -> Result:
+        """Run `procedure` from its beginning to its end."""
+        return self.end(self.started(procedure, on_progress), limit_s=limit_s)
+
+    def permit(self, act: Act) -> Permit:
+        """As a person at the window gives it now."""
+        return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION, self.clock())
 
     def step_until(self, is_enough: Any, *, limit_s: float = 120.0) -> None:
         end_s = self.clock.now_s + limit_s

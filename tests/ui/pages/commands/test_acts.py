@@ -160,9 +160,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
 
 def begin(rig: Rig) -> Run[Performed]:
     permit = Permit(Act.ZERO, Origin.CONFIRMATION, rig.clock())
-    run: Run[Performed] = Run(perform(Act.ZERO, FakeJournal(), permit=permit))
-    rig.session.run(run)
-    return run
+    return rig.started(perform(Act.ZERO, FakeJournal(), permit=permit))
 
 
 def end(rig: Rig, run: Run[Performed]) -> Performed:
