@@ -173,11 +173,6 @@ def test_a_header_within_rejected_bytes_begins_a_frame() -> None:
     assert rejected(pieces) == {Reason.CHECKSUM: 4}
 
 
-def test_header_bytes_as_data_are_data() -> None:
-    tilted = Status(0x41, 11.7, triggered=False, active=True).encode()
-    assert frames(parse(tilted * 3)) == [tilted] * 3
-
-
 def test_a_pause_within_a_frame_is_no_matter_as_long_as_nobody_flushes() -> None:
     parser = StreamParser()
     assert [parser.feed(bytes((byte,))) for byte in STREAMED[:-1]] == [[]] * 7
@@ -196,14 +191,6 @@ def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
         pieces = [piece for chunk in (*chunks, following) for piece in parser.feed(chunk)]
         assert frames(pieces) == [LIKE_A_VOLTAGE] + [STREAMED] * (len(following) // 8)
         assert parser.pending == 0
-
-
-def test_e03_what_was_asked_decides_what_a_code_35_frame_is() -> None:
-    as_voltage = parse(LIKE_A_VOLTAGE, asked=VOLTAGE)
-    assert frames(as_voltage) == [LIKE_A_VOLTAGE[:6]]
-    assert frames(parse(LIKE_A_VOLTAGE, asked=RECORDS)) == [LIKE_A_VOLTAGE]
-    other_record = BY_ID["trigger-record-example"].raw
-    assert frames(parse(other_record, asked=VOLTAGE)) == [other_record]
 
 
 def test_e03_a_voltage_is_a_frame_at_once_while_it_is_asked() -> None:
@@ -231,17 +218,6 @@ def test_e03_a_record_that_is_damaged_behind_its_sixth_byte_is_no_voltage(asked:
             assert frames(parse(bytes(damaged) + STREAMED, asked=asked)) == [STREAMED]
     for length in range(7, 16):
         assert frames(parse(LIKE_A_VOLTAGE[:length], asked=asked)) == []
-
-
-def test_e03_while_records_are_asked_six_bytes_are_never_enough() -> None:
-    assert frames(parse(LIKE_A_VOLTAGE[:6], asked=RECORDS)) == []
-    assert frames(parse(LIKE_A_VOLTAGE[:6] + LIKE_A_VOLTAGE, asked=RECORDS)) == [LIKE_A_VOLTAGE]
-
-
-def test_follows_host_takes_what_was_asked_from_the_capture() -> None:
-    capture = VOLTAGE.encode() + LIKE_A_VOLTAGE[:6] + RECORDS.encode() + LIKE_A_VOLTAGE + VOLTAGE_AS_35
-    expected = [VOLTAGE.encode(), LIKE_A_VOLTAGE[:6], RECORDS.encode(), LIKE_A_VOLTAGE]
-    assert frames(parse(capture, follows_host=True)) == expected
 
 
 def test_the_wait_is_bounded_whatever_comes() -> None:
