@@ -17,12 +17,13 @@ from app.engine.transport import PortError, SerialLine
 from app.engine.worker import CLOSING_LIMIT_S, MAX_STEP_S
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
-from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VOLT, Request
+from protocol.catalogue import CELL_VOLT, TENTH_VOLT, Request
 from protocol.fields import Value
 from tests.faults.fault_kinds import FAULTS, End, FaultKind
 from tests.faults.faulty_port import FakePort, Phase
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import INSTANT_S, FakeClock
+from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
 LONGEST_S = 90.0
@@ -216,18 +217,12 @@ def _judged(cell: Cell, took_s: float) -> list[str]:
 
 def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
     """Return what the module holds, by the keys of the device."""
-    module, memory, state = bench.module, bench.module.memory, bench.module.state
+    module = bench.module
     return {
-        "attitude_threshold_deg": DEGREE.decode(memory.attitude_threshold),
-        "freefall_acceleration_g": TENTH_G.decode(memory.freefall_acceleration),
-        "freefall_time_s": CENTISECOND.decode(memory.freefall_time),
-        "light_threshold_v": TENTH_VOLT.decode(memory.light_threshold),
-        "attitude_trigger": state.attitude_is_enabled,
-        "freefall_trigger": state.freefall_is_enabled,
-        "serial_output": state.serial_output_is_on,
+        **settings_held(module),
         "baud_rate": module.baud_rate,
-        "boot_count": memory.boot_count,
-        "active": state.is_active,
+        "boot_count": module.memory.boot_count,
+        "active": module.state.is_active,
         "triggered": module.is_triggered,
         "tilt_deg": round(module.tilt_deg(now_s)),
         "acceleration_g": 1.0,

@@ -78,7 +78,7 @@ def test_names_and_codes_are_those_of_the_table() -> None:
     assert len(BY_CODE) == len(BY_NAME) == len(COMMANDS)
 
 
-def test_exactly_these_requests_are_dangerous() -> None:
+def test_e09_exactly_these_requests_are_dangerous() -> None:
     assert {without_sum(one) for one in every_request() if one.hazard is Hazard.DANGEROUS} == DANGEROUS
 
 

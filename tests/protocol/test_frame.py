@@ -161,6 +161,7 @@ def test_the_text_is_the_value(field: Quantity) -> None:
     for raw in range(256):
         number = field.text(raw).removesuffix(field.unit).strip()
         assert float(number) == field.decode(raw)
+    assert field.maximum == field.decode(255)
 
 
 @pytest.mark.parametrize(

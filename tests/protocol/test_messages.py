@@ -60,7 +60,7 @@ def test_a_status_that_no_frame_can_carry_is_refused(status: Status) -> None:
     st.sampled_from([0, 1]),
     st.binary(min_size=2, max_size=2),
 )
-def test_every_value_of_a_record_is_the_byte_it_came_from(head: bytes, link: int, charge: int, tail: bytes) -> None:
+def test_e14_every_value_of_a_record_is_the_byte_it_came_from(head: bytes, link: int, charge: int, tail: bytes) -> None:
     data = head + bytes((link, charge)) + tail
     if data == bytes(11):
         return

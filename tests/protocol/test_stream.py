@@ -60,7 +60,7 @@ def cut(data: bytes, places: list[int]) -> list[bytes]:
 
 
 @pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
-def test_a_frame_of_the_table_is_one_piece(vector: Vector) -> None:
+def test_e05_a_frame_of_the_table_is_one_piece(vector: Vector) -> None:
     direction = Direction.HOST_TO_MODULE if vector.is_from_host else Direction.MODULE_TO_HOST
     asked = asked_for(vector)
     assert parse(vector.raw, asked=asked) == [Frame(direction, vector.raw, 0)]

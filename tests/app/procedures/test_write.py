@@ -14,6 +14,7 @@ from tests.faults.fault_table import truth
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
+from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
 READABLE = {
@@ -26,18 +27,7 @@ FLAGS = ("attitude_trigger", "freefall_trigger", "serial_output")
 
 
 def held(rig: Rig, command: Command) -> Value:
-    """What the module holds, in the field's unit."""
-    assert command.write is not None
-    memory, state = rig.bench.module.memory, rig.bench.module.state
-    match command.name:
-        case "attitude_trigger":
-            return state.attitude_is_enabled
-        case "freefall_trigger":
-            return state.freefall_is_enabled
-        case "serial_output":
-            return state.serial_output_is_on
-        case _:
-            return command.write.decode(getattr(memory, command.name))
+    return settings_held(rig.bench.module)[command.key]
 
 
 def write(rig: Rig, name: str, value: Value) -> Written:

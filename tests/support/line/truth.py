@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
 from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE, Hazard, Layout, Request
@@ -39,6 +40,12 @@ class Heard(NamedTuple):
 
 
 _CODES: Final = tuple(KEYS.values())
+
+
+def settings_held(module: SimulatedModule) -> dict[str, Value]:
+    """Every setting but the baud rate, by its key and in its field's unit."""
+    commands = [BY_CODE[code] for code in KEYS.values()]
+    return {one.key: one.reply.decode(read_raw(module, one.code)) for one in commands if one.reply is not None}
 
 
 def flag_in(key: str, raw: bytes) -> bool:
