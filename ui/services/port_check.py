@@ -15,7 +15,7 @@ from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult, Person
 from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
-from app.preflight.run import run_preflight
+from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import Record
@@ -185,8 +185,9 @@ class PortCheck(QObject):
     # What happens
 
     def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread."""
-        self.progress = report
+        """In the worker's thread. Only its own steps: what they are made of tells its progress, too."""
+        if report.total == STEPS:
+            self.progress = report
 
     def _on_batch(self, batch: Batch) -> None:
         if self._job is not None:
