@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-import app.__main__ as program
 from app.archive.exchange import Exchanged, exchange
 from app.archive.facts import FACT_COLUMNS
 from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
 from tests.app.cli.reference.test_schemas import faults
+from tests.support.cli_line import run_here
 from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
@@ -262,13 +262,11 @@ def test_the_command_exchanges_and_says_what_was_altered(
     _sync(one, server.url())
     found = []
     for words, code in (([server.url(), "--remember"], 0), ([], 0), ([], 4)):
-        assert program.main(["archive", "sync", *words, "--json"]) == code
-        found.append(json.loads(capsys.readouterr().out))
+        found.append(json.loads(run_here(capsys, ["archive", "sync", *words, "--json"], code).out))
         if len(found) == 2:
             server.run(f"UPDATE {TABLE} SET made_at = '2020-01-01T00:00:00+00:00' WHERE kind = 'preflight_check'")
     assert [fault for report in found for fault in faults("archive_exchange", report)] == []
     assert [(report["received"], report["refused_count"]) for report in found] == [(2, 0), (0, 0), (0, 1)]
     assert [(one["kind"], one["why"]) for one in found[2]["refused"]] == [("preflight_check", "it was altered")]
-    assert program.main(["archive", "status", "--json"]) == 0
-    status = json.loads(capsys.readouterr().out)
+    status = json.loads(run_here(capsys, ["archive", "status", "--json"]).out)
     assert (status["server"], status["not_shared"]) == (server_url(server.url()).shown, 0)

@@ -19,7 +19,7 @@ from app.store.store import open_store
 from app.system.folders import data_folder
 from tests.app.records.test_filing import FRAME
 from tests.app.records.test_record import checked_record
-from tests.support.cli_line import Printed, Program, bench_of, run_here
+from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.flights import log_bytes as made
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
@@ -89,41 +89,33 @@ def _written(path: Path, record: Record) -> Path:
     return path
 
 
-def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(
-    record: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(record: Path, dps_s: Program) -> None:
     fingerprint = fingerprint_of(station().public)
-    out = run_here(capsys, ["verify", str(record)], 1).out
+    out = dps_s(["verify", str(record)], 1).out
     assert out.startswith("UNKNOWN STATION")
     assert fingerprint in out
-    assert "Not trusted" in run_here(capsys, ["verify", str(record), "--trust", "0000-0000-0000-0000-0000"], 1).err
-    assert program.main(["verify", str(record)]) == 1
-    capsys.readouterr()
-    assert program.main(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"]) == 0
-    assert capsys.readouterr().out.startswith("INTACT: NO-GO, signed by Hangar 2.")
-    assert program.main(["verify", str(record)]) == 0
-    capsys.readouterr()
-    first, second = run_here(capsys, ["verify", "--stations"]).out.splitlines()
+    assert "Not trusted" in dps_s(["verify", str(record), "--trust", "0000-0000-0000-0000-0000"], 1).err
+    dps_s(["verify", str(record)], 1)
+    trusting = dps_s(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"])
+    assert trusting.out.startswith("INTACT: NO-GO, signed by Hangar 2.")
+    dps_s(["verify", str(record)])
+    first, second = dps_s(["verify", "--stations"]).out.splitlines()
     assert first.endswith("  this computer")
     assert second == f"{fingerprint}  Hangar 2"
-    assert run_here(capsys, ["verify", "--revoke", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
-    assert program.main(["verify", str(record)]) == 1
-    assert capsys.readouterr().out.startswith("REVOKED STATION: signed by Hangar 2,")
-    assert run_here(capsys, ["verify", "--stations"]).out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
-    assert run_here(capsys, ["verify", "--forget", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
+    assert dps_s(["verify", "--revoke", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
+    assert dps_s(["verify", str(record)], 1).out.startswith("REVOKED STATION: signed by Hangar 2,")
+    assert dps_s(["verify", "--stations"]).out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
+    assert dps_s(["verify", "--forget", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
     assert program.main(["verify", str(record)]) == 1
 
 
-def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(
-    record: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(record: Path, dps_s: Program) -> None:
     fingerprint = fingerprint_of(station().public)
     altered = _written(record, {**checked_record("worst"), "verdict": "GO"})
     assert program.main(["verify", str(altered), "--trust", fingerprint]) == 1
     unsigned = _written(record, {**checked_record("worst"), "signature": ""})
-    run_here(capsys, ["verify", str(unsigned), "--trust", fingerprint], 1)
-    program.main(["verify", "--stations"])
-    assert len(capsys.readouterr().out.splitlines()) == 1
+    dps_s(["verify", str(unsigned), "--trust", fingerprint], 1)
+    assert len(dps_s(["verify", "--stations"]).out.splitlines()) == 1
 
 
 def test_the_audit_log_is_verified(dps_s: Program) -> None:

@@ -155,8 +155,7 @@ def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: p
 
     monkeypatch.setattr("app.cli.ports.list_ports", fail)
     assert run_here(capsys, ["ports", "--json"], 3).out == ""
-    assert program.main(["ports"]) == 3
-    assert "lists no serial ports" in capsys.readouterr().err
+    assert "lists no serial ports" in run_here(capsys, ["ports"], 3).err
 
 
 @pytest.mark.parametrize(

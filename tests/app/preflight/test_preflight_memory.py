@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import app.__main__ as program
 from app.engine.procedure import Slept
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Person
@@ -35,33 +34,29 @@ def _hurried(speaks_english: None, no_waiting: None, monkeypatch: pytest.MonkeyP
     hurry_check(monkeypatch)
 
 
-def _boot_count(capsys: pytest.CaptureFixture[str]) -> tuple[str, str, str]:
+def _boot_count(printed: Printed) -> tuple[str, str, str]:
     """Verdict, result and what was found of the boot count; then what was said beside it."""
-    shown = json.loads(capsys.readouterr().out)
+    shown = json.loads(printed.out)
     one = next(one for one in shown["checks"] if one["id"] == "boot_count")
     return shown["verdict"], one["result"], one["why"]
 
 
-def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, dps_s: Program) -> None:
     words = ["preflight", "--port", port, "--json", *WORDS]
-    assert program.main(words) == 0
-    verdict, result, why = _boot_count(capsys)
+    verdict, result, why = _boot_count(dps_s(words))
     assert (verdict, result) == ("READY", "warn")
     assert "no earlier visit" in why
-    assert program.main(words) == 0
-    assert _boot_count(capsys)[:2] == ("READY", "pass")
+    assert _boot_count(dps_s(words))[:2] == ("READY", "pass")
     bench_of(port).module.memory.boot_count = 12
-    assert program.main(words) == 1
+    dps_s(words, 1)
     (data_folder() / FILE_NAME).unlink()
     for companion in ("-wal", "-shm"):
         (data_folder() / f"{FILE_NAME}{companion}").unlink(missing_ok=True)
     (data_folder() / FILE_NAME).write_bytes(b"")
-    capsys.readouterr()
-    assert program.main(words) == 1  # restored from its copy: the module is still known
-    assert _boot_count(capsys)[:2] == ("NO-GO", "fail")
+    restored = dps_s(words, 1)  # from its copy: the module is still known
+    assert _boot_count(restored)[:2] == ("NO-GO", "fail")
     shutil.rmtree(data_folder())
-    program.main(words)
-    _verdict, result, why = _boot_count(capsys)
+    _verdict, result, why = _boot_count(dps_s(words))
     assert result == "warn"
     assert "no earlier visit" in why
 
@@ -79,15 +74,11 @@ def _damaged(kind: str, key: str, value: str) -> str:
     "UPDATE facts SET payload = '{'", "UPDATE facts SET payload = '[]'", "UPDATE state SET value = '{'",
     "DROP TABLE facts", "DROP TABLE state",
 ])  # fmt: skip
-def test_damage_in_the_store_never_costs_the_verdict(
-    port: str, capsys: pytest.CaptureFixture[str], damage: str
-) -> None:
+def test_damage_in_the_store_never_costs_the_verdict(port: str, dps_s: Program, damage: str) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-reviewed", *WORDS]
-    assert program.main(words) == 0
+    dps_s(words)
     tamper(data_folder() / FILE_NAME, damage)
-    capsys.readouterr()
-    program.main([*words, "--same-module"])
-    printed = Printed(capsys)
+    printed = dps_s([*words, "--same-module"])
     said = json.loads(printed.out)
     not_passed = [one for one in said["checks"] if one["result"] != "pass"]
     assert said["verdict"] == "READY", not_passed

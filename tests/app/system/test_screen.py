@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from app.__main__ import main
 from app.system import qt_libraries, screen
+from tests.support.cli_line import run_here
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")
 MISSING = "Missing system libraries:"
@@ -29,8 +29,7 @@ def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
 def test_a_window_without_a_screen_is_one_sentence(
     lacking: set[str], capsys: pytest.CaptureFixture[str], words: list[str]
 ) -> None:
-    assert main(words) == 3
-    assert capsys.readouterr().err == "No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.\n"
+    assert run_here(capsys, words, 3).err == "No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.\n"
 
 
 def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,11 +53,9 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
 
     monkeypatch.setattr("app.__main__._open_window", fail)
     lacking |= {"libEGL.so.1"}
-    assert main(["gui"]) == 3
-    assert capsys.readouterr().err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
+    assert run_here(capsys, ["gui"], 3).err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
     lacking.clear()
-    assert main(["gui"]) == 1
-    assert "Unexpected error" in capsys.readouterr().err
+    assert "Unexpected error" in run_here(capsys, ["gui"], 1).err
 
 
 def test_a_screen_that_turns_the_user_away_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

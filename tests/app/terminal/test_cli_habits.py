@@ -12,14 +12,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from app import __main__ as program
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
 from app.terminal.arguments import WORDS, translate_argparse
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
-from tests.support.cli_line import Program
+from tests.support.cli_line import Program, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -139,13 +138,11 @@ def test_placeholders_are_the_same() -> None:
 
 def test_help_and_errors_are_chinese(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    assert program.main(["read", "--help"]) == 0
-    told = capsys.readouterr().out
+    told = run_here(capsys, ["read", "--help"]).out
     assert told.startswith("用法：dps-s read")
     assert not re.search(r"usage|options|show this help", told)
     for words in (["read", "--port", "x", "--what"], ["archive", "bogus"], ["gui", "--lang", "fr"]):
-        assert program.main(words) == 2
-        said = capsys.readouterr().err
+        said = run_here(capsys, words, 2).err
         assert "错误：" in said
         assert not re.search(r"usage:|error:|invalid|required|unrecognized", said), said
 
