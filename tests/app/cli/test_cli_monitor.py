@@ -34,11 +34,9 @@ pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
 
 
-def test_monitor_switches_the_stream_on_and_off(
-    port: str, hasty: None, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    assert program.main(["monitor", "--port", f"{port}?rate=200", "--seconds", "0.8", "--json"]) == 0
-    lines = [json.loads(line) for line in Printed(capsys).out.splitlines()]
+def test_monitor_switches_the_stream_on_and_off(port: str, hasty: None, dps_s: Program, wire: list[bytes]) -> None:
+    printed = dps_s(["monitor", "--port", f"{port}?rate=200", "--seconds", "0.8", "--json"])
+    lines = [json.loads(line) for line in printed.out.splitlines()]
     assert lines[0] == {"t_s": 0.0, "tilt_deg": 0, "acceleration_g": 1.0, "triggered": False, "active": False}
     assert len(lines) > 50
     times = [line["t_s"] for line in lines]

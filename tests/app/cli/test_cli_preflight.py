@@ -184,15 +184,14 @@ def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_f
 
 
 def test_what_is_wrong_is_said_before_anything_is_sent(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], tmp_path: Path
+    port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
 ) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_bytes(b"tilt = 3\nattitude_threshold_deg = 300\n" + b"# \xf0\x9f\xaa\x82" * 10)
     huge = tmp_path / "huge.toml"
     huge.write_bytes(b"a" * 10_000_000)
     for words in ["--profile", str(bad)], ["--profile", str(huge)], ["--profile", "a\0b"], ["--module", "x" * 201]:
-        assert program.main(["preflight", "--port", port, *words]) == 2, words
-        printed = Printed(capsys)
+        printed = dps_s(["preflight", "--port", port, *words], 2)
         assert printed.out == ""
         assert "Traceback" not in printed.err
     assert wire == []

@@ -18,7 +18,7 @@ from app.store.store import open_store
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME
-from tests.support.cli_line import Printed, Program, bench_of
+from tests.support.cli_line import Program, bench_of
 from tests.support.records.kept_facts import kept_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -45,12 +45,12 @@ def test_a_profile_that_takes_protection_away_needs_accept_risk(
 
 
 def test_all_errors_of_a_profile_are_said_and_nothing_is_sent(
-    tmp_path: Path, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+    tmp_path: Path, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
     path = tmp_path / "H6.toml"
     path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n", encoding="utf-8")
-    assert program.main(["set", "--profile", str(path), "--port", port]) == 2
-    assert [line.partition(":")[0] for line in Printed(capsys).err.splitlines()] == ["Line 2", "Line 3"]
+    printed = dps_s(["set", "--profile", str(path), "--port", port], 2)
+    assert [line.partition(":")[0] for line in printed.err.splitlines()] == ["Line 2", "Line 3"]
     assert wire == []
     path.write_text('name = "empty"\n', encoding="utf-8")
     assert program.main(["set", "--profile", str(path), "--port", port]) == 2

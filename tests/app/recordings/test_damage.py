@@ -27,7 +27,7 @@ from app.recordings.recording import RecordedTraffic, Recording
 from app.recordings.session_format import END, FORMAT, LINE_ENCODING, RX, Opening, with_checksum
 from app.text.user_error import UserError
 from protocol.frame import Frame
-from tests.support.cli_line import Printed
+from tests.support.cli_line import Program
 from tests.support.processes import running
 from tests.support.records.recordings_made import (
     HEADING,
@@ -329,9 +329,7 @@ def test_new_sessions_sort_behind_what_is_not_converted_yet(library: Path) -> No
         assert bench.library.entries()[0].sequence == 3
 
 
-def test_the_command_line_converts_everything_once(
-    library: Path, user_files: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_converts_everything_once(library: Path, user_files: Path, dps_s: Program) -> None:
     place = recordings_folder()
     place.mkdir(parents=True)
     for name in ("whole", "cutoff"):
@@ -339,8 +337,7 @@ def test_the_command_line_converts_everything_once(
     (place / "whole" / "kept").touch()
     (place / "broken").mkdir()
     (place / "broken" / "session.json").write_text("{", encoding="utf-8")
-    assert program.main(["recordings", "convert"]) == 4
-    assert "broken: damaged" in Printed(capsys).err
+    assert "broken: damaged" in dps_s(["recordings", "convert"], 4).err
     converted = [(entry.name, entry.is_pinned) for entry in RecordingLibrary(place).entries()]
     assert converted == [("cutoff", False), ("whole", True)]
     assert [path.name for path in old_recordings(place)] == ["broken"]

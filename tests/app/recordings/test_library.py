@@ -12,7 +12,7 @@ import app.__main__ as program
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.session_reader import SessionFile, read_heading
 from app.text.user_error import UserError
-from tests.support.cli_line import Printed
+from tests.support.cli_line import Program
 from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, written_at_once
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -203,20 +203,17 @@ def kept_at(user_files: Path) -> Path:
     return recordings_folder()
 
 
-def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["recordings", "list"]) == 0
-    assert Printed(capsys).err == "No recordings yet\n"
+def test_the_list_for_people_and_for_programs(kept_at: Path, dps_s: Program) -> None:
+    assert dps_s(["recordings", "list"]).err == "No recordings yet\n"
     folder = recorded(kept_at, 2.0)
     RecordingLibrary().set_pinned(RecordingLibrary().entries()[0], is_pinned=True)
-    assert program.main(["recordings", "list"]) == 0
-    page = Printed(capsys).out
+    page = dps_s(["recordings", "list"]).out
     assert folder.stem in page
     assert "0:02" in page
     assert "2880" in page
     assert "Bench 7" in page
     assert page.rstrip().endswith("pinned")
-    assert program.main(["recordings", "list", "--json"]) == 0
-    (listed,) = json.loads(Printed(capsys).out)["recordings"]
+    (listed,) = json.loads(dps_s(["recordings", "list", "--json"]).out)["recordings"]
     assert listed == {
         "name": folder.stem, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
         "port": "/dev/ttyUSB0", "baud_rate": 115200, "module": "Bench 7", "samples": 2880,
@@ -226,22 +223,19 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize(("name", "ending"), [("latest", "csv"), ("2026", "mcap"), ("latest", "CSV")])
-def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, dps_s: Program) -> None:
     recorded(kept_at, 0.5)
     path = tmp_path / f"out.{ending}"
-    assert program.main(["recordings", "export", name, str(path)]) == 0
-    assert f"Saved to {path}" in Printed(capsys).out
+    assert f"Saved to {path}" in dps_s(["recordings", "export", name, str(path)]).out
     assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"time_utc,")
 
 
-def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, dps_s: Program) -> None:
     path = str(tmp_path / "x.csv")
-    assert program.main(["recordings", "export", "latest", path]) == 2
-    assert "No recording is named “latest”" in Printed(capsys).err
+    assert "No recording is named “latest”" in dps_s(["recordings", "export", "latest", path], 2).err
     recorded(kept_at, 0.1)
     recorded(kept_at, 0.1)
-    assert program.main(["recordings", "export", "2026", path]) == 2
-    assert Printed(capsys).err.startswith("2 recordings begin with “2026”")
+    assert dps_s(["recordings", "export", "2026", path], 2).err.startswith("2 recordings begin with “2026”")
     assert program.main(["recordings", "export", "", path]) == 2
     assert not Path(path).exists()
 
@@ -250,46 +244,37 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: 
     ("file", "code", "said"), [("x.txt", 2, "expected .mcap|.csv"), ("no/x.csv", 4, "cannot be written")]
 )
 def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
-    kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, code: int, said: str
+    kept_at: Path, tmp_path: Path, dps_s: Program, file: str, code: int, said: str
 ) -> None:
     recorded(kept_at, 0.1)
-    assert program.main(["recordings", "export", "latest", str(tmp_path / file)]) == code
-    assert said in Printed(capsys).err
+    assert said in dps_s(["recordings", "export", "latest", str(tmp_path / file)], code).err
 
 
-def test_an_unreadable_recording_is_not_exported(
-    kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unreadable_recording_is_not_exported(kept_at: Path, tmp_path: Path, dps_s: Program) -> None:
     path = recorded(kept_at, 0.1)
     damage_heading(path)
-    assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 1
-    assert "damaged" in Printed(capsys).err
+    assert "damaged" in dps_s(["recordings", "export", "latest", str(tmp_path / "x.csv")], 1).err
 
 
-def test_deleting_asks_first(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_deleting_asks_first(kept_at: Path, dps_s: Program) -> None:
     folder = recorded(kept_at, 0.1)
-    assert program.main(["recordings", "delete", "latest"]) == 2
-    assert "Nothing was done." in Printed(capsys).err
+    assert "Nothing was done." in dps_s(["recordings", "delete", "latest"], 2).err
     assert folder.exists()
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 0
     assert not folder.exists()
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 2
 
 
-def test_deleting_one_that_is_being_written(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_deleting_one_that_is_being_written(kept_at: Path, dps_s: Program) -> None:
     with recorder_in(kept_at) as bench:
         bench.record(batch(1000.0, report(1000.0)))
-        assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
-        assert "being written" in Printed(capsys).err
+        assert "being written" in dps_s(["recordings", "delete", "latest", "--yes"], 1).err
 
 
-def test_deleting_without_permission(
-    kept_at: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_deleting_without_permission(kept_at: Path, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_path: Path, *, missing_ok: bool) -> None:
         raise PermissionError(13, "Permission denied")
 
     recorded(kept_at, 0.1)
     monkeypatch.setattr(Path, "unlink", refuse)
-    assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
-    assert "Permission denied" in Printed(capsys).err
+    assert "Permission denied" in dps_s(["recordings", "delete", "latest", "--yes"], 1).err
