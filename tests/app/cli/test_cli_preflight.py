@@ -23,7 +23,7 @@ from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from protocol.round_trips import Timing
 from tests.app.cli.reference.test_schemas import faults
-from tests.support.cli_line import Printed, Program, bench_of, falls_after, run_here
+from tests.support.cli_line import Printed, Program, bench_of, falls_after
 from tests.support.processes import PROGRAM, ran, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -85,22 +85,21 @@ def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[st
 
 
 def test_the_report_is_written_kept_chained_and_verified(
-    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, qapp: object, kept: Store
+    port: str, dps_s: Program, tmp_path: Path, qapp: object, kept: Store
 ) -> None:
     profile, report = tmp_path / "h6.toml", tmp_path / "r.pdf"
     profile.write_text(PROFILE, encoding="utf-8")
     words = ["preflight", "--port", port, "--enable-triggers", "--profile", str(profile), "--module", "M-07",
              "--aircraft", "B-1234", "--who", "Li Wei"]  # fmt: skip
-    assert program.main([*words, "--json"]) == 1  # a required item was not ticked
-    shown = json.loads(Printed(capsys).out)
+    shown = json.loads(dps_s([*words, "--json"], 1).out)  # a required item was not ticked
     assert [(one["id"], one["result"], one["measured"]) for one in shown["checks"][-2:]] == [
         ("manual_1", "unknown", "skipped"), ("manual_2", "warn", "skipped"),
     ]  # fmt: skip
-    assert str(report) in run_here(capsys, [*words, "--done", "1", "--report", str(report)]).err
+    assert str(report) in dps_s([*words, "--done", "1", "--report", str(report)]).err
     record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))
     assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
     for path in (report, report.with_suffix(".json")):
-        out = run_here(capsys, ["verify", str(path)]).out
+        out = dps_s(["verify", str(path)]).out
         assert out.startswith("INTACT")
         assert "previous record intact" in out
         assert "Kept on this computer." in out
@@ -110,9 +109,7 @@ def test_the_report_is_written_kept_chained_and_verified(
         report.with_suffix(".json").read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1', 1),
         encoding="utf-8",
     )
-    assert run_here(capsys, ["verify", str(altered)], 1).out.startswith(
-        "ALTERED: the content is not what was recorded."
-    )
+    assert dps_s(["verify", str(altered)], 1).out.startswith("ALTERED: the content is not what was recorded.")
     store = CheckStore(kept.database)
     assert [(one.number, one.verdict) for one in store.checks("M-07")] == [(2, "READY"), (1, "NO-GO")]
     assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
@@ -120,33 +117,27 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert [one.outcome for one in kept.audit(Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 
-def test_a_new_trigger_and_another_module_are_noticed(
-    port: str, capsys: pytest.CaptureFixture[str], kept: Store
-) -> None:
+def test_a_new_trigger_and_another_module_are_noticed(port: str, dps_s: Program, kept: Store) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--json", "--module", "M-07"]
 
-    def result(id_: str) -> str:
-        return str({one["id"]: one["result"] for one in json.loads(Printed(capsys).out)["checks"]}[id_])
+    def result(id_: str, *more: str, code: int, words: list[str] = words) -> str:
+        checks = json.loads(dps_s([*words, *more], code).out)["checks"]
+        return str({one["id"]: one["result"] for one in checks}[id_])
 
-    assert program.main(words) == 1
-    assert result("trigger_records") == "unknown"
-    assert program.main([*words, "--records-reviewed"]) == 0
-    assert result("trigger_records") == "pass"
-    assert program.main(words) == 0
-    assert result("trigger_records") == "pass"
+    assert result("trigger_records", code=1) == "unknown"
+    assert result("trigger_records", "--records-reviewed", code=0) == "pass"
+    assert result("trigger_records", code=0) == "pass"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     bench.module.activate(is_active=False)
     bench.set_bay(is_open=False)
-    assert program.main(words) == 1
-    assert result("trigger_records") == "fail"
+    assert result("trigger_records", code=1) == "fail"
     assert len(CheckStore(kept.database).records("M-07")) == 3
     other = [*words[:2], f"{port}other?boots=12", *words[3:]]
-    assert program.main(other) == 1
-    assert result("boot_count") == "fail"
+    assert result("boot_count", code=1, words=other) == "fail"
     assert len(CheckStore(kept.database).records("M-07")) == 3
-    assert program.main([*other, "--same-module"]) == 0
+    dps_s([*other, "--same-module"])
 
 
 def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_fired(
