@@ -29,7 +29,7 @@ from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from tests.app.cli.reference.test_schemas import faults
 from tests.documents.test_translations import GENERATE
-from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence, run_here
+from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -146,16 +146,16 @@ def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
     assert port_list._scan_in_process(60) == port_list.scan()
 
 
-def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_ports_and_no_list(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.cli.ports.list_ports", list)
-    assert "No serial port." in run_here(capsys, ["ports"]).err
+    assert "No serial port." in dps_s(["ports"]).err
 
     def fail() -> list[port_list.PortInfo]:
         raise UserError(NOT_LISTED)
 
     monkeypatch.setattr("app.cli.ports.list_ports", fail)
-    assert run_here(capsys, ["ports", "--json"], 3).out == ""
-    assert "lists no serial ports" in run_here(capsys, ["ports"], 3).err
+    assert dps_s(["ports", "--json"], 3).out == ""
+    assert "lists no serial ports" in dps_s(["ports"], 3).err
 
 
 @pytest.mark.parametrize(

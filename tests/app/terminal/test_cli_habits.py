@@ -18,7 +18,7 @@ from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
 from app.terminal.arguments import WORDS, translate_argparse
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
-from tests.support.cli_line import Program, run_here
+from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -136,13 +136,13 @@ def test_placeholders_are_the_same() -> None:
         assert word.endswith("\n") == tr(word).endswith("\n")
 
 
-def test_help_and_errors_are_chinese(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_and_errors_are_chinese(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    told = run_here(capsys, ["read", "--help"]).out
+    told = dps_s(["read", "--help"]).out
     assert told.startswith("用法：dps-s read")
     assert not re.search(r"usage|options|show this help", told)
     for words in (["read", "--port", "x", "--what"], ["archive", "bogus"], ["gui", "--lang", "fr"]):
-        said = run_here(capsys, words, 2).err
+        said = dps_s(words, 2).err
         assert "错误：" in said
         assert not re.search(r"usage:|error:|invalid|required|unrecognized", said), said
 
