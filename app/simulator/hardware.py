@@ -220,6 +220,8 @@ class Hardware:
             while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
                 self._sampled_s += SENSOR_PERIOD_S
                 self._sense(self._sampled_s)
+                if self.world.is_at_rest and not self._judge.is_falling:  # all that follow are judged like this one
+                    self._sampled_s += (watch_until_s - self._sampled_s) // SENSOR_PERIOD_S * SENSOR_PERIOD_S
             if watch_until_s < now_s:
                 self._sampled_s = now_s
                 self._sense(now_s)

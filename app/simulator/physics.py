@@ -92,6 +92,11 @@ class Physics:
     def is_falling(self, now_s: float) -> bool:
         return self._fall is not None and self._fall.begins_s <= now_s < self._fall.ends_s
 
+    @property
+    def is_at_rest(self) -> bool:
+        """`motion` is the same at any time."""
+        return not (self.noise or self.is_lifelike or self._fall)
+
     def motion(self, at_s: float) -> SensedMotion:
         tilt, acceleration = self.tilt_deg, 1.0
         if self.is_lifelike:

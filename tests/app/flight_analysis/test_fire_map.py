@@ -243,7 +243,7 @@ def sensed_flight(random: np.random.Generator) -> tuple[list[float], list[float]
 
 def module_fires(memory: Memory, tilt: list[float], force: list[float]) -> tuple[list[tuple[float, Source]], FlightLog]:
     """Firings of the simulated module, and the flight it measured."""
-    world = FlownWorld()
+    world = FlownWorld(is_lifelike=True)
     world.fly(tilt, force)
     hardware = WitnessedHardware(world, memory)
     hardware.power_on(0.0)
