@@ -77,17 +77,6 @@ def leaked_threads(before: set[threading.Thread], grace_s: float) -> list[thread
     return leaked
 
 
-@pytest.fixture(autouse=True)
-def no_leaked_thread() -> Iterator[None]:
-    """Fail a test after which a thread it started, daemon or not, still runs."""
-    before = set(threading.enumerate())
-    yield
-    leaked = leaked_threads(before, LEAK_GRACE_S)
-    if leaked:
-        names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
-        pytest.fail(f"threads still running after the test: {names}", pytrace=False)
-
-
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """Without looking for garbage, which there is little of: it took an eighth of the time. What is loaded stays."""
@@ -100,24 +89,45 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.fixture(autouse=True)
-def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker.
+def nothing_is_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Each test begins in English and leaves no thread, daemon or not, and nothing of a window to the next: no key or
+    button down, the pointer elsewhere, another clock of gestures, a style, a theme or a size of text.
 
-    What is there when a test begins is passed over from then on, since going through all that is loaded takes 0.1 s.
+    Qt's objects may only be freed in the thread where they live: not in that of a later test's worker. What is there
+    when a test begins is passed over from then on, since going through all that is loaded takes 0.1 s.
+
+    One fixture, since each that every test has takes a second of the run.
     """
-    has_window = "qapp" in request.fixturenames
+    threads = set(threading.enumerate())
+    i18n.set_language(i18n.ENGLISH)
     gc.disable()
-    if has_window:
+    if has_window := "qapp" in request.fixturenames:
+        application: QApplication = request.getfixturevalue("qapp")
+        font, palette = application.font(), application.palette()
         gc.collect()  # pytest has let go of the fixtures of the test before
         gc.freeze()
     yield
+    i18n.set_language(i18n.ENGLISH)
     if has_window:
         from PySide6.QtCore import QCoreApplication, QEvent
 
+        from tests.support.window.steps import release_input
+        from ui.style.theme import LIGHT, use, zoom
+
+        release_input()
+        use(LIGHT)
+        zoom(100)
+        application.setStyleSheet("")
+        if application.font() != font:
+            application.setFont(font)
+            application.setPalette(palette)
         # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
     gc.enable()
+    if leaked := leaked_threads(threads, LEAK_GRACE_S):
+        names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
+        pytest.fail(f"threads still running after the test: {names}", pytrace=False)
 
 
 @pytest.fixture(scope="session")
@@ -150,14 +160,6 @@ def in_china(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     time.tzset()
 
 
-@pytest.fixture(autouse=True)
-def in_english() -> Iterator[None]:
-    """Start and leave every test in English."""
-    i18n.set_language(i18n.ENGLISH)
-    yield
-    i18n.set_language(i18n.ENGLISH)
-
-
 @pytest.fixture(scope="session", autouse=True)
 def _runtime_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """A private runtime folder, because Qt warns about a missing or shared one."""
@@ -180,28 +182,6 @@ def qapp(qapp: "QApplication") -> "QApplication":
             if Path(font).exists() and QFontDatabase.addApplicationFont(font) >= 0:
                 break
     return qapp
-
-
-@pytest.fixture(autouse=True)
-def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
-    """No test leaves a key or button down, the pointer elsewhere, another clock of gestures, a style, a theme or a size
-    of text to the next."""
-    if "qapp" not in request.fixturenames:
-        yield
-        return
-    from tests.support.window.steps import release_input
-    from ui.style.theme import LIGHT, use, zoom
-
-    application: QApplication = request.getfixturevalue("qapp")
-    font, palette = application.font(), application.palette()
-    yield
-    release_input()
-    use(LIGHT)
-    zoom(100)
-    application.setStyleSheet("")
-    if application.font() != font:
-        application.setFont(font)
-        application.setPalette(palette)
 
 
 @pytest.fixture(scope="session")

@@ -98,15 +98,17 @@ class Import(NamedTuple):
 @cache
 def imports(source: str) -> tuple[Import, ...]:
     """Return all imports of a source text, including `import_module("...")` and `__import__("...")`."""
-    return tuple(_imports(ast.parse(source), is_in_function=False))
+    passed_over = () if "import_module" in source or "__import__" in source else ast.expr
+    return tuple(_imports(ast.parse(source), passed_over, is_in_function=False))
 
 
-def _imports(node: ast.AST, *, is_in_function: bool) -> Iterator[Import]:
+def _imports(node: ast.AST, passed_over: type | tuple[()], *, is_in_function: bool) -> Iterator[Import]:
     for child in ast.iter_child_nodes(node):
-        for name in _imported_names(child):
-            yield Import(name, getattr(child, "lineno", 0), is_in_function)
-        is_function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-        yield from _imports(child, is_in_function=is_in_function or is_function)
+        if not isinstance(child, passed_over):
+            for name in _imported_names(child):
+                yield Import(name, getattr(child, "lineno", 0), is_in_function)
+            is_function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+            yield from _imports(child, passed_over, is_in_function=is_in_function or is_function)
 
 
 def _imported_names(node: ast.AST) -> list[str]:

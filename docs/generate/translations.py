@@ -62,7 +62,8 @@ def extract_all(root: Path = ROOT) -> Extract:
 
 def extract(source: str, path: str, found: Extract) -> None:
     """Add the texts and faults of one source text."""
-    for node in ast.walk(ast.parse(source)):
+    is_any = any(f"{name}(" in source for name in _POSITION_OF_TEXT)
+    for node in ast.walk(ast.parse(source)) if is_any else ():
         if isinstance(node, ast.Call):
             name = _called_name(node.func)
             place, position = f"{path}:{node.lineno}", _POSITION_OF_TEXT.get(name)

@@ -23,7 +23,7 @@ from protocol.link_states import Presence
 from tests.app.engine.test_identity import FOUND, NOT_PROVEN, OPTIONS, ask, with_setting
 from tests.support.line.sim_line import Rig as LineRig
 from tests.support.line.sim_line import watched
-from tests.support.window.fakes_ui import TRAFFIC_ALONE
+from tests.support.window.fakes_ui import EMPTY_PAGE
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
@@ -78,7 +78,7 @@ def connected(
     qtbot: QtBot, qapp: QApplication, folder: Path, *, boots: int = 37, threshold_deg: int = 60
 ) -> Iterator[Desk]:
     name = f"identity{folder.name}"
-    with on_fake_time(Desk, qtbot, qapp, folder, name, TRAFFIC_ALONE, boots=boots, uptime=60) as one:
+    with on_fake_time(Desk, qtbot, qapp, folder, name, EMPTY_PAGE, boots=boots, uptime=60) as one:
         one.bench.module.memory.attitude_threshold = threshold_deg
         one.assembly.connector.current.stream.is_wanted = True
         one.connect()

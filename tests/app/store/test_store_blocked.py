@@ -22,12 +22,12 @@ from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
 from tests.support.journals import begin_baud
 from tests.support.patience import MACHINE_S, PATIENCE_S
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, window
 from tests.support.window.preflight_window import OnBench, on_bench
 from tests.support.window.steps import await_child, find, settle
 from tests.ui.pages.triggers.test_triggers_page import fire, name_kept, said, texts
-from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.triggers.model import Column
+from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
@@ -180,7 +180,7 @@ def test_the_store_is_opened_beside_the_window(
         return open_store(folder)
 
     monkeypatch.setattr("ui.services.storage.open_store", open_slowly)
-    monkeypatch.setattr("ui.main.PAGES", TRAFFIC_ALONE)
+    monkeypatch.setattr("ui.main.PAGES", EMPTY_PAGE)
     monkeypatch.setattr("ui.main._load_libraries", bool)
     with window(qapp, tmp_path) as assembly:
         try:
@@ -190,7 +190,7 @@ def test_the_store_is_opened_beside_the_window(
             assert turns.longest_s < MACHINE_S
         finally:
             may_open.set()
-        await_child(qtbot, assembly.window, TrafficPage)
+        await_child(qtbot, assembly.window, Page)
         assert isinstance(assembly.storage.store, Store)
     assert opened_in == [opened_in[0]]
     assert opened_in[0] is not threading.main_thread()

@@ -19,8 +19,8 @@ from app.procedures.handshake import Silence
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import (
     ADAPTER,
+    EMPTY_PAGE,
     SECOND_ADAPTER,
-    TRAFFIC_ALONE,
     ListedPorts,
     connect,
     simulated,
@@ -191,7 +191,7 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
 
 
 def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "rate", TRAFFIC_ALONE, baud=57600) as one:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "rate", EMPTY_PAGE, baud=57600) as one:
         assembly = one.assembly
         assembly.connector.connect_to(Target("sim://rate", 115200))
         one.until(lambda: assembly.window.notice_bar.button("find_rate") is not None)
@@ -202,7 +202,7 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
 
 
 def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "auto", TRAFFIC_ALONE, baud=9600) as one:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "auto", EMPTY_PAGE, baud=9600) as one:
         assembly, panel = one.assembly, one.assembly.window.panel
         qtbot.waitUntil(panel.isVisible)
         qtbot.keyClicks(panel.other, "sim://auto")

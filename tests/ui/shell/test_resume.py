@@ -29,8 +29,8 @@ from tests.support.patience import MACHINE_S
 from tests.support.terminals import RETURN_LIMIT_S, taken
 from tests.support.window.fakes_ui import (
     ADAPTER,
+    EMPTY_PAGE,
     SECOND_ADAPTER,
-    TRAFFIC_ALONE,
     ListedPorts,
     connect,
     page_entries,
@@ -231,7 +231,7 @@ def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApp
 
 
 def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=(*TRAFFIC_ALONE, *DIAGNOSIS)) as assembly:
+    with window(qapp, tmp_path, entries=(*EMPTY_PAGE, *DIAGNOSIS)) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             pass
         page: Any = assembly.window.findChild(QWidget, "diagnosis_page")

@@ -12,7 +12,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
 from tests.support.processes import ran_code
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, simulated, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
 from ui.core.preferences import Preferences
@@ -183,7 +183,7 @@ def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
 
 
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", TRAFFIC_ALONE) as one:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", EMPTY_PAGE) as one:
         connector, main = one.assembly.connector, one.assembly.window
         one.connect()
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)

@@ -49,7 +49,7 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
     with simulated("patient"), window(qapp, tmp_path, ports=ports) as assembly:
         qtbot.waitUntil(lambda: ports.looks == 1)
         timer.start()
-        assembly.window.go_to("traffic")
+        assembly.window.go_to("empty")
         connect(qtbot, assembly, "sim://patient")
         qtbot.waitUntil(lambda: len(beats) > 50)
         timer.stop()

@@ -16,7 +16,7 @@ from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, store_of, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
@@ -55,7 +55,7 @@ def lossy(bench: SimulatedBench, lost: int) -> list[float]:
 @pytest.fixture
 def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
     """On an ACTIVE module."""
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, f"lock{tmp_path.name}", TRAFFIC_ALONE, active=True) as made:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, f"lock{tmp_path.name}", EMPTY_PAGE, active=True) as made:
         made.connect()
         made.until(made.assembly.window.top_bar.lock.isEnabled)
         yield made

@@ -19,7 +19,7 @@ from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.records.recordings_made import explained
-from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -58,7 +58,7 @@ def cell(model: TrafficModel, row: int, column: Column) -> str:
 @pytest.fixture
 def traffic(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPage]:
     """Alone in a window."""
-    with window(qapp, tmp_path) as assembly:
+    with window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
         found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         maker = find(assembly.window, PageMaker)
         qtbot.waitUntil(lambda: maker.is_done)
@@ -152,7 +152,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
 
 
 def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("frames"), window(qapp, tmp_path) as assembly:
+    with simulated("frames"), window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
         traffic = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         connect(qtbot, assembly, "sim://frames")
 
@@ -280,7 +280,7 @@ def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:
 def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with window(qapp, tmp_path) as assembly:
+    with window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
         shown = show_page(qtbot, assembly.window, "traffic", TrafficPage)

@@ -16,7 +16,7 @@ from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.recordings_made import explained
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, window
 from tests.support.window.steps import show_page
 from ui.pages.diagnosis import traffic
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -36,7 +36,7 @@ def capture(rows: int = ROWS) -> CaptureRows:
 
 @pytest.fixture
 def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPage]:
-    with window(qapp, tmp_path) as assembly:
+    with window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
         found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         found.show_recorded(capture())
         yield found
@@ -106,7 +106,7 @@ def test_selecting_all_asks_for_no_more_than_is_in_sight(
         return super(TrafficModel, model).flags(index)
 
     monkeypatch.setattr(TrafficModel, "flags", flags, raising=False)
-    with window(qapp, tmp_path) as assembly:
+    with window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
         page = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         page.show_recorded(capture())
         asked.clear()

@@ -158,7 +158,7 @@ def test_a_window_that_is_never_painted_gets_its_pages(
 ) -> None:
     monkeypatch.setattr(MainWindow, "show", lambda self: None)
     with window(qapp, tmp_path) as assembly:
-        await_child(qtbot, assembly.window, QWidget, "traffic_page")
+        await_child(qtbot, assembly.window, QWidget, "empty_page")
 
 
 class Leaf(Page):
