@@ -36,7 +36,7 @@ from protocol.translatable import marked
 _log = logging.getLogger(__name__)
 
 FILE_NAME = "dps-s.sqlite"
-BUSY_S = 1.0
+BUSY_S = 5.0
 """How long another program may hold the file before a call fails."""
 MIN_FREE_BYTES = 64 * 1024
 """With less there is no room for a commit."""

@@ -2,6 +2,7 @@
 
 import sqlite3
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -199,6 +200,20 @@ def test_a_file_held_by_another_program_is_said_and_not_waited_for(
         with pytest.raises(StoreTrouble) as trouble:
             store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
         assert trouble.value.fault is StoreFault.BUSY
+
+
+def test_a_file_that_another_program_holds_for_a_moment_is_waited_for(folder: Path) -> None:
+    """Several commands at once, on a slow card: what the last one had to keep was lost."""
+    with (
+        closing(open_store(folder)) as store,
+        closing(sqlite3.connect(folder / FILE_NAME, check_same_thread=False)) as held,
+    ):
+        held.execute("BEGIN EXCLUSIVE")
+        release = threading.Timer(1.3, held.rollback)
+        release.start()
+        store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
+        release.join()
+        assert len(store.audit()) == 1
 
 
 def test_what_is_written_together_is_there_whole_or_not_at_all(folder: Path) -> None:
