@@ -24,7 +24,7 @@ def test_parser_and_link_are_measured() -> None:
 
 def test_what_others_write_finds_the_same_frames() -> None:
     chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
-    assert parser.parse_bytewise(chunks) == parser.parse_with_construct(chunks) == 50
+    assert parser.parse(chunks) == parser.parse_with_construct(chunks) == 50
     assert 0 < parser.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
 
 

@@ -18,6 +18,8 @@ from app.safety.acts import Act
 from app.text.i18n import CHINESE, ENGLISH
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.support.pseudo_language import PSEUDO
+from tests.support.window.steps import given
+from ui.acts.confirm import Confirm
 from ui.pages.tests.controller import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight
@@ -43,13 +45,17 @@ class DangerousAct:
     """The last step is to hold `last`."""
 
 
+def _question(
+    name: str,
+    page: str,
+    asks: Callable[[GestureBench], Confirm],
+    prepare: Callable[[GestureBench], None] = lambda _bench: None,
+) -> DangerousAct:
+    return DangerousAct(name, page, lambda bench: asks(bench).ask, lambda bench: asks(bench).go, prepare=prepare)
+
+
 def _row(act: Act) -> DangerousAct:
-    return DangerousAct(
-        act.value,
-        "commands",
-        lambda bench: bench.commands.acts[act].confirm.ask,
-        lambda bench: bench.commands.acts[act].confirm.go,
-    )
+    return _question(act.value, "commands", lambda bench: bench.commands.acts[act].confirm)
 
 
 def _prepare_tilt(bench: GestureBench) -> None:
@@ -58,20 +64,9 @@ def _prepare_tilt(bench: GestureBench) -> None:
         bench.prepare_test(GuidedKind.TILT)
 
 
-_TILT_TEST: Final = DangerousAct(
-    "activate, in the tilt test",
-    "tests",
-    lambda bench: bench.guided.activate.confirm.ask,
-    lambda bench: bench.guided.activate.confirm.go,
-    prepare=_prepare_tilt,
-)
-
-
 def _choice(bench: GestureBench, key: str) -> QWidget:
     bar: NoticeBar = bench.settings.strip
-    button = bar.button(key)
-    assert button is not None, key
-    return button
+    return given(bar.button(key))
 
 
 def _edit(bench: GestureBench) -> None:
@@ -105,14 +100,8 @@ def _arm(bench: GestureBench) -> None:
 
 ACTS: Final = (
     *(_row(act) for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
-    _TILT_TEST,
-    DangerousAct(
-        "change_baud",
-        "settings",
-        lambda bench: bench.settings.baud.confirm.ask,
-        lambda bench: bench.settings.baud.confirm.go,
-        prepare=_choose_rate,
-    ),
+    _question("activate, in the tilt test", "tests", lambda bench: bench.guided.activate.confirm, _prepare_tilt),
+    _question("change_baud", "settings", lambda bench: bench.settings.baud.confirm, _choose_rate),
     DangerousAct(
         "write against advice",
         "settings",

@@ -60,14 +60,7 @@ LOCKS_FOR_S: Final = 10.0
 SLACK_S: Final = 0.05
 HOLD: Final = "ritual_hold"
 _BEFORE: Final = {
-    "act_activate_go": "act_activate_ask",
-    "preflight_activate_go": "preflight_activate_ask",
-    "tests_activate_go": "tests_activate_ask",
-    "tests_zero_go": "tests_zero_ask",
-    "act_zero_go": "act_zero_ask",
-    "act_shutdown_go": "act_shutdown_ask",
-    "act_forbid_deploy_go": "act_forbid_deploy_ask",
-    "baud_go": "baud_ask",
+    **{go: f"{go.removesuffix('_go')}_ask" for go in GO},
     "ritual_arm": "ritual_choose",
     HOLD: "ritual_arm",
 }

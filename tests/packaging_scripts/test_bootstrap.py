@@ -133,11 +133,6 @@ def test_help_of_a_command_installs_nothing(
     assert capsys.readouterr().out == f"bootstrap.py {command}: {setup.commands.COMMANDS[command].explanation}\n"
 
 
-def test_help_of_the_demo_starts_none(setup: SetupFiles, ready: list[Any]) -> None:
-    assert setup.commands.main(["demo", "--help"]) == 0
-    assert ready == []
-
-
 def test_yes_stands_before_the_command_and_goes_to_what_installs(
     setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

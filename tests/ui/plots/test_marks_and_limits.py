@@ -31,12 +31,6 @@ from ui.style.icons import Icon
 from ui.style.theme import LIGHT, SUNLIGHT, Choice, Meaning, Theme
 
 
-@pytest.fixture
-def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    style_all(qapp, LIGHT)
-    return Bench(qtbot)
-
-
 def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
     """Whichever comes first: two marks 0.2 s apart, of which only one icon has room."""
     for first, second in (("triggered", "activated"), ("activated", "triggered")):

@@ -10,23 +10,10 @@ from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.contrast import style_all
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
-from ui.plots.lanes import Mark, Span
+from ui.plots.lanes import Mark
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
-
-
-@pytest.fixture
-def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    style_all(qapp, LIGHT)
-    return Bench(qtbot)
-
-
-@pytest.fixture
-def recorded(qapp: QApplication, qtbot: QtBot) -> Bench:
-    return Bench(qtbot, seconds=300, bounds=Span(NOW_S - 300, NOW_S))
-
 
 # Mouse and keyboard
 

@@ -22,18 +22,6 @@ from ui.plots.lanes import Scale, Span, fitting_scale
 from ui.style.theme import LIGHT, THEMES, Size, font
 from ui.widgets.readout import StateChip
 
-
-@pytest.fixture
-def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    style_all(qapp, LIGHT)
-    return Bench(qtbot)
-
-
-@pytest.fixture
-def recorded(qapp: QApplication, qtbot: QtBot) -> Bench:
-    return Bench(qtbot, seconds=300, bounds=Span(NOW_S - 300, NOW_S))
-
-
 PIXEL_S = 0.1
 """A live span ends at a whole pixel, at most so much later than the newest samples."""
 

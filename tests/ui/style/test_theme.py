@@ -21,7 +21,6 @@ from ui.style.appearance import Appearance, style_sheet
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme
 from ui.widgets.controls import control
-from ui.widgets.labels import IconLabel
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
@@ -274,16 +273,3 @@ def test_the_same_icon_is_the_same_pixmap(qtbot: QtBot, ratio: float) -> None:
     assert key() == key()
     assert len({key(), key(Icon.WARNING), key(size=21), key(colour="#112234")}) == 4
     assert pixmap(Icon.CHECK, 20, "#112233", ratio=ratio).devicePixelRatio() == ratio
-
-
-def test_a_label_that_changes_its_icon_300_times_uses_two_pixmaps(qtbot: QtBot) -> None:
-    label = IconLabel("changing_icon", 16)
-    qtbot.addWidget(label)
-    label.show()
-    keys: set[int] = set()
-    for _ in range(300):
-        for meaning in (Meaning.GOOD, Meaning.DANGER):
-            label.show_icon(MEANING_ICONS[meaning], meaning)
-            label.repaint()
-            keys.add(label.pixmap().cacheKey())
-    assert len(keys) == 2

@@ -61,6 +61,7 @@ def test_a_recording_does_not_change_with_what_comes_later() -> None:
     data = LiveData()
     take(data, batch(1.0, report(1.0, 3)))
     recording = data.excerpt(0.0, 9.0)
+    data.reset()
     take(data, batch(2.0, report(2.0, 50)))
     assert recording.tilt.value.tolist() == [3.0]
 
@@ -82,14 +83,16 @@ def test_the_rate_counts_reports_streamed_or_polled() -> None:
 
 def test_another_module_starts_over() -> None:
     data = LiveData()
-    take(data, batch(1.0, report(1.0, active=True), view=device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)))
+    view = device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
+    take(data, batch(1.0, report(1.0, active=True), view=view))
     data.reset()
     assert not data.has_samples
     assert (len(data.tilt), len(data.cell), list(data.markers)) == (0, 0, [])
     assert data.fires.between(0.0, 9.0) == []
     # What was of the old one is no change of the new one, nor is its time a bound.
-    assert take(data, batch(0.5, report(0.5, active=False))) == []
+    assert take(data, batch(0.5, report(0.5, active=False), view=doubted(view))) == []
     assert data.excerpt(0.0, 9.0).tilt.time_s.tolist() == [0.5]
+    assert len(data.cell) == 0
 
 
 # Limits
@@ -243,7 +246,7 @@ def test_a_port_that_does_not_open_is_not_called_lost() -> None:
 
 def test_the_charger_is_marked_when_it_comes_and_goes() -> None:
     data = LiveData()
-    views = [device(1.0, charging=False), device(2.0, charging=True), device(3.0, charging=False)]
+    views = [device(at, charging=2.0 <= at < 3.0) for at in (1.0, 1.5, 2.0, 2.5, 3.0)]
     assert take(data, *(batch(view.presence_since or 0.0, view=view) for view in views)) == [
         (2.0, "charger connected"),
         (3.0, "charger removed"),
