@@ -98,6 +98,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert str(report) in dps_s([*words, "--done", "1", "--report", str(report)]).err
     record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))
     assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
+    assert len(record["frames"]) > 60
     for path in (report, report.with_suffix(".json")):
         out = dps_s(["verify", str(path)]).out
         assert out.startswith("INTACT")

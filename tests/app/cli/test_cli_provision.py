@@ -121,6 +121,8 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     assert all((tmp_path / name).read_bytes().startswith(b"%PDF-") for name in ("list.pdf", "labels.pdf"))
     with closing(open_store()) as store:
         assert store.evidence("M-002").is_complete
+        named = store.facts.select(FactKind.CHECK, "AND module IS NOT NULL")
+    assert all(len(check.content["record"]["frames"]) > 60 for check in named)
 
 
 @pytest.mark.parametrize("boots", [5, 20])

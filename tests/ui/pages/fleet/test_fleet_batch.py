@@ -16,6 +16,7 @@ from app.engine.worker import Batch
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.store.database import StoreFault, StoreTrouble
+from app.store.facts import FactKind
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from tests.support.window.fake_ports import VALUES, FakeWorker
@@ -155,8 +156,8 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.sets == WRITES * 2
     assert (_verdicts(bench, "M-001"), _verdicts(bench, "M-002")) == (["READY"], ["READY"])
     assert bench.store.evidence("M-002").is_complete
-    module = bench.store.module_named("M-002")
-    assert module is not None
+    assert all(len(check.content["record"]["frames"]) > 60 for check in bench.store.facts.select(FactKind.CHECK))
+    module = given(bench.store.module_named("M-002"))
     assert module.adapter == port.module.adapter  # which the next window asks about here
     runs = {entry.detail["run"] for entry in bench.store.audit(Act.WRITE)[: len(WRITES)]}
     assert runs == {port.kept.run}  # what was sent to one is not logged in the conversation with the other

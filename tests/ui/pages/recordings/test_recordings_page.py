@@ -202,11 +202,12 @@ def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str)
 
 def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
-    buttons = one.page.detail
+    buttons, asked = one.page.detail, list[tuple[str, Path, str]]()
     for button, path in ((buttons.csv, tmp_path / "all.csv"), (buttons.mcap, tmp_path / "all.mcap")):
-        one.page.ask_path = choosing(path)
+        one.page.ask_path = choosing(path, asked)
         one.click(button)
         one.until(partial(_is_saved, one, path))
+        assert asked[-1][1].name == f"dps-s Left-wing {NOON.astimezone():%Y-%m-%d %H-%M-%S}{path.suffix}"
     rows = (tmp_path / "all.csv").read_text("utf-8-sig").splitlines()
     assert len([row for row in rows[1:] if row.split(",")[2]]) == 10 * SECONDS
     assert len(recordings_made.opened(tmp_path / "all.mcap").tilt) == 10 * SECONDS
