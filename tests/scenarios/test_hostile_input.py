@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -232,18 +231,6 @@ def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: st
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(line.format(number).encode())
     assert all(len(sentence) < 200 for sentence in refused.value.sentences)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["[" + " " * 120_000, "a" + " " * 120_000, '"' * 120_000, "[[" * 60_000, "a=" + "[" * 120_000, "=\n" * 60_000],
-    ids=["table", "key", "quotes", "heads", "nesting", "errors"],
-)
-def test_a_profile_is_checked_in_bounded_time(text: str) -> None:
-    began = time.process_time()
-    with pytest.raises(ProfileRefused):
-        parse_profile(text.encode())
-    assert time.process_time() - began < 3
 
 
 @pytest.mark.parametrize("header", [b"Au", b"Ba"])

@@ -1,6 +1,7 @@
 """Profile files: all errors at once, hostile files, and round trips."""
 
 import os
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -149,28 +150,30 @@ def test_a_newer_format_is_the_only_error_reported() -> None:
     [
         b"x" * (profile_file.LARGEST_BYTES + 1),
         b"\xff\xfe" + WHOLE.encode("utf-16-le"),
-        b"name = " + b"[" * 50_000,
+        b"a=" + b"[" * 120_000,
+        b"[" + b" " * 120_000,
+        b"a" + b" " * 120_000,
+        b'"' * 120_000,
+        b"[[" * 60_000,
         b"a." * 30_000 + b"a = 1",
         b"\x00" * 1000,
         b'name = """',
         b"]" * 1000 + b"\n" * 1000,
-        b"= 1\n" * 20_000,
+        b"=\n" * 60_000,
         ("'" + "\u202e" * 100 + "' = 1").encode(),
     ],
-    ids=["large", "UTF-16", "nested", "dotted", "zeros", "open", "brackets", "errors", "turned"],
+    ids=["large", "UTF-16", "nested", "table", "key", "quotes", "heads", "dotted", "zeros", "open", "brackets",
+         "errors", "turned"],
 )  # fmt: skip
-def test_hostile_files_are_refused_with_short_printable_errors(data: bytes) -> None:
+def test_hostile_files_are_refused_soon_with_short_printable_errors(data: bytes) -> None:
+    began = time.process_time()
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(data)
+    assert time.process_time() - began < 3
     assert 1 <= len(refused.value.sentences) <= profile_file.MAX_ERRORS
     for sentence in refused.value.sentences:
         assert sentence.isprintable()
         assert len(sentence) < 300
-
-
-def test_emoji_and_arabic_are_kept() -> None:
-    profile = Profile(name="🪂 مظلة 降落伞 👩‍🚀", airframe="שלום")
-    assert parse_profile(profile_text(profile).encode()) == profile
 
 
 def test_a_missing_file_and_a_profile_without_a_name(tmp_path: Path) -> None:
