@@ -4,8 +4,6 @@ shown.
 
 import sys
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
 
@@ -57,32 +55,35 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
         return whole_of(bench.path)
 
 
-@contextmanager
-def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None]:
+def changed(whole: Whole, folder: Path, raw: bytes) -> Recording | None:
     """The recording with other bytes; None if it is refused."""
     path = folder / "changed.mcap"
     path.write_bytes(raw)
     try:
         recording = opened(path)
     except UserError:
-        yield None
-        return
+        return None
     known = dict(zip(whole.times, whole.tilts, strict=True))
     window = recording.tilt.window(0.0, 1e9)
     assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
     sent = b"".join(entry.raw for entry in RecordedTraffic(recording.entry.path))
     assert len(sent) == 8 * len(window.time_s)
-    yield recording
+    return recording
+
+
+def changed_but_read(whole: Whole, folder: Path, raw: bytes) -> Recording:
+    recording = changed(whole, folder, raw)
+    assert recording is not None
+    return recording
 
 
 Folders = settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 
 
 def test_an_undamaged_session_is_whole(whole: Whole, tmp_path: Path) -> None:
-    with changed(whole, tmp_path, whole.path.read_bytes()) as recording:
-        assert recording is not None
-        assert (recording.damage, recording.entry.was_cut_off) == (None, False)
-        assert len(recording.tilt) == len(whole.times) == 600
+    recording = changed_but_read(whole, tmp_path, whole.path.read_bytes())
+    assert (recording.damage, recording.entry.was_cut_off) == (None, False)
+    assert len(recording.tilt) == len(whole.times) == 600
 
 
 @Folders
@@ -90,17 +91,17 @@ def test_an_undamaged_session_is_whole(whole: Whole, tmp_path: Path) -> None:
 def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:
     raw = whole.path.read_bytes()
     end = int(share * (len(raw) - 1))
-    with changed(whole, tmp_path, raw[:end]) as recording:
-        if recording is not None:
-            count = len(recording.tilt)
-            assert recording.tilt.window(0.0, 1e9).time_s.tolist() == whole.times[:count]
-            name = raw.find(b"dps-s end") - 4
-            assert recording.entry.was_cut_off == (end < name + int.from_bytes(raw[name - 8 : name], "little"))
-            assert recording.entry.sample_count == count
-            assert recording.damage is None
-            assert count >= 600 * (end / len(raw)) - 120
-        else:
-            assert end < 1000
+    recording = changed(whole, tmp_path, raw[:end])
+    if recording is not None:
+        count = len(recording.tilt)
+        assert recording.tilt.window(0.0, 1e9).time_s.tolist() == whole.times[:count]
+        name = raw.find(b"dps-s end") - 4
+        assert recording.entry.was_cut_off == (end < name + int.from_bytes(raw[name - 8 : name], "little"))
+        assert recording.entry.sample_count == count
+        assert recording.damage is None
+        assert count >= 600 * (end / len(raw)) - 120
+    else:
+        assert end < 1000
 
 
 @Folders
@@ -111,29 +112,28 @@ def test_no_changed_byte_passes_unsaid(whole: Whole, tmp_path: Path, place: floa
     data[start : start + len(raw)] = raw
     if data == whole.path.read_bytes():
         return
-    with changed(whole, tmp_path, bytes(data)) as recording:
-        if recording is None:
-            assert start < 1000, "only what is in the heading makes a session unreadable"
-        elif len(recording.tilt) < len(whole.times):
-            assert recording.damage is not None or recording.entry.was_cut_off
-            assert len(recording.tilt) >= len(whole.times) - 150
-            assert any(mark.kind is MarkerKind.DAMAGED for mark in recording.markers) or recording.entry.was_cut_off
-        else:
-            assert recording.tilt.window(0.0, 1e9).value.tolist() == whole.tilts
+    recording = changed(whole, tmp_path, bytes(data))
+    if recording is None:
+        assert start < 1000, "only what is in the heading makes a session unreadable"
+    elif len(recording.tilt) < len(whole.times):
+        assert recording.damage is not None or recording.entry.was_cut_off
+        assert len(recording.tilt) >= len(whole.times) - 150
+        assert any(mark.kind is MarkerKind.DAMAGED for mark in recording.markers) or recording.entry.was_cut_off
+    else:
+        assert recording.tilt.window(0.0, 1e9).value.tolist() == whole.tilts
 
 
 def test_what_is_missing_is_a_gap_and_what_follows_is_read(whole: Whole, tmp_path: Path) -> None:
     data = bytearray(whole.path.read_bytes())
     data[len(data) // 2] ^= 0x10
-    with changed(whole, tmp_path, bytes(data)) as recording:
-        assert recording is not None
-        assert (len(recording.tilt), recording.entry.was_cut_off) == (550, False)
-        ((first, last),) = recording.damaged
-        assert 0.4 < last - first < 0.6
-        times = recording.tilt.window(0.0, 1e9).time_s
-        assert not len(times[(times > first + 0.01) & (times < last)])
-        assert recording.damage is not None
-        assert recording.damage.in_english().startswith("Damaged or altered")
+    recording = changed_but_read(whole, tmp_path, bytes(data))
+    assert (len(recording.tilt), recording.entry.was_cut_off) == (550, False)
+    ((first, last),) = recording.damaged
+    assert 0.4 < last - first < 0.6
+    times = recording.tilt.window(0.0, 1e9).time_s
+    assert not len(times[(times > first + 0.01) & (times < last)])
+    assert recording.damage is not None
+    assert recording.damage.in_english().startswith("Damaged or altered")
 
 
 def chunks_in(data: bytes | bytearray) -> list[tuple[int, int]]:
@@ -149,29 +149,26 @@ def chunks_in(data: bytes | bytearray) -> list[tuple[int, int]]:
 def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> None:
     data = whole.path.read_bytes()
     start, end = chunks_in(data)[5]
-    with changed(whole, tmp_path, data[:start] + data[end:]) as recording:
-        assert recording is not None
-        assert len(recording.tilt) == 550
-        assert recording.damage is not None
+    recording = changed_but_read(whole, tmp_path, data[:start] + data[end:])
+    assert len(recording.tilt) == 550
+    assert recording.damage is not None
 
 
 def test_a_chunk_whose_length_hides_the_last_ones_is_damaged(whole: Whole, tmp_path: Path) -> None:
     data = bytearray(whole.path.read_bytes())
     (start, _), *_, (_, end) = chunks_in(data)[-3:]
     data[start + 1 : start + 9] = (end - start - 9).to_bytes(8, "little")
-    with changed(whole, tmp_path, bytes(data)) as recording:
-        assert recording is not None
-        assert len(recording.tilt) < 600
-        assert recording.damage is not None
+    recording = changed_but_read(whole, tmp_path, bytes(data))
+    assert len(recording.tilt) < 600
+    assert recording.damage is not None
 
 
 @pytest.mark.parametrize("tail", [b"\x00" * 5000, b"\xff" * 5000, bytes(range(256)) * 20])
 def test_zeros_or_garbage_behind_the_last_chunk(whole: Whole, tmp_path: Path, tail: bytes) -> None:
     data = whole.path.read_bytes()
-    with changed(whole, tmp_path, data[: len(data) * 2 // 3] + tail) as recording:
-        assert recording is not None
-        assert recording.entry.was_cut_off
-        assert len(recording.tilt) > 300
+    recording = changed_but_read(whole, tmp_path, data[: len(data) * 2 // 3] + tail)
+    assert recording.entry.was_cut_off
+    assert len(recording.tilt) > 300
 
 
 KILLED = """
