@@ -5690,8 +5690,8 @@
         <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
-        <source>{new} new of {total}</source>
-        <translation>{total} 条中有 {new} 条新记录</translation>
+        <source>{new} of {total} not reviewed</source>
+        <translation>{total} 条中有 {new} 条未复核</translation>
     </message>
     <message>
         <source>{n} of {all} rows copied.</source>

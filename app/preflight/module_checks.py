@@ -78,19 +78,20 @@ def _lock_first(case: Case) -> UserMessage | None:
 
 
 def trigger_records(case: Case) -> Finding:
-    limit = _under_name(case, message(marked("all records reviewed")))
+    reviewed = message(marked("all records reviewed"))
+    limit = _under_name(case, reviewed)
     history = case.evidence.history
     if history is None:
         return case.unread("trigger_records", limit)
     if not history.is_answered:
         return _silent_records(case, limit)
     new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
-    shown = message(marked("{new} new of {total}"), new=new, total=len(history.all))
+    shown = message(marked("{new} of {total} not reviewed"), new=new, total=len(history.all))
     if new and not case.person.are_records_reviewed:
         return judged(new, shown, limit, is_fine=False) if case.past.has_check else unknown(shown, limit)
     if not history.is_confirmed:
         return unknown(message(marked("readings differ")), limit)
-    return judged(0, _by_a_person(shown) if new else shown, limit, is_fine=True)
+    return judged(0, _by_a_person(reviewed) if new else shown, limit, is_fine=True)
 
 
 def _silent_records(case: Case, limit: UserMessage) -> Finding:
