@@ -131,10 +131,10 @@ class GroupProfile(QObject):
         )  # fmt: skip
 
     def result(self, connection: Port) -> AppliedProfile | None:
-        """Of the last writing. After a break of the conversation it proves nothing: another module may answer."""
+        """Of the last writing. After a break of the conversation none is said: another module may answer."""
         applied = self.applied.get(connection)
         is_over = self._applied_in.get(connection) != connection.conversation
-        return None if applied is not None and applied.state.is_fine and is_over else applied
+        return None if applied is not None and applied.state is not Applied.WRITING and is_over else applied
 
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
@@ -156,10 +156,10 @@ class GroupProfile(QObject):
 
     def _begin(self, connection: Port, accepted: frozenset[SettingChange]) -> None:
         changes = self.column(connection).changes
+        self._applied_in[connection] = connection.conversation
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
             return
-        self._applied_in[connection] = connection.conversation
         if not changes:
             self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
             return

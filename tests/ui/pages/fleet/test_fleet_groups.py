@@ -68,6 +68,10 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert shown.data() == "FAILED: Link lost: the rest is unknown."
     speak_chinese()
     assert shown.data().endswith("通信中断：其余未知。")
+    desk.modules[1][1].open("/dev/port1", 115200)
+    desk.modules[1][1].say(attitude_threshold_deg=60)
+    desk.settle()
+    assert shown.data() == ""  # another module may be there
 
 
 def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
