@@ -8,11 +8,11 @@ Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 wit
 import argparse
 import time
 
-from app.procedures.act import ANOTHER_ANSWERED, Performed, perform
+from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
 from app.procedures.settings_reading import read_one_module
 from app.safety.acts import EFFECTS, Act
-from app.safety.interlocks import Interlock
+from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.terminal import console
@@ -36,17 +36,17 @@ def run(args: argparse.Namespace) -> int:
             records_of(args.port, args.run) as records,
             connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
         ):
-            is_one = is_lock or conversation.run(read_one_module()) is not None
+            reading = None if is_lock else conversation.run(read_one_module())
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
             try:
                 if is_lock:
                     done = conversation.run(lock(records.journal, is_attended=False))
                     if done.is_locked and records.store is not None and (args.module is not None or args.same_module):
                         end_left_active(conversation, records.store, args)
-                elif is_one:
-                    done = conversation.run(perform(act, records.journal, permit=permit))
+                elif isinstance(reading, Refusal):
+                    done = Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(reading,))
                 else:
-                    done = Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(ANOTHER_ANSWERED,))
+                    done = conversation.run(perform(act, records.journal, permit=permit))
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise

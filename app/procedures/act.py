@@ -78,8 +78,6 @@ REPORTED_WITHIN_S = 1.5
 """A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
 LOG_FAILED = marked("The audit log cannot be written.")
 _NOT_SENT = marked("Nothing was sent.")
-ANOTHER_ANSWERED = Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again.")))
-"""What was read before is not its, or of two modules."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

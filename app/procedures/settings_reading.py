@@ -15,11 +15,16 @@ from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
 from app.procedures.handshake import HANDSHAKE_WAITS_S
 from app.procedures.write import read_back, restarted_since
+from app.safety.interlocks import Interlock, Refusal
+from app.text.messages import message
 from protocol.fields import Value
 from protocol.translatable import marked
 
 REREADINGS = 2
 """After a silence, and after one during the first of them."""
+FELL_SILENT = Refusal(Interlock.ONLINE, message(marked("The module does not answer.")))
+ANOTHER_ANSWERED = Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again.")))
+"""What was read before is not its, or of two modules."""
 
 
 class ReadFault(Enum):
@@ -85,16 +90,19 @@ def read_settings() -> Procedure[SettingsReading]:
     )
 
 
-def read_one_module() -> Procedure[SettingsReading | None]:
-    """The settings, read again after a break; None where what was read is, or may be, that of two modules."""
+def read_one_module() -> Procedure[SettingsReading | Refusal]:
+    """The settings, read again after a break. Refused where the module falls silent, as what answers later may be
+    another one, and where what was read is, or may be, that of two modules."""
     begin: EngineView = yield Inspect()
     reading = yield from read_settings()
     end: EngineView = yield Inspect()
     is_other = reading.is_restarted or is_refuted(begin, end)
-    if not is_other and end.device.breaks != begin.device.breaks:
+    if not (is_other or reading.is_silent) and end.device.breaks != begin.device.breaks:
         first, reading = reading, (yield from read_settings())
         is_other = reading.is_restarted or same_module(first.evidence, reading.evidence) is Trust.REFUTED
-    return None if is_other else reading
+    if reading.is_silent:
+        return FELL_SILENT
+    return ANOTHER_ANSWERED if is_other else reading
 
 
 def is_another(begin: EngineView) -> Procedure[bool]:

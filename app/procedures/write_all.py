@@ -16,7 +16,7 @@ from typing import NamedTuple
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, await_asking, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
-from app.procedures.act import ANOTHER_ANSWERED, Armed
+from app.procedures.act import Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, is_another, is_refuted, read_one_module, read_settings
@@ -133,8 +133,8 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
         return WriteReport(results=_all_refused(ordered), refusals=refused)
     before = yield from read_one_module()
     read: EngineView = yield Inspect()
-    if before is None:
-        return WriteReport(results=_all_refused(ordered), refusals=(ANOTHER_ANSWERED,))
+    if isinstance(before, Refusal):
+        return WriteReport(results=_all_refused(ordered), refusals=(before,))
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
     progress = _WriteProgress(replace(context, begin=read))

@@ -221,7 +221,7 @@ ROWS: tuple[Row, ...] = (
     Row(
         "settings_reading.read_one_module",
         read_one_module,
-        lambda reading, cell: [] if reading is None else _no_reading_lie(reading, cell),
+        lambda reading, cell: [] if isinstance(reading, Refusal) else _no_reading_lie(reading, cell),
     ),
     Row(
         "settings_reading.is_another",

@@ -131,6 +131,19 @@ def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Sta
     assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
 
 
+@pytest.mark.parametrize("gap_s", [3.5, 8.0])
+@pytest.mark.parametrize("frame", [2, 7])
+@pytest.mark.parametrize("words", [["activate", "--yes"], ["shutdown", "--yes"], ["set", "attitude_trigger=true"]])
+def test_what_answers_long_after_the_first_one_fell_silent_gets_nothing(
+    words: list[str], frame: int, gap_s: float, stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was asked on, and the one that was plugged in meanwhile was activated."""
+    monkeypatch.setattr("tests.support.cli_line.GAP_S", gap_s)
+    with falls_after(stage.bench, frame, lambda: exchange(stage.bench, attitude_threshold=60)):
+        run(stage, words, 3)
+    assert not stage.truth.acts_sent
+
+
 @pytest.mark.parametrize(("frame", "option"), [(1, []), (2, []), (2, ["--same-module"])])
 def test_of_a_module_that_was_sent_lock_nobody_says_that_it_is_locked(
     stage: Stage, frame: int, option: list[str]
