@@ -38,7 +38,6 @@ NOT_JUDGED: Final[dict[str, str]] = {
     "tests/app/engine/test_reconnect.py::test_a_link_behind_which_an_adapter_has_come_is_left_alone": (
         "a link into /dev, which Wine follows when it is deleted"
     ),
-    "tests/app/engine/test_worker.py::test_reading_everything_over_a_pseudo_terminal": "needs a pseudo-terminal",
     "tests/app/engine/test_worker.py::test_a_stream_at_line_rate_from_another_process_arrives_whole": (
         "needs a pseudo-terminal"
     ),

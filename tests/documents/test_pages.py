@@ -1,11 +1,8 @@
 """Links lead to targets, pages in two languages have one structure, and docs/protocol.md is current and complete."""
 
 import re
-import sys
 import tomllib
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 from typing import Final
 from urllib.parse import unquote
 
@@ -19,6 +16,7 @@ from protocol.catalogue import COMMANDS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
 from tests.support.line.vectors import VECTORS
+from tests.support.setup_files import generator
 
 ROOT: Final = Path(__file__).parents[2]
 PAGES: Final = tuple(
@@ -134,20 +132,8 @@ def test_the_profile_page_names_every_key_with_its_bounds(page: str) -> None:
 # The protocol page
 
 
+protocol_page = generator("protocol_page")
 FRAME = re.compile(r"`((?:41 75|42 61)(?: [0-9A-F]{2})+)`")
-
-
-@pytest.fixture(scope="module")
-def protocol_page() -> ModuleType:
-    """Loads the tool from its file, because docs/ is not a package."""
-    spec = spec_from_file_location("dps_s_protocol_page", ROOT / "docs" / "generate" / "protocol_page.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "path", [*sys.path])
-        spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -155,12 +141,12 @@ def text() -> str:
     return (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
 
 
-def test_the_page_is_current(protocol_page: ModuleType) -> None:
+def test_the_page_is_current() -> None:
     assert protocol_page.main(["--check"]) == 0, "run python docs/generate/protocol_page.py"
 
 
 def test_a_page_that_is_out_of_date_is_noticed_and_written_again(
-    protocol_page: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stale = tmp_path / "docs" / "protocol.md"
     monkeypatch.setattr(protocol_page, "PAGE", stale)

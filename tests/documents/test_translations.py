@@ -1,45 +1,30 @@
 """The Chinese translation is complete, and its check finds errors."""
 
 import json
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 from app.text.i18n import read_messages, read_translations
+from tests.support.setup_files import generator
 
-GENERATE = Path(__file__).parents[2] / "docs" / "generate"
-
-
-@pytest.fixture(scope="module")
-def translations() -> ModuleType:
-    """Loads the tool from its file, because docs/ is not a package."""
-    from importlib.util import module_from_spec, spec_from_file_location
-
-    spec = spec_from_file_location("dps_s_translations", GENERATE / "translations.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look up their module
-    spec.loader.exec_module(module)
-    return module
+translations = generator("translations")
 
 
-def extracted(translations: ModuleType, source: str) -> tuple[list[str], list[str]]:
+def extracted(source: str) -> tuple[list[str], list[str]]:
     found = translations.Extract()
     translations.extract(source, "x.py", found)
     return sorted(found.texts), found.faults
 
 
-def test_every_text_is_in_chinese(translations: ModuleType) -> None:
+def test_every_text_is_in_chinese() -> None:
     found = translations.extract_all()
     assert found.texts
     problems = list(translations.problems(found, translations.read_ts()))
     assert not problems, "\n".join(problems)
 
 
-def test_what_is_checked_is_what_the_program_reads(translations: ModuleType) -> None:
+def test_what_is_checked_is_what_the_program_reads() -> None:
     finished = {english: one.chinese for english, one in translations.read_ts().items() if one.is_finished}
     assert read_messages(translations.TS) == finished
     assert finished.items() <= read_translations(translations.TS).items()
@@ -61,8 +46,8 @@ def test_what_is_checked_is_what_the_program_reads(translations: ModuleType) -> 
         ("print('Tilt')", []),
     ],
 )
-def test_texts_are_found(translations: ModuleType, source: str, texts: list[str]) -> None:
-    assert extracted(translations, source) == (texts, [])
+def test_texts_are_found(source: str, texts: list[str]) -> None:
+    assert extracted(source) == (texts, [])
 
 
 @pytest.mark.parametrize(
@@ -81,13 +66,13 @@ def test_texts_are_found(translations: ModuleType, source: str, texts: list[str]
         ("texts.bind(label.setText, '{n} frames')", "placeholders n, values none"),
     ],
 )
-def test_wrong_calls_are_found(translations: ModuleType, source: str, part: str) -> None:
-    _, faults = extracted(translations, source)
+def test_wrong_calls_are_found(source: str, part: str) -> None:
+    _, faults = extracted(source)
     assert len(faults) == 1
     assert part in faults[0]
 
 
-def test_problems_are_found(translations: ModuleType) -> None:
+def test_problems_are_found() -> None:
     found = translations.Extract(texts=dict.fromkeys(("missing", "unfinished", "{n} ms", "good {n}"), "x.py:1"))
     messages = {
         "unfinished": translations.Translation("未", is_finished=False),
@@ -101,7 +86,7 @@ def test_problems_are_found(translations: ModuleType) -> None:
         assert any(part in line for line in listed), part
 
 
-def test_a_capital_a_stop_and_an_ellipsis_follow(translations: ModuleType) -> None:
+def test_a_capital_a_stop_and_an_ellipsis_follow() -> None:
     texts = dict.fromkeys(("lock", "Lock…", "Lock.", "LOCK", "Open", "open"), "x.py:1")
     messages = {
         english: translations.Translation(chinese, is_finished=True)
@@ -116,7 +101,7 @@ def test_a_capital_a_stop_and_an_ellipsis_follow(translations: ModuleType) -> No
     ]
 
 
-def test_update_keeps_adds_and_removes(translations: ModuleType, tmp_path: Path) -> None:
+def test_update_keeps_adds_and_removes(tmp_path: Path) -> None:
     old = {"kept <&>": translations.Translation("留 <&>", is_finished=True), "gone": ("去", True)}
     new = translations.updated({"kept <&>": "x", "added\nline": "x"}, old)
     path = tmp_path / "zh_CN.ts"
@@ -128,7 +113,7 @@ def test_update_keeps_adds_and_removes(translations: ModuleType, tmp_path: Path)
     assert path.read_bytes() == first
 
 
-def test_merge_fills_in_only_what_fits(translations: ModuleType, tmp_path: Path) -> None:
+def test_merge_fills_in_only_what_fits(tmp_path: Path) -> None:
     first = {"Tilt": "倾角", "Gone": "去", "{n} ms": "{m} 毫秒", "Done": "别", "Nothing": ""}
     (tmp_path / "a.json").write_text(json.dumps(first), encoding="utf-8")
     (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
@@ -144,7 +129,7 @@ def test_merge_fills_in_only_what_fits(translations: ModuleType, tmp_path: Path)
     assert "倾斜" in refused[-1]
 
 
-def test_corrections_replace_what_is_finished(translations: ModuleType, tmp_path: Path) -> None:
+def test_corrections_replace_what_is_finished(tmp_path: Path) -> None:
     (tmp_path / "a-corrections.json").write_text(json.dumps({"Tilt": "倾角", "Gone": "去"}), encoding="utf-8")
     (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
     messages = {"Tilt": translations.Translation("斜", is_finished=True)}

@@ -28,8 +28,8 @@ from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from tests.app.cli.reference.test_schemas import faults
-from tests.documents.test_translations import GENERATE
 from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence
+from tests.support.setup_files import generator
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -271,7 +271,7 @@ def test_a_full_width_one_is_left_alone(text: str) -> None:
 
 
 def test_no_translation_has_one() -> None:
-    texts = read_translations(GENERATE.parents[1] / "app" / "locale" / "zh_CN.ts")
+    texts = read_translations(generator("translations").TS)
     places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
     assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}
 

@@ -249,7 +249,6 @@ class LivePanel(QFrame):
 
     def _retranslate(self) -> None:
         self._stream_kind = None
-        self._name(self._texts)
         self._reserve()
 
 
