@@ -148,7 +148,7 @@ def test_a_newer_format_is_the_only_error_reported() -> None:
 @pytest.mark.parametrize(
     "data",
     [
-        b"x" * (profile_file.LARGEST_BYTES + 1),
+        b"#" * (profile_file.LARGEST_BYTES + 1),
         b"\xff\xfe" + WHOLE.encode("utf-16-le"),
         b"a=" + b"[" * 120_000,
         b"[" + b" " * 120_000,
@@ -160,10 +160,11 @@ def test_a_newer_format_is_the_only_error_reported() -> None:
         b'name = """',
         b"]" * 1000 + b"\n" * 1000,
         b"=\n" * 60_000,
+        "".join(f"a{number} = 1\n" for number in range(2 * profile_file.MAX_ERRORS)).encode(),
         ("'" + "\u202e" * 100 + "' = 1").encode(),
     ],
     ids=["large", "UTF-16", "nested", "table", "key", "quotes", "heads", "dotted", "zeros", "open", "brackets",
-         "errors", "turned"],
+         "errors", "unknown", "turned"],
 )  # fmt: skip
 def test_hostile_files_are_refused_soon_with_short_printable_errors(data: bytes) -> None:
     began = time.process_time()
