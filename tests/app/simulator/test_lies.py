@@ -14,9 +14,10 @@ from protocol.catalogue import BY_NAME, STATUS, TRIGGER_RECORDS
 from protocol.frame import Frame, encode_reply
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.stream import StreamParser
+from tests.support.line import simulated
 from tests.support.line.lies import LyingModule, lies_of, lying, lying_bench
 from tests.support.line.sim_line import FakeClock
-from tests.support.line.simulated import booted, receive, say, tick
+from tests.support.line.simulated import receive, say, tick
 
 SET_G_4 = "42 61 21 02 04 27"
 ASK = "42 61 20 01 00 21"
@@ -184,10 +185,9 @@ def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
 
 def running_module(*, history: int = 0, **options: str) -> SimulatedModule:
     """A module that has booted a while ago, with options as one types them."""
-    setup = Setup(**parse_options(options))
-    memory = Memory(boot_count=36)
-    invent_records(memory, history, seed=1, has_odd_voltage=setup.odd_voltage)
-    return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), setup, memory=memory))
+    parsed, memory = parse_options(options), Memory(boot_count=36)
+    invent_records(memory, history, seed=1, has_odd_voltage=bool(parsed.get("odd_voltage")))
+    return simulated.running(Physics(cell_v=4.0, drain_v_per_h=0.0), memory, **parsed)
 
 
 def bursts(module: SimulatedModule) -> list[tuple[float, bytes]]:

@@ -5,19 +5,13 @@ import pytest
 from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
 from app.simulator.physics import Physics
-from app.simulator.setup import EmptySlots, Setup
 from protocol.catalogue import BY_NAME, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
-from tests.support.line.simulated import booted, receive, say, tick
+from tests.support.line.simulated import receive, running, say, tick
 
 HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
-
-
-def running(world: Physics | None = None, memory: Memory | None = None) -> SimulatedModule:
-    """A module that has booted a while ago, at time 0."""
-    return booted(SimulatedModule(world or Physics(), Setup(empty_slots=EmptySlots.NONE), memory=memory))
 
 
 def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:

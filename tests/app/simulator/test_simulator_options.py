@@ -5,14 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from app.simulator.answers import SimulatedModule
 from app.simulator.bench import SimulatedBench
-from app.simulator.physics import Physics
 from app.simulator.setup import (
     OPTIONS,
     Acknowledge,
     Delivery,
-    EmptySlots,
     Setup,
     default_text,
     parse_options,
@@ -22,7 +19,7 @@ from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_REC
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.line.sim_line import FakeClock
-from tests.support.line.simulated import booted, receive, tick
+from tests.support.line.simulated import receive, running, tick
 
 
 @pytest.fixture
@@ -171,10 +168,6 @@ FRAMES += [
     if command.write is not None
     for value in sorted(command.write.allowed)[:3]
 ]
-
-
-def running() -> SimulatedModule:
-    return booted(SimulatedModule(Physics(), Setup(empty_slots=EmptySlots.NONE)))
 
 
 @given(st.lists(st.one_of(st.binary(max_size=40), st.sampled_from(FRAMES)), max_size=30))

@@ -1,10 +1,17 @@
 """Bytes of a simulated module without a line between."""
 
+from typing import Any
+
 from app.simulator.answers import SimulatedModule
+from app.simulator.memory import Memory
+from app.simulator.physics import Physics
+from app.simulator.setup import EmptySlots, Setup
 
 
-def booted(module: SimulatedModule) -> SimulatedModule:
-    """Switched on a minute before time 0."""
+def running(world: Physics | None = None, memory: Memory | None = None, **options: Any) -> SimulatedModule:
+    """A module that was switched on a minute before time 0."""
+    setup = Setup(**{"empty_slots": EmptySlots.NONE} | options)
+    module = SimulatedModule(world or Physics(), setup, memory=memory)
     module.power_on(-60.0)
     module.collect(0.0)
     return module
