@@ -72,8 +72,8 @@ class SleepDetector:
 
     def poll(self) -> float:
         """How long the computer slept since the last call, in seconds."""
-        before, self._before = self._before, self._now()
-        turn_s, with_sleep_s = (now - then for now, then in zip(self._before, before, strict=True))
+        (awake_s, with_sleep_s), self._before = self._before, self._now()
+        turn_s, with_sleep_s = self._before[0] - awake_s, self._before[1] - with_sleep_s
         if with_sleep_s - turn_s >= SHORTEST_S:
             return with_sleep_s - turn_s
         return turn_s if turn_s >= MAX_TURN_S else 0.0
