@@ -106,7 +106,7 @@ class GestureBench:
 
     def __init__(self, clock: FakeClock, journal: FakeJournal) -> None:
         self.clock, self.journal = clock, journal
-        self.exchange({"uptime": 60, "noise": 0})
+        self.exchange({"uptime": 60, "noise": 0, "rate": 20})
         self.sent: list[Request] = []
         """Requests that were not queries, except for the stream."""
         self.on_leaving: Callable[[Request], None] = lambda _request: None
@@ -200,9 +200,10 @@ class GestureBench:
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))
 
-    def wait(self, seconds: float, *, tick_s: float = TICK_S) -> None:
-        """Advance both clocks while the line and the window's timers run."""
-        left_s = seconds
+    def wait(self, seconds: float, *, tick_s: float | None = None) -> None:
+        """Advance both clocks while the line and the window's timers run; in small steps while something is held."""
+        left_s, is_holding = seconds, self._is_down or gestures().has_key_down
+        tick_s = tick_s or (TICK_S if is_holding else 4 * TICK_S)
         while left_s > 1e-9:
             step_s = min(tick_s, left_s)
             left_s -= step_s
@@ -366,6 +367,7 @@ def gesture_bench(
         try:
             window.make_pages()
             window.resize(*size)
+            window.setUpdatesEnabled(False)  # nobody looks before all is there, and painting takes time
             window.show()
             kinds = {key: kind for key, kind in KINDS.items() if key in pages}
             while any(window.findChild(kind) is None for kind in kinds.values()):
@@ -386,6 +388,7 @@ def gesture_bench(
             made.until(lambda: made.device.known("freefall_time_s", clock()) is not None)
             window.go_to("commands")
             made.wait(3.0, tick_s=1.0)
+            window.setUpdatesEnabled(True)
             made.refresh()  # what the page's own timer would do later, and move the rows
             yield made
         finally:

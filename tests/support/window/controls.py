@@ -70,8 +70,8 @@ def tab_chain(window: QWidget) -> list[QWidget]:
     return [
         one
         for one in chain[1:]
-        if one.focusProxy() is None and not one.objectName().startswith("qt_")
-        and one.isVisible() and one.isEnabled() and takes_tab(one)
+        if one.isVisible() and one.isEnabled() and takes_tab(one)
+        and one.focusProxy() is None and not one.objectName().startswith("qt_")
     ]  # fmt: skip
 
 
