@@ -39,7 +39,7 @@ def is_nothing_sent(bench: GestureBench) -> bool:
     return not bench.sent and not bench.worker.submitted
 
 
-def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench: GestureBench) -> None:
+def a_click_that_does_not_count(bench: GestureBench) -> None:
     for is_double in (False, True):
         go = ask_to_forbid(bench)
         bench.move(bench.at(go))
@@ -54,7 +54,7 @@ def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench:
         bench.reset()
 
 
-def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
+def two_hands_on_one_step(bench: GestureBench) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     go.setFocus()
@@ -72,7 +72,7 @@ def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
     assert not is_nothing_sent(bench)
 
 
-def test_the_release_of_a_key_pressed_elsewhere_completes_no_click(bench: GestureBench) -> None:
+def the_release_of_a_key_pressed_elsewhere(bench: GestureBench) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.window.top_bar.lock.setFocus()
@@ -85,7 +85,7 @@ def test_the_release_of_a_key_pressed_elsewhere_completes_no_click(bench: Gestur
     assert not is_nothing_sent(bench)
 
 
-def test_a_press_that_left_the_step_completes_nothing(bench: GestureBench) -> None:
+def a_press_that_left_the_step(bench: GestureBench) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.press()
@@ -96,7 +96,7 @@ def test_a_press_that_left_the_step_completes_nothing(bench: GestureBench) -> No
     assert is_nothing_sent(bench)
 
 
-def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: GestureBench) -> None:
+def a_press_that_began_before_the_step_moved(bench: GestureBench) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.press()
@@ -108,6 +108,30 @@ def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: Gestu
     bench.move(bench.at(go))
     bench.release()
     assert is_nothing_sent(bench)
+
+
+def any_click_on_cancel(bench: GestureBench) -> None:
+    ask_to_forbid(bench)
+    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    bench.move(bench.at(confirm.cancel))
+    confirm.cancel.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.press()
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(confirm.cancel))
+    bench.release()
+    assert not confirm.is_asking
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+
+
+def test_what_completes_nothing(bench: GestureBench) -> None:
+    for way in (
+        a_click_that_does_not_count, two_hands_on_one_step, the_release_of_a_key_pressed_elsewhere,
+        a_press_that_left_the_step, a_press_that_began_before_the_step_moved, any_click_on_cancel,
+    ):  # fmt: skip
+        way(bench)
+        bench.reset()
 
 
 def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,21 +197,6 @@ def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QAp
         assert page.work.standing is Standing.CHECKING
         bench.wait(2.0)
         assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
-
-
-def test_cancel_takes_any_click(bench: GestureBench) -> None:
-    ask_to_forbid(bench)
-    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
-    bench.move(bench.at(confirm.cancel))
-    confirm.cancel.setFocus()
-    bench.key(Qt.Key.Key_Space, is_press=True)
-    bench.press()
-    bench.move(QPoint(1, 1))
-    bench.move(bench.at(confirm.cancel))
-    bench.release()
-    assert not confirm.is_asking
-    bench.key(Qt.Key.Key_Space, is_press=False)
-    assert is_nothing_sent(bench)
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down

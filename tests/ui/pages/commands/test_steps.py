@@ -113,15 +113,15 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
 
 
 def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(bench: GestureBench) -> None:
-    for row in bench.commands.acts.values():
-        assert (row.confirm.ask.property("role"), row.confirm.go.property("role")) == (None, "danger")
-    assert bench.commands.ritual.property("role") == "danger-corner"
-
-
-def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench: GestureBench) -> None:
+    """The state is said as ready to fire, a rehearsal looks like one, and what deploying does follows the language."""
     page = bench.commands
+    for row in page.acts.values():
+        assert (row.confirm.ask.property("role"), row.confirm.go.property("role")) == (None, "danger")
+    assert page.ritual.property("role") == "danger-corner"
     go_to(bench, ACTS[-2])
     assert "ready to fire" in page.meaning.text().lower()
+    effect = find(bench.window, QLabel, "ritual_effect")
+    assert (effect.text(), effect.isVisible()) == ("Fires the parachute.", True)
     bench.go_and_click(page.ritual.choose)
     assert page.ritual.property("role") == "danger-corner"
     bench.reset()
@@ -133,13 +133,7 @@ def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench
     ]  # fmt: skip
     go_to(bench, ACTS[0])
     assert page.meaning.text() == "In standby."
-
-
-def test_what_deploying_does_follows_the_language(bench: GestureBench) -> None:
-    go_to(bench, ACTS[-2])
-    effect = find(bench.window, QLabel, "ritual_effect")
-    assert effect.isVisible()
-    assert effect.text() == "Fires the parachute."
+    bench.reset()
     bench.assembly.language_switch.use(CHINESE)
     bench.refresh()
     assert effect.text() == tr(EFFECTS[Act.DEPLOY]) != "Fires the parachute."
@@ -159,7 +153,7 @@ def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench)
     assert confirm.is_asking
 
 
-def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> None:
+def test_a_question_out_of_sight_is_withdrawn_and_half_out_of_sight_not_asked_yet(bench: GestureBench) -> None:
     bench.window.resize(900, 520)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
@@ -170,12 +164,6 @@ def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> N
     bench.turn()
     confirm.check()
     assert not confirm.is_asking
-
-
-def test_a_button_that_is_half_out_of_sight_asks_nothing_yet(bench: GestureBench) -> None:
-    bench.window.resize(900, 520)
-    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
-    scroll = find(bench.window, QScrollArea, "commands_scroll")
     bar, window = scroll.verticalScrollBar(), bench.window
     top = place(confirm.ask).top()
     limit = scroll.viewport().mapTo(window, QPoint(0, 0)).y() + scroll.viewport().height()

@@ -119,21 +119,6 @@ def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk)
     assert one.changes() == []
 
 
-def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
-    bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
-    open_by_dialog(one, profile_file(tmp_path, bad))
-    assert one.find(QLabel, "profile_faults").isVisible()
-    told = one.find(QLabel, "profile_faults").text().splitlines()
-    assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
-    one.assembly.language_switch.use("zh_CN")
-    told = one.find(QLabel, "profile_faults").text().splitlines()
-    assert [line.split("：")[0] for line in told] == ["第 2 行", "第 4 行", "第 5 行"]
-    assert not one.find(QPushButton, "profile_apply").isVisible()
-    qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
-    assert one.settings.write.isVisible()
-    assert one.changes() == []
-
-
 def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "commands", "settings") as one:
         assert not drop(one.assembly.window, profile_file(tmp_path, name="notes.txt"))
@@ -143,7 +128,9 @@ def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApp
         assert one.changes() == []
 
 
-def test_recent_files_are_listed_until_they_are_missing(tmp_path: Path, one: Desk) -> None:
+def test_files_are_listed_until_they_are_missing_and_all_their_errors_are_shown_at_once(
+    qtbot: QtBot, tmp_path: Path, one: Desk
+) -> None:
     files = one.settings.files
     assert not files.recent.isEnabled()
     path = profile_file(tmp_path)
@@ -158,6 +145,19 @@ def test_recent_files_are_listed_until_they_are_missing(tmp_path: Path, one: Des
     action.trigger()
     assert "cannot be read" in one.find(QLabel, "profile_faults").text()
     assert not files.recent.isEnabled()
+    one.click("profile_close")
+    bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
+    open_by_dialog(one, profile_file(tmp_path, bad))
+    assert one.find(QLabel, "profile_faults").isVisible()
+    told = one.find(QLabel, "profile_faults").text().splitlines()
+    assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
+    one.assembly.language_switch.use("zh_CN")
+    told = one.find(QLabel, "profile_faults").text().splitlines()
+    assert [line.split("：")[0] for line in told] == ["第 2 行", "第 4 行", "第 5 行"]
+    assert not one.find(QPushButton, "profile_apply").isVisible()
+    qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
+    assert one.settings.write.isVisible()
+    assert one.changes() == []
 
 
 def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Desk) -> None:
