@@ -4,7 +4,6 @@ Each is left out, named once and counted; everybody else's exchange, questions a
 """
 
 import json
-import re
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from datetime import UTC, datetime
@@ -23,12 +22,11 @@ from app.stations.known import Stations
 from app.stations.station import encoded
 from app.store.facts import FactKind, payload_of
 from app.text.user_error import UserError
-from tests.support.records.archive_server import ArchiveServer, archive_server
+from tests.support.records.archive_server import ArchiveServer
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 from tests.support.records.stations_made import station
 
 AT = NOON.isoformat(timespec="milliseconds")
-PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
 DEEP = "[" * 400 + "]" * 400
 MANY_DIGITS = "9" * 4300
 KEY = encoded(bytes(32))
@@ -95,22 +93,10 @@ def signed_row(kind: str, payload: str, made_at: str = AT, signer: str = "hostil
     return (id_, kind, encoded(who.public), made_at, payload, encoded(who.sign(f"{DOMAIN}\n{id_}\n".encode())))
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[ArchiveServer]:
-    """Set up as docs/archive.md says; `url` is that of the role for stations."""
-    with archive_server() as one:
-        block = re.search(r"```sql\n(.+?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-        assert block is not None
-        first, *rest = [line for line in block[1].split(";\n") if line.strip()]
-        one.run(first)
-        one.run(*(line for line in rest if "\\connect" not in line), database="dps_s")
-        yield one
-
-
 @pytest.fixture
-def url(server: ArchiveServer) -> str:
+def url(server: ArchiveServer, url_of_stations: str) -> str:
     server.run(f"DELETE FROM {TABLE}", database="dps_s")
-    return server.url("dps_s", "dps_s_station")
+    return url_of_stations
 
 
 @pytest.fixture

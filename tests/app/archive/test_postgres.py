@@ -2,7 +2,6 @@
 
 import json
 import logging
-import re
 import ssl
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
@@ -23,20 +22,12 @@ from tests.support.records.archive_server import (
     WITH_PASSWORD,
     WITHOUT_TLS,
     ArchiveServer,
-    archive_server,
     needs_server,
     write_certificate,
 )
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
 pytestmark = needs_server
-PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[ArchiveServer]:
-    with archive_server() as one:
-        yield one
 
 
 @pytest.fixture
@@ -114,24 +105,16 @@ def test_a_row_that_is_no_text_is_named_and_passed_over(
     assert [row.sentence().translated().rsplit(": ")[-1] for row in done.refused] == ["cannot be read."]
 
 
-def test_a_role_that_may_only_add_and_read_is_enough(stations: list[ArchiveStation], server: ArchiveServer) -> None:
-    """As docs/archive.md says how to set the server up."""
+def test_a_role_that_may_only_add_and_read_is_enough(
+    stations: list[ArchiveStation], server: ArchiveServer, url_of_stations: str
+) -> None:
     one, other = stations
-    block = re.search(r"```sql\n(.+?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert block is not None
-    server.run("DROP DATABASE IF EXISTS dps_s", "DROP ROLE IF EXISTS dps_s_station")
-    first, *rest = [line for line in block[1].split(";\n") if line.strip()]
-    assert first.startswith("CREATE DATABASE dps_s")
-    server.run(first)
-    server.run(*(line.replace("a long password", PASSWORD) for line in rest if "\\connect" not in line),
-               database="dps_s")  # fmt: skip
-    url = server.url("dps_s", "dps_s_station")
     one.meet("M-07")
-    assert _sync(one, url).sent == 1
-    assert _sync(other, url).received == 1
+    assert _sync(one, url_of_stations).sent == 1
+    assert _sync(other, url_of_stations).received == 1
     import psycopg
 
-    with psycopg.connect(url, autocommit=True) as connection:
+    with psycopg.connect(url_of_stations, autocommit=True) as connection:
         for statement in ("DELETE FROM {}", "UPDATE {} SET kind = 'x'", "TRUNCATE {}", "DROP TABLE {}"):
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
                 connection.execute(statement.format(TABLE).encode())

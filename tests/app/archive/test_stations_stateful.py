@@ -6,7 +6,7 @@ Longer: `python -m tests.app.archive.test_stations_stateful SEED STEPS`
 import random
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -180,12 +180,6 @@ def run(server: ArchiveServer, folder: Path, seed: int, steps: int, kills: int) 
         for act in acts:
             act(desk)
         desk.end()
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[ArchiveServer]:
-    with archive_server() as one:
-        yield one
 
 
 @pytest.mark.parametrize("seed", [1, 2])
