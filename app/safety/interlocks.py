@@ -181,7 +181,7 @@ def _fresh_status(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
     if inputs.status_fault is None and 0.0 <= age_s <= inputs.status_fresh_for_s:
         return None
     is_restarted = inputs.status_at is None or inputs.status_fault is StaleReason.RESTARTED
-    if inputs.lag_s is not None and not is_restarted:
+    if inputs.lag_s is not None and not is_restarted and inputs.presence is not Presence.OFFLINE:
         return message(marked("Data arrives {seconds:.1f} s late."), seconds=inputs.lag_s)
     if is_restarted or isinf(age_s):
         return message(marked("No current status."))

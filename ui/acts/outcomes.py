@@ -9,6 +9,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
+from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.services.context import Services
 from ui.services.port import Ports
@@ -22,9 +23,10 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
-    connector = services.connector
+    connector, is_open = services.connector, services.connector.current.is_open
     inputs = replace(
         interlock_inputs(connector.current.device, connector.clock(), must_be_proven=False),
+        presence=connector.current.device.presence if is_open else Presence.OFFLINE,
         is_identity_settled=connector.current.identity.is_settled,
         armed=services.armed.act,
         # Without a port there is no log; the condition that a module answers is open then anyway.

@@ -231,6 +231,7 @@ def open_for(act: Act, **known: Any) -> dict[Interlock, str]:
         ({"status_at": NOW + 0.125}, "The status is 0.0 s old."),
         ({"status_at": NOW - 1.125, "lag_s": 2.5}, "Data arrives 2.5 s late."),
         ({"status_at": NOW - 0.5, "status_fault": StaleReason.LATE, "lag_s": 2.5}, "Data arrives 2.5 s late."),
+        ({"status_at": NOW - 3.0, "lag_s": 2.5, "presence": Presence.OFFLINE}, "The status is 3.0 s old."),
         ({"status_at": NOW - 0.5, "status_fault": StaleReason.RESTARTED, "lag_s": 2.5}, "No current status."),
         ({"lag_s": 2.5}, "No current status."),
         ({"status_at": float("-inf")}, "No current status."),

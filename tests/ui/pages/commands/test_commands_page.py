@@ -262,6 +262,16 @@ def test_without_a_port_nothing_is_said_of_the_log(qtbot: QtBot, qapp: QApplicat
             assert not row.confirm.ask.isEnabled()
 
 
+def test_of_a_port_that_is_gone_nothing_arrives_late(active: Desk) -> None:
+    active.bench.unplug()
+    active.until(lambda: not active.assembly.connector.current.is_open)
+    active.wait(3.0)
+    page = active.commands
+    labels = [*(row.conditions for row in page.acts.values()), page.ritual.conditions]
+    texts = [label.text() for label in labels]
+    assert all(text.startswith("The module does not answer.") and "late" not in text for text in texts), texts
+
+
 def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: Desk) -> None:
     meaning, until_locked = active.commands.meaning, "Treat it as ready to fire until it reports LOCKED."
     active.until(lambda: meaning.text() == "Ready to fire: lock it before you touch it.")
