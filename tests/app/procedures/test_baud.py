@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from app.engine.procedure import PortLost
-from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
+from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud, logged_later
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
@@ -190,6 +190,18 @@ def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) ->
         if changed.end is BaudEnd.CHANGED:
             assert rig.bench.module.baud_rate == rate
     assert BaudEnd.CHANGED in ends
+
+
+@pytest.mark.parametrize(
+    ("rate", "end", "outcome"),
+    [
+        (9600, BaudEnd.CHANGED, Outcome.CONFIRMED),
+        (115200, BaudEnd.UNCHANGED, Outcome.REFUSED),
+        (4800, BaudEnd.ELSEWHERE, Outcome.UNKNOWN),
+    ],
+)
+def test_what_came_of_it_is_told_by_the_rate_found_later(rate: int, end: BaudEnd, outcome: Outcome) -> None:
+    assert logged_later(115200, 9600, rate) == (outcome, {"end": end.value, "found": rate})
 
 
 def test_every_end_has_its_sentence() -> None:
