@@ -14,7 +14,6 @@ from app.diagnosis.link_state import Phase
 from app.records.check_store import CheckStore
 from app.records.verification import FindStation
 from app.stations.known import Stations
-from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, drop, given, notice_text, press
@@ -48,18 +47,12 @@ class OnBench(Rig):
     def triggers(self) -> TriggersPage:
         return self.page("triggers", TriggersPage)
 
-    @property
-    def acts(self) -> list[Request]:
-        """The requests that were not queries, except `serial_output`."""
-        acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
-        return [request for request in acts if request.command is not SERIAL_OUTPUT]
-
     def page(self, key: str, kind: type[Found]) -> Found:
         self.assembly.window.go_to(key)
         return self.find(kind)
 
-    def connect(self) -> None:
-        super().connect()
+    def connect(self, *known: str) -> None:
+        super().connect(*known)
         self.assembly.window.panel.hide()
         self.until(lambda: self.assembly.connector.current.state.phase is Phase.ONLINE)
 

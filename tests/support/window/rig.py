@@ -16,7 +16,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
-from protocol.catalogue import Request
+from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
@@ -30,6 +30,8 @@ from ui.services.port import Ports
 from ui.widgets.gestures import gestures
 
 Made = TypeVar("Made", bound="Rig")
+READ_LAST = ("freefall_time_s", "boot_count")
+"""Where these are known, everything was read."""
 TURN_S = 0.1
 """Less than the ritual goes without a tick."""
 
@@ -52,6 +54,12 @@ class Rig(Driver):
     @property
     def root(self) -> QWidget:
         return self.assembly.window
+
+    @property
+    def acts(self) -> list[Request]:
+        """The requests that were not queries, except `serial_output`."""
+        acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
+        return [request for request in acts if request.command is not SERIAL_OUTPUT]
 
     def turn(self) -> None:
         """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""
@@ -91,11 +99,13 @@ class Rig(Driver):
             assert self.clock() < end_s, "it does not come to be"
             self.turn()
 
-    def connect(self) -> None:
+    def connect(self, *known: str) -> None:
+        """Until these values are known, too."""
         connector = self.assembly.connector
         connector.connect_to(Target(self.url, 115200))
         self.until(lambda: connector.current.device.presence is Presence.ONLINE)
-        self.until(lambda: connector.current.device.known("active", self.clock()) is not None)
+        keys = ("active", *known)
+        self.until(lambda: all(connector.current.device.known(key, self.clock()) is not None for key in keys))
 
 
 @contextmanager

@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
-from protocol.catalogue import BY_NAME, Hazard
+from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
-from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.rig import READ_LAST, Rig, on_fake_time
 from tests.support.window.steps import await_child, find, given, let_lay_out, notice_text
 from ui.acts.confirm import Confirm
 from ui.pages.commands.page import CommandsPage
@@ -51,12 +51,7 @@ class Desk(Rig):
 
     def changes(self, *names: str) -> list[bytes]:
         """Return the frames that were not queries; of the commands `names`, or of all but `serial_output`."""
-        return [
-            request.encode()
-            for request in self.requests
-            if request.hazard is not Hazard.NONE
-            and (request.command.name in names if names else request.command.name != "serial_output")
-        ]
+        return [act.encode() for act in self.acts if not names or act.command.name in names]
 
     def held(self, name: str) -> Value:
         """Return the value that the module holds, in the field's unit."""
@@ -74,11 +69,8 @@ class Desk(Rig):
         self.assembly.window.go_to(key)
         self.until(self.find(KINDS[key]).isVisible)
 
-    def connect(self) -> None:
-        super().connect()
-        connector = self.assembly.connector
-        self.until(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
-        self.until(lambda: connector.current.device.known("boot_count", connector.clock()) is not None)
+    def connect(self, *known: str) -> None:
+        super().connect(*READ_LAST, *known)
 
 
 @contextmanager

@@ -6,7 +6,6 @@ Each stop is a state of the real window on a simulated module. The walk visits a
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -23,7 +22,7 @@ from tests.support.window.fakes_ui import (
     SECOND_ADAPTER,
     ListedPorts,
 )
-from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.rig import READ_LAST, Rig, on_fake_time
 from tests.support.window.steps import let_lay_out, settle
 from ui.main import PAGES
 from ui.pages.commands.page import CommandsPage
@@ -90,23 +89,13 @@ class Walk(Rig):
             self.window.go_to(entry.key)
             yield self._stop(f"{entry.key}, not connected")
 
-    def connect(self) -> None:
+    def connect(self, *known: str) -> None:
         """Connect, and wait until the values have been read."""
-        super().connect()
-        for key in ("freefall_time_s", "boot_count"):
-            self.until(partial(self._knows, key))
+        super().connect(*READ_LAST, *known)
         self.window.go_to("live")
         live = self.find(LivePage)
         self.until(lambda: live.data.has_samples)
         live.refresh()
-
-    def _knows(self, key: str) -> bool:
-        return self._value(key) is not None
-
-    def _value(self, key: str) -> object:
-        connector = self.assembly.connector
-        known = connector.current.device.known(key, connector.clock())
-        return None if known is None else known.value
 
     def press(self, name: str) -> None:
         """Press a button, given by its name."""
