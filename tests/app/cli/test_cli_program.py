@@ -23,6 +23,7 @@ from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
 from app.records.labels import PAPERS
+from app.simulator.memory import invent_records
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
@@ -218,15 +219,18 @@ def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFi
     assert wire.count(STATUS.query().encode()) >= 2
 
 
+@pytest.mark.parametrize(("number", "is_confirmed"), [(15, False), (18, True)])
 def test_records_of_a_port_that_was_lost_are_kept(
-    port: str, no_waiting: None, capsys: pytest.CaptureFixture[str]
+    number: int, is_confirmed: bool, port: str, no_waiting: None, dps_s: Program
 ) -> None:
+    """At the second reading of the records, behind a heartbeat, the settings and the first; and behind it."""
     bench = bench_of(port)
-    # The second reading of the records: behind a heartbeat, the settings and the first.
-    with falls_after(bench, 15, bench.unplug):
-        assert program.main(["history", "--port", f"{port}?empty_slots=ones", "--json"]) == 4
-    printed = Printed(capsys)
-    assert json.loads(printed.out) == {"records": [], "empty_slots": 9, "answered": True, "complete": False}
+    invent_records(bench.module.memory, 2, seed=1, has_odd_voltage=False)
+    with falls_after(bench, number, bench.unplug):
+        printed = dps_s(["history", "--port", f"{port}?empty_slots=ones", "--json", "--module", "M-07"], 4)
+    shown = json.loads(printed.out)
+    assert [record["confirmed"] for record in shown["records"]] == [is_confirmed] * 2
+    assert (shown["empty_slots"], shown["answered"], shown["complete"]) == (7, True, False)
     assert "unplugged" in printed.err
 
 
