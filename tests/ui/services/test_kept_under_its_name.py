@@ -111,44 +111,44 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     assert filed == [NAME_A]
 
 
-@pytest.mark.parametrize("is_third", [False, True])
-def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig, is_third: bool) -> None:
-    rig.show_a()
-    page, flights = rig.pages["preflight"], rig.pages["flights"]
-    page.form.profile = Profile(name="Show", manual=(ManualLine("Pin out"),))
-    page.form.changed.emit()
-    rig.worker.identity = Identity(Trust.UNPROVEN, is_named=True)
-    rig.answer(A)
-    page.list._tick(1, True)
-    page.form.aircraft.setEditText("Wing 4")
-    page.form.commit_edits()
-    rig.assembly.window._services.exchange.tried.emit({"attitude_threshold_deg": 47}, None, bool)
-    rig.worker.breaks += is_third
-    rig.answer(A)
-    rig.worker.identity = Identity(Trust.PROVEN, is_named=True)
-    rig.answer(A)
-    assert rig.connector.current.module.name == NAME_A
-    kept = page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == "Wing 4"
-    page.form.use_none()
-    assert kept == (not is_third,) * 3
-
-
-@pytest.mark.parametrize("change", ["another port", "its silence"])
-def test_the_aircraft_that_was_entered_for_a_module_comes_back_with_it(rig: Rig, change: str) -> None:
-    rig.show_a()
-    form = rig.pages["preflight"].form
-    form.aircraft.setEditText("Wing 3")
-    form.commit_edits()
-    if change == "another port":
-        rig.connector.connect_to(PORT_B)
-        rig.answer(B)
-        assert form.aircraft.currentText() == ""
-        rig.connector.connect_to(PORT_A)
+def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig) -> None:
+    for is_third, wing in ((False, "Wing 4"), (True, "Wing 6")):
+        rig.show_a()
+        page, flights = rig.pages["preflight"], rig.pages["flights"]
+        page.form.profile = Profile(name="Show", manual=(ManualLine("Pin out"),))
+        page.form.changed.emit()
+        rig.worker.identity = Identity(Trust.UNPROVEN, is_named=True)
         rig.answer(A)
-        rig.connector.current.module.choose(NAME_A)
-    else:
-        for trust in (Trust.UNPROVEN, Trust.PROVEN):
-            rig.worker.identity = Identity(trust, is_named=True)
+        page.list._tick(1, True)
+        page.form.aircraft.setEditText(wing)
+        page.form.commit_edits()
+        rig.assembly.window._services.exchange.tried.emit({"attitude_threshold_deg": 47}, None, bool)
+        rig.worker.breaks += is_third
+        rig.answer(A)
+        rig.worker.identity = Identity(Trust.PROVEN, is_named=True)
+        rig.answer(A)
+        assert rig.connector.current.module.name == NAME_A
+        kept = page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == wing
+        page.form.use_none()
+        assert kept == (not is_third,) * 3
+
+
+def test_the_aircraft_that_was_entered_for_a_module_comes_back_with_it(rig: Rig) -> None:
+    for change, name in (("another port", "Wing 3"), ("its silence", "Wing 5")):
+        rig.show_a()
+        form = rig.pages["preflight"].form
+        form.aircraft.setEditText(name)
+        form.commit_edits()
+        if change == "another port":
+            rig.connector.connect_to(PORT_B)
+            rig.answer(B)
+            assert form.aircraft.currentText() == ""
+            rig.connector.connect_to(PORT_A)
             rig.answer(A)
-            rig.settle()
-    assert (rig.connector.current.module.name, form.committed[1]) == (NAME_A, "Wing 3")
+            rig.connector.current.module.choose(NAME_A)
+        else:
+            for trust in (Trust.UNPROVEN, Trust.PROVEN):
+                rig.worker.identity = Identity(trust, is_named=True)
+                rig.answer(A)
+                rig.settle()
+        assert (rig.connector.current.module.name, form.committed[1]) == (NAME_A, name), change

@@ -155,7 +155,9 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
     assert bench.guided.work.owes_lock is False
 
 
-def test_an_active_module_is_not_tested(bench: GestureBench) -> None:
+def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys_hands_is_locked(
+    bench: GestureBench,
+) -> None:
     bench.settle_module(is_active=True)
     bench.window.go_to("tests")
     bench.guided.go_to("bay")
@@ -168,6 +170,13 @@ def test_an_active_module_is_not_tested(bench: GestureBench) -> None:
     bench.connect()
     bench.settle_module(is_active=False)
     bench.until(bench.guided.primary.isEnabled)
+    for kind in KINDS[1:3]:
+        start(bench, kind)
+        bench.bench.module.activate(is_active=True)
+        bench.until(lambda: not bench.guided.work.is_running)
+        bench.until(lambda: is_locked(bench))
+        assert "ACTIVE" in bench.guided.result.verdict.text()
+        bench.until(lambda: not bench.guided.work.owes_lock)
 
 
 def _cancel(bench: GestureBench) -> None:
@@ -267,6 +276,18 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert failed.sentence in notice.text
 
 
+def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
+    activated(bench)
+    bench.guided.work.cancel()
+    reported = "The module reports LOCKED."
+    bench.until(lambda: said(bench) == reported)
+    bench.bench.change(drop=1.0, direction="both")
+    bench.wait(8.0)
+    assert said(bench) != reported
+    bench.bench.change(drop=0.0)
+    bench.until(lambda: said(bench) == reported)
+
+
 def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
     activated(bench)
     bench.bench.unplug()
@@ -284,16 +305,14 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: not work.owes_lock)
 
 
-def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
+def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     activated(bench)
-    bench.guided.work.cancel()
-    reported = "The module reports LOCKED."
-    bench.until(lambda: said(bench) == reported)
-    bench.bench.change(drop=1.0, direction="both")
-    bench.wait(8.0)
-    assert said(bench) != reported
-    bench.bench.change(drop=0.0)
-    bench.until(lambda: said(bench) == reported)
+    bench.bench.unplug()
+    bench.wait(1.0)
+    assert bench.guided.work.owes_lock
+    bench.assembly.connector.current.treat_as_new()
+    bench.wait(0.5)
+    assert not bench.guided.work.owes_lock
 
 
 def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
@@ -305,16 +324,6 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
     assert bench.assembly.connector.current.lock.failed is not None
-
-
-def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: GestureBench) -> None:
-    for kind in KINDS[1:3]:
-        start(bench, kind)
-        bench.bench.module.activate(is_active=True)
-        bench.until(lambda: not bench.guided.work.is_running)
-        bench.until(lambda: is_locked(bench))
-        assert "ACTIVE" in bench.guided.result.verdict.text()
-        bench.until(lambda: not bench.guided.work.owes_lock)
 
 
 def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:
@@ -334,16 +343,6 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
     bench.wait(3.0)
     assert ACTIVATE not in bench.sent
     assert is_locked(bench)
-
-
-def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
-    activated(bench)
-    bench.bench.unplug()
-    bench.wait(1.0)
-    assert bench.guided.work.owes_lock
-    bench.assembly.connector.current.treat_as_new()
-    bench.wait(0.5)
-    assert not bench.guided.work.owes_lock
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from tests.support.window.steps import choosing, find, given, notice_text
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture, show_live
-from ui.style.theme import Choice, Meaning
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, use
 from ui.widgets.step_button import is_in_sight
 
 
@@ -30,9 +30,22 @@ def bench(bench: GestureBench) -> GestureBench:
     return bench
 
 
-def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
+def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
+    bench: GestureBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A value stands beside its limit, and an unknown state is not said."""
     page = bench.guided
     bench.window.go_to("tests")
+    for language in ("en", "zh_CN"):
+        bench.assembly.language_switch.use(language)
+        for kind in (test.kind for test in GUIDED_TESTS):
+            page.go_to(kind.value)
+            bench.wait(0.2)
+            for label in (page.title, page.safety, page.instruction):
+                assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
+            place = page.primary.mapTo(page, QPoint(0, 0))
+            assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
+    bench.assembly.language_switch.use("en")
     scroll = find(page, QScrollArea, "tests_scroll")
     bar = scroll.verticalScrollBar()
     page.work.choose(GuidedKind.TILT)
@@ -53,14 +66,8 @@ def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
     assert bar.maximum() == 0
     assert is_in_sight(page.result.verdict)
     assert page.title.isVisible()
-
-
-def test_a_value_stands_beside_its_limit_and_an_unknown_state_is_not_said(
-    bench: GestureBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
     known: dict[str, Value | None] = {"tilt_deg": 12, "attitude_threshold_deg": 60}
     monkeypatch.setattr(DeviceView, "fresh", lambda _self, key, _now: known.get(key))
-    page = bench.guided
     page.work.choose(GuidedKind.TILT)
     for known["triggered"], note in ((None, ""), (False, "not triggered"), (True, "TRIGGERED")):
         show_live(page.live, page.work, bench.assembly.connector)
@@ -68,12 +75,13 @@ def test_a_value_stands_beside_its_limit_and_an_unknown_state_is_not_said(
         assert "limit 60°" in page.live.accessibleDescription() + page.live.accessibleName()
 
 
-def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
+@pytest.mark.usefixtures("qapp")
+def test_every_step_has_a_picture_of_its_own() -> None:
     """In the colours of the theme: none is empty, and no two are alike."""
     picture, seen = GuidedPicture(), []
     picture.resize(picture.sizeHint())
-    for choice in (Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT):
-        bench.assembly.appearance.choose(choice)
+    for theme in (LIGHT, DARK, SUNLIGHT):
+        use(theme)
         picture.show_step(GuidedKind.TILT, 9, "nothing")
         seen.append(picture.grab().toImage())
         for test in GUIDED_TESTS:
@@ -81,21 +89,6 @@ def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
                 picture.show_step(test.kind, step, "a step")
                 seen.append(picture.grab().toImage())
     assert not [(one, two) for two in range(len(seen)) for one in range(two) if seen[one] == seen[two]]
-
-
-def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: GestureBench) -> None:
-    page = bench.guided
-    bench.window.go_to("tests")
-    for language in ("en", "zh_CN"):
-        bench.assembly.language_switch.use(language)
-        for kind in (test.kind for test in GUIDED_TESTS):
-            page.go_to(kind.value)
-            bench.wait(0.2)
-            for label in (page.title, page.safety, page.instruction):
-                assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
-            place = page.primary.mapTo(page, QPoint(0, 0))
-            assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
-    bench.assembly.language_switch.use("en")
 
 
 def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path) -> None:
