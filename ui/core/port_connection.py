@@ -101,10 +101,13 @@ class PortConnection(QObject):
 
     @property
     def identity(self) -> Identity:
-        """Whether this is the expected module; until that is proven only queries are sent."""
+        """Whether this is the expected module; until that is proven only queries are sent. Nobody is asked while none
+        answers."""
         if self.connection.state is PortState.OPENING:
             return Identity(Trust.OPEN)
-        return self.last.identity if self.is_open else NO_EXPECTATION
+        identity = self.last.identity if self.is_open else NO_EXPECTATION
+        is_silent = identity.is_for_a_person and self.device.presence is Presence.OFFLINE
+        return identity._replace(trust=Trust.OPEN) if is_silent else identity
 
     @property
     def device(self) -> DeviceView:

@@ -33,6 +33,7 @@ from ui.services.module_field import ModuleField
 from ui.services.module_name import ModuleName
 
 NAME = "M-07"
+SILENT = "The module does not answer. Check its power and cable; hold its switch for 2 s."
 _BOOTED_S = 2 * BOOT_GAP_S
 """A heartbeat after the first answer would be another restart, and a decision about the module before it void."""
 
@@ -140,6 +141,17 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
         one.until(lambda: port.identity.is_settled)
         is_new = answer == "identity_new"
         assert (port.kept is first, port.kept.as_found is None) == (not is_new, is_new)
+
+
+def test_while_none_answers_it_is_said_what_helps_and_nobody_is_asked_which_one_it_is(one: Desk) -> None:
+    port, bar = one.assembly.connector.current, one.assembly.window.notice_bar
+    one.bench.power_off()
+    one.until(lambda: port.device.presence is Presence.OFFLINE)
+    one.wait(8.0)
+    assert (one.asked, bar.notice and bar.notice.text) == ("", SILENT)
+    assert not port.identity.is_settled
+    one.bench.press_switch()
+    one.until(lambda: one.asked.startswith("M-07? Read its label."))
 
 
 def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(one: Desk) -> None:
