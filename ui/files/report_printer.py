@@ -5,6 +5,7 @@ Chinese is embedded where the computer has a font for it; the size of the text i
 
 import sys
 from collections.abc import Sequence
+from math import ceil, sqrt
 
 from PySide6.QtCore import QBuffer, QByteArray, QEventLoop, QIODevice, QMarginsF, QSizeF
 from PySide6.QtGui import (
@@ -72,12 +73,14 @@ def _fitting(body: str, room: QSizeF, writer: QPdfWriter, largest_pt: float) -> 
     size_pt = largest_pt
     while True:
         document = _document(body, room, writer, size_pt)
-        if document.size().height() <= room.height():
+        share = room.height() / document.size().height()
+        if share >= 1:
             return document
         del document  # in its own thread: the traceback of the error may outlive it
         if size_pt <= SMALLEST_PT:
             raise RuntimeError("the report does not fit on one page")
-        size_pt -= STEP_PT
+        # The height grows with the square of the size, and lines break in steps: no size that is passed over fits.
+        size_pt = max(SMALLEST_PT, min(size_pt - STEP_PT, (ceil(size_pt * sqrt(share) / STEP_PT) + 1) * STEP_PT))
 
 
 def _document(body: str, room: QSizeF, writer: QPdfWriter, size_pt: float) -> QTextDocument:

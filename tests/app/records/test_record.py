@@ -12,6 +12,7 @@ from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
@@ -30,7 +31,9 @@ from app.text.i18n import set_language
 from app.text.messages import UserMessage, clean, message, message_from_json
 from app.text.user_error import UserError
 from tests.support.records.preflight_rig import FAULTS, Fault, check
+from tests.support.records.printing import print_report
 from tests.support.records.stations_made import find_station, station
+from ui.files import report_printer
 
 AT = datetime(2026, 11, 21, 14, 3, 5, tzinfo=timezone(timedelta(hours=8), "CST"))
 HOSTILE = (
@@ -111,11 +114,9 @@ def test_a_record_contains_everything_about_the_check() -> None:
 
 
 def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
-    from ui.files.report_printer import print_pages
-
     for kind in ("go", "worst", "silent"):
         record = _record(kind)
-        json_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_pages)
+        json_path, pdf_path = write_report(tmp_path / "r.pdf", record, report_printer.print_pages)
         for path in (json_path, pdf_path):
             verification = verify_bytes(path.read_bytes())
             assert verification.state is RecordState.INTACT, path
@@ -179,8 +180,6 @@ def test_other_files_are_not_records(data: bytes) -> None:
 
 
 def test_whatever_is_damaged_in_a_report_its_record_is_intact_or_not_called_so(qapp: object) -> None:
-    from tests.support.records.printing import print_report
-
     record = _record("silent")
     pdf = print_report(body(record), as_text(record).encode())
     places = range(0, len(pdf), 97)
@@ -216,8 +215,6 @@ def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str
 
 
 def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
-    from tests.support.records.printing import print_report
-
     sound = _Tags()
     sound.feed(body(_record()))
     for text in HOSTILE:
@@ -242,8 +239,6 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
 
 def test_a_hostile_record_prints_and_is_not_trusted(qapp: object) -> None:
     """Any value of any type in any place."""
-    from tests.support.records.printing import print_report
-
     for value in (None, 7, [], {}, [[1]], "<b>", {"text": "{a}", "values": {"a": {"text": "{a:9999999999}"}}}, [None]):
         record = dict.fromkeys(_record(), value) | {"format": "dps-s pre-flight record", "version": 1}
         assert verify(record).state is not RecordState.INTACT
@@ -264,8 +259,6 @@ def test_ten_megabytes_are_verified() -> None:
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])
 def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str) -> None:
-    from tests.support.records.printing import print_report
-
     set_language(language)
     pdf = print_report(body(_record(kind)), b"{}")
     assert pdf.count(b"/Type /Page\n") == 1
@@ -274,17 +267,18 @@ def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str
 
 @pytest.mark.parametrize("text", ["检查伞绳" * 50, "word " * 40, "W" * 200])
 def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, text: str) -> None:
-    from tests.support.records.printing import print_report
-
     items = tuple(ManualLine(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": text}))
     record = checked.record({"at": AT}, who=text, module=text, aircraft=text)
-    assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
+    document = report_printer._document
+    with patch.object(report_printer, "_document", wraps=document) as made:
+        assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
+    html, room, writer, size_pt = made.call_args.args
+    larger = document(html, room, writer, size_pt + report_printer.STEP_PT)
+    assert larger.size().height() > room.height()
 
 
 def test_a_report_that_does_not_fit_is_refused(qapp: object) -> None:
-    from tests.support.records.printing import print_report
-
     with pytest.raises(RuntimeError, match="one page"):
         print_report("<p>x</p>" * 500, b"{}")
     assert print_report("<p>x</p>", b"{}").startswith(b"%PDF")
