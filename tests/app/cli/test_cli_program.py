@@ -17,6 +17,7 @@ import serial
 
 import app.__main__ as program
 from app.cli.commands import ENTRIES
+from app.cli.read import unanswered_reason
 from app.engine import ports as port_list
 from app.engine import transport
 from app.engine.ports import NOT_LISTED
@@ -28,6 +29,7 @@ from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
+from protocol.events import Unanswered
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence
 from tests.support.setup_files import generator
@@ -207,6 +209,11 @@ def test_what_ends_before_anything_was_read_is_no_link(
     printed = Printed(capsys)
     assert "unplugged" in printed.err
     assert bool(printed.out) is bool(words)
+
+
+@pytest.mark.parametrize(("attempts", "text"), [(1, "no reply"), (2, "no reply within 0.4 s, asked 2 times")])
+def test_errors_say_how_often_it_was_asked(attempts: int, text: str) -> None:
+    assert unanswered_reason(Unanswered(STATUS.query(), attempts, 0.4, 0.0)).in_english() == text
 
 
 def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:

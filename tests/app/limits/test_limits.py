@@ -108,8 +108,10 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
     checked = check(Fault(frozenset(), arrange=set_it, profile={"settings": wanted, "approved_fingerprint": None}))
     assert checked.assessment.result("attitude_threshold") is CheckResult.WARN
     assert checked.assessment.softened == ("attitude_threshold",)
-    for bound in SETTING_BOUNDS.values():
+    for key, bound in SETTING_BOUNDS.items():
         assert bound.low <= bound.advised_low <= bound.advised_high <= bound.high
+        values = (bound.advised_low - 0.01, bound.advised_low, bound.advised_high, bound.advised_high + 0.01)
+        assert [len(softened(Profile(settings={key: value}))) for value in values] == [1, 0, 0, 1]
 
 
 # What is outside its limit is marked wherever it is shown, with its limit: one judgement for all places.
