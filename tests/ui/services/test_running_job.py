@@ -175,6 +175,7 @@ def test_what_a_cancelled_job_has_written_is_said(
         begun.clear()
         may_go_on.clear()
     assert len(deleted) == 1
+    assert jobs._listing.wait(PATIENCE_S)  # else its thread would free the last of these objects
     jobs.stop()
 
 
