@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Container
+from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -56,6 +58,7 @@ def terms() -> list[Term]:
     return found
 
 
+@cache
 def pairs() -> dict[str, str]:
     return read_messages(TS)
 
@@ -90,17 +93,14 @@ def _speaks_of(word: re.Pattern[str], english: str) -> bool:
     return any(not re.match(r":[A-Za-z]", english[found.end() :]) for found in word.finditer(english))
 
 
+@cache
 def rows_below(heading: str) -> list[tuple[str, list[str]]]:
     """Rows of the two-column table with this first heading: the forbidden word and its replacement."""
     lines = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
     start = next(n for n, line in enumerate(lines) if line.startswith(f"| {heading} |")) + 2
-    rows = []
-    for line in lines[start:]:
-        if not line.startswith("|"):
-            break
-        word, instead = (cell.strip() for cell in line.strip("|").split("|"))
-        rows.append((word, instead.split(", ")))
-    return rows
+    rows = takewhile(lambda line: line.startswith("|"), lines[start:])
+    pairs_below = (tuple(map(str.strip, row.strip("|").split("|"))) for row in rows)
+    return [(word, instead.split(", ")) for word, instead in pairs_below]
 
 
 def forbidden_in_english(text: str) -> list[str]:
