@@ -11,6 +11,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
@@ -289,3 +290,23 @@ def test_its_keys_count_while_the_pages_are_made(
         qtbot.waitUntil(lambda: assembly.window._maker.is_done and len(pressed) == len(entries))
         assert [kind for kind, *_ in raised] == [AttributeError]
     assert shown == []
+
+
+def test_after_a_lost_port_it_is_confirmed_by_nobody_where_nothing_was_heard_before(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """Nobody can say then whether what answers is the module that LOCK was pressed for."""
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "silent", EMPTY_PAGE, active=True) as one:
+        lock = one.assembly.connector.current.lock
+        one.bench.change(mute=True)
+        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.until(lambda: lock.is_possible)
+        lock.press()
+        one.until(lambda: bool(lock.sent))
+        one.bench.unplug()
+        one.until(lambda: not lock.is_possible)
+        one.bench.change(mute=False)
+        one.bench.plug()
+        one.until(lambda: not lock.is_repeating)
+        one.wait(0.3)  # it has reported LOCKED several times
+        assert (lock.confirmed, lock.failed is None) == (None, False)
