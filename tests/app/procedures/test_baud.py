@@ -82,6 +82,11 @@ def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_on
     assert rig.line.baud_rate == 57600
 
 
+def test_a_module_that_does_not_tell_its_boot_count_is_found() -> None:
+    rig = Rig({"baud": 57600, "mute_codes": frozenset((0x23,))})
+    assert rig.run(look_for(57600, 115200)) == 57600
+
+
 @pytest.mark.parametrize(
     ("ways", "end"), [({"refuses": True}, BaudEnd.UNCHANGED), ({"mute_codes": frozenset((0x24,))}, BaudEnd.UNCHANGED)]
 )
