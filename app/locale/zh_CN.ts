@@ -1934,6 +1934,10 @@
         <translation>下一个匹配行</translation>
     </message>
     <message>
+        <source>Next: Settings, then Pre-flight.</source>
+        <translation>接下来：“参数设置”，然后“飞行前检查”。</translation>
+    </message>
+    <message>
         <source>No acceleration: free-fall trigger not judged.</source>
         <translation>没有加速度数据：不判断失重触发。</translation>
     </message>

@@ -297,6 +297,8 @@ class MainWindow(QMainWindow):
             self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
+        if self._remembered.last_port is None:
+            self.show_message(tr("Next: Settings, then Pre-flight."))
         self._remembered.last_port = LastPort(
             target.device, target.identity, self._connector.current.connection.baud_rate
         )

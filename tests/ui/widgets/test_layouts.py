@@ -137,13 +137,13 @@ def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     qtbot.addWidget(window)
     label = ElidedLabel()
     label.setParent(window)
-    label.setText("The module answers. It is not locked, and nobody knows why.")
+    label.setText("The module answers. Next: Settings, then Pre-flight.")
     label.resize(800, 20)
     window.resize(900, 20)
     window.show()
     assert label.toolTip() == ""
     label.resize(label.fontMetrics().horizontalAdvance("The module") + 10, 20)  # whatever font other tests left
-    assert label.toolTip() == label.text() == "The module answers. It is not locked, and nobody knows why."
+    assert label.toolTip() == label.text() == "The module answers. Next: Settings, then Pre-flight."
     assert label.minimumSizeHint().width() == 0
     wide = label.grab().toImage()
     label.setText("The module")
