@@ -92,9 +92,8 @@ def test_every_licence_is_an_spdx_expression(setup: SetupFiles) -> None:
     inventory, enclosed = setup.inventory, setup.enclosed_parts
     stated = {one["licence"] for one in notices(setup)[1]} | {library.licence for library in enclosed.LIBRARIES}
     stated |= {*inventory.LICENCES.values(), *inventory.OF_THE_SYSTEM.values()}
-    plain = {re.sub(r"LicenseRef-[\w.-]+", "MIT", one) for one in stated}
-    wrong = {one: found for one in plain if (found := get_spdx_licensing().validate(one).errors)}
-    assert wrong == {}
+    spdx, plain = get_spdx_licensing(), {re.sub(r"LicenseRef-[\w.-]+", "MIT", one) for one in stated}
+    assert {one: found for one in plain if (found := spdx.validate(one).errors)} == {}
 
 
 @pytest.mark.parametrize(
