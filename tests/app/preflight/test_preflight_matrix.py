@@ -8,9 +8,11 @@ from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
+from app.records.verification import RecordState, verdict_from, verify
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
+from tests.app.records.test_record import AT, PERSON
 from tests.support.records.preflight_rig import (
     APPROVED,
     FAULTS,
@@ -19,6 +21,7 @@ from tests.support.records.preflight_rig import (
     check,
     on_request,
 )
+from tests.support.records.stations_made import find_station, station
 from tests.support.thorough import some
 
 
@@ -49,13 +52,16 @@ def test_every_dialect_of_a_sound_module_goes(quirks: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_each_single_fault_is_named(name: str) -> None:
+def test_each_single_fault_is_named_and_its_record_does_not_contradict_itself(name: str) -> None:
     fault = FAULTS[name]
     checked = check(fault)
     assert checked.assessment.verdict is Verdict.NO_GO
     assert fault.named <= checked.against
     assert [one.check for one in checked.assessment.checks] == list(CHECKS)
     assert_only_questions(checked, is_enabling=fault.is_enabling)
+    record = checked.record({"at": AT}, station(), **PERSON)
+    assert verify(record, find_station=find_station).state is RecordState.INTACT
+    assert verdict_from(record) is Verdict.NO_GO
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -10,7 +10,6 @@ from zipfile import ZipFile
 
 import pytest
 
-from app.preflight.verdict import assess
 from app.records.check_store import KeptRecords
 from app.records.record import Record, as_text, seal
 from app.records.report_html import body
@@ -31,9 +30,8 @@ from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
 from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
-from tests.app.records.test_record import AT, PERSON, checked_record
+from tests.app.records.test_record import checked_record
 from tests.support.processes import ran_code
-from tests.support.records.preflight_rig import FAULTS, check
 from tests.support.records.stations_made import find_station, station
 
 
@@ -202,14 +200,6 @@ def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> No
 
 
 # What is sound is not accused
-
-
-@pytest.mark.parametrize("name", sorted(FAULTS))
-def test_no_honest_record_contradicts_itself(name: str) -> None:
-    checked = check(FAULTS[name])
-    record = checked.record({"at": AT}, station(), **PERSON)
-    assert _verified(record).state is RecordState.INTACT
-    assert assess(checked.assessment.case).verdict is verdict_from(record)
 
 
 def test_an_older_unsigned_record_is_reported_as_unsigned() -> None:
