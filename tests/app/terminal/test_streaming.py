@@ -63,8 +63,9 @@ def test_the_first_heartbeat_of_a_restart_takes_nothing_back_of_what_was_read() 
 
 
 def test_that_a_stream_was_left_on_is_said_also_where_a_signal_ends_the_command(
-    user_files: Path, capsys: pytest.CaptureFixture[str]
+    user_files: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("app.terminal.console._Verbosity.level", 0)
     with suppress(Interrupted), streaming._stream_memory("/dev/ttyUSB0") as memory:
         memory.is_taken_over = True
         raise Interrupted(2)
