@@ -61,19 +61,15 @@ def test_passes():
     pass
 """
 WITH_A_MARKER = "import pytest\n\n@pytest.mark.never_declared\ndef test_has_a_marker():\n    pass\n"
-NEEDS = {
-    "archive_server": ("records.archive_server import needs_server", "postgresql"),
-    "x_server": ("x_server import needs_x_server", "xvfb xdotool"),
-}
-"""What a test needs that may not be installed: how it says so, and the packages."""
+NEEDS = {"records.archive_server": "postgresql", "x_server": "xvfb xdotool"}
+"""What a test needs that may not be installed, and its packages."""
 WITHOUT = """
 from unittest.mock import patch
-with patch("shutil.which", return_value=None), patch("pathlib.Path.glob", return_value=[]):
-    from tests.support.{mark} as needs
+from tests.support.{module} import {server} as server
 
-@needs
 def test_left_out():
-    pass
+    with patch("shutil.which", return_value=None), patch("pathlib.Path.glob", return_value=[]), server():
+        pass
 """
 
 
@@ -82,7 +78,8 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What pytest prints over bad tests with this checkout's settings and conftest."""
     folder = tmp_path_factory.mktemp("bad")
     files = {"bad": BAD_TESTS, "marker": WITH_A_MARKER}
-    files |= {name: WITHOUT.format(mark=mark) for name, (mark, _) in NEEDS.items()}
+    servers = {module: module.rpartition(".")[2] for module in NEEDS}
+    files |= {server: WITHOUT.format(module=module, server=server) for module, server in servers.items()}
     for name, source in files.items():
         (folder / f"test_{name}.py").write_text(source, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(folder)]
@@ -133,7 +130,7 @@ def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
 
 def test_a_run_without_a_server_says_what_was_not_run_and_what_to_type(printed: str) -> None:
     """Nothing is left out in silence."""
-    for _, package in NEEDS.values():
+    for package in NEEDS.values():
         assert re.search(rf"SKIPPED \[1\] .* not installed: sudo apt-get install {package}", printed), printed
 
 

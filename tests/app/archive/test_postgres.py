@@ -22,12 +22,9 @@ from tests.support.records.archive_server import (
     WITH_PASSWORD,
     WITHOUT_TLS,
     ArchiveServer,
-    needs_server,
     write_certificate,
 )
 from tests.support.records.archive_stations import ArchiveStation, archive_station
-
-pytestmark = needs_server
 
 
 @pytest.fixture

@@ -22,10 +22,9 @@ from app.stations.known import Stations
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.support.processes import ran_code
-from tests.support.records.archive_server import ArchiveServer, archive_server, needs_server
+from tests.support.records.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 
-pytestmark = needs_server
 NAMES = ("M-01", "M-02", "M-03")
 _KILLED = """
 import os, signal, sys

@@ -24,7 +24,7 @@ from app.store.store import Store
 from app.system.folders import data_folder
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ran_code
-from tests.support.records.archive_server import archive_server, needs_server
+from tests.support.records.archive_server import archive_server
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
@@ -347,7 +347,6 @@ def _texts(table: QTableView) -> str:
 # With a server
 
 
-@needs_server
 def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, user_files: Path
 ) -> None:

@@ -29,7 +29,7 @@ from app.simulator.bench import SimulatedBench
 from tests.support.processes import ran
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, let_lay_out
-from tests.support.x_server import needs_x_server, x_server
+from tests.support.x_server import x_server
 from ui.archive.service_form import ServiceForm
 from ui.core.texts import Texts
 from ui.files import file_dialogs
@@ -369,7 +369,6 @@ def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplica
 # With the keys and clicks of an X server
 
 
-@needs_x_server
 def test_real_keys_and_clicks_lock_over_everything() -> None:
     with x_server() as display:
         command = sys.executable, "-m", "tests.ui.lock.under_x"
