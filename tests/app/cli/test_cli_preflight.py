@@ -64,6 +64,7 @@ def test_go_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> Non
     assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
     assert faults("preflight", shown) == []
     assert {one["result"] for one in shown["checks"]} <= {"pass", "warn"}
+    assert all(one["limit"] and one["why"] and one["do"] for one in shown["checks"])
     cell = next(one for one in shown["checks"] if one["id"] == "cell_voltage")
     assert (cell["measured"], cell["limit"]) == (3.9, "≥ 3.80 V")
     assert shown["read"]["settings"]["attitude_trigger"] is True
