@@ -13,6 +13,8 @@ import environment
 import system_libraries
 from environment import BIN, ROOT, VENV_PYTHON, SetupError
 
+from app.system.screen import window_obstacle
+
 OFFSCREEN_DEMO_S = 10
 EVIDENCE = ROOT / "build" / "demo"
 
@@ -69,7 +71,9 @@ def _check(arguments: list[str]) -> int:
 
 def _demo(arguments: list[str]) -> int:
     program: list[str | Path] = [BIN / "dps-s", "gui", "--demo"]
-    reason = system_libraries.why_no_screen(VENV_PYTHON)
+    platform = os.environ.get("QT_QPA_PLATFORM", "")
+    is_hidden = platform in ("offscreen", "minimal")
+    reason = f"QT_QPA_PLATFORM asks for no screen ({platform})." if is_hidden else window_obstacle()
     if reason is None:
         return call([*program, *arguments])
     print(f"{reason} The window now runs offscreen for {OFFSCREEN_DEMO_S} seconds with the simulated module.")

@@ -36,8 +36,6 @@ FOR_REAL_KEYS: Final = (
 _CHINESE_FONT: Final = Requirement(
     "a Chinese font", "fonts-wqy-microhei", "wqy-microhei-fonts", "wqy-microhei", "wqy-microhei-fonts"
 )
-_PROBE: Final = "from PySide6.QtWidgets import QApplication, QWidget; a = QApplication([]); QWidget().grab()"
-_PROBE_LIMIT_S: Final = 60
 
 
 class Need(NamedTuple):
@@ -125,40 +123,6 @@ def _install(manager: str | None, needs: list[Need], *, reason: str) -> None:
         raise SetupError(f"{reason}. Type: {prefix}{INSTALL[manager]} {' '.join(names)}")
     else:
         raise SetupError(f"{reason}: {', '.join(names)}. Install the packages that contain them, then run this again.")
-
-
-def _problem_with_qt(venv_python: Path, platform: str | None = None) -> str | None:
-    """What Qt prints if it cannot open a window, else None; ``platform`` replaces the environment's."""
-    variables = dict(os.environ) if platform is None else {**os.environ, "QT_QPA_PLATFORM": platform}
-    try:
-        run = subprocess.run(
-            [venv_python, "-c", _PROBE],
-            env=variables,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_PROBE_LIMIT_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return f"Qt did not open a window within {_PROBE_LIMIT_S} s."
-    return None if run.returncode == 0 else run.stderr.strip() or f"Qt ended with code {run.returncode}."
-
-
-def why_no_screen(venv_python: Path) -> str | None:
-    """A sentence if no window can be shown here, else None."""
-    if sys.platform != "linux":
-        return None
-    if os.environ.get("QT_QPA_PLATFORM", "") in ("offscreen", "minimal"):
-        return f"QT_QPA_PLATFORM asks for no screen ({os.environ['QT_QPA_PLATFORM']})."
-    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return "There is no screen here (neither DISPLAY nor WAYLAND_DISPLAY is set)."
-    problem = _problem_with_qt(venv_python)
-    if problem:
-        screen = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
-        return f"The screen {screen} does not let this user open a window (Qt: {problem.splitlines()[0]})."
-    return None
 
 
 def has_chinese_font() -> bool:

@@ -55,6 +55,10 @@ def test_all_after_the_check_waits_for_it() -> None:
         "app/__init__.py",
         "app/system/__init__.py",
         "app/system/qt_libraries.py",
+        "app/system/screen.py",
+        "app/text/__init__.py",
+        "app/text/i18n.py",
+        "app/text/sentences.py",
     ],
 )
 def test_the_standard_library_is_enough(name: str) -> None:
@@ -63,6 +67,7 @@ def test_the_standard_library_is_enough(name: str) -> None:
     source = (PACKAGING.parent / name).read_text(encoding="utf-8")
     modules = {one.module.removesuffix(f".{one.module.rpartition('.')[2]}") for one in imports(source)}
     ours = {"bootstrap", "commands", "environment", "system_libraries", "app.system.qt_libraries"}
+    ours |= {"app.system.screen", "app.text.i18n", "app.text.sentences"}
     assert {module for module in modules if module.partition(".")[0] not in sys.stdlib_module_names} <= ours
 
 
@@ -153,13 +158,22 @@ def test_check_runs_all_even_after_a_failure(setup: SetupFiles, ready: list[Any]
 
 
 def test_demo_opens_the_window(setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: None)
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
+    monkeypatch.setattr(setup.commands, "window_obstacle", lambda: None)
     assert setup.commands.main(["demo", "--lang", "zh_CN"]) == 7
     assert ready[0][0][1:] == ["gui", "--demo", "--lang", "zh_CN"]
 
 
+@pytest.mark.parametrize(
+    ("platform", "why"), [("", "No screen."), ("offscreen", "QT_QPA_PLATFORM asks for no screen (offscreen).")]
+)
 def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
-    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    setup: SetupFiles,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    platform: str,
+    why: str,
 ) -> None:
     evidence = tmp_path / "demo"
     calls: list[list[str]] = []
@@ -171,13 +185,14 @@ def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
         return 0
 
     pretend_all_is_ready(setup, monkeypatch)
-    monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: "No screen.")
+    monkeypatch.setenv("QT_QPA_PLATFORM", platform)
+    monkeypatch.setattr(setup.commands, "window_obstacle", lambda: None if platform else why)
     monkeypatch.setattr(setup.commands, "call", call)
     monkeypatch.setattr(setup.commands, "EVIDENCE", evidence)
     assert setup.commands.main(["demo"]) == 0
     assert calls == [["gui", "--demo", "--offscreen-seconds", "10", "--evidence", str(evidence)]]
     printed = capsys.readouterr().out
-    assert printed.startswith("No screen.")
+    assert printed.startswith(why)
     assert str(evidence / "values.json") in printed
 
 

@@ -188,37 +188,3 @@ def test_a_python_without_ensurepip_is_reported(machine: Machine) -> None:
     assert "without ensurepip" in machine.refused()
     machine.setup.system_libraries.VENV_PYTHON.touch()
     assert machine.make_ready() == [], "there is a .venv: it is not needed again"
-
-
-@pytest.mark.parametrize(
-    ("environ", "problem", "part"),
-    [
-        ({}, None, "no screen here"),
-        ({"DISPLAY": ":7", "QT_QPA_PLATFORM": "offscreen"}, None, "offscreen"),
-        ({"DISPLAY": ":7"}, "could not connect to display", "The screen :7 does not let"),
-        ({"DISPLAY": ":7"}, None, None),
-        ({"WAYLAND_DISPLAY": "wayland-0"}, None, None),
-    ],
-)
-def test_the_reason_for_a_missing_screen_is_reported(
-    setup: SetupFiles,
-    monkeypatch: pytest.MonkeyPatch,
-    environ: dict[str, str],
-    problem: str | None,
-    part: str | None,
-) -> None:
-    monkeypatch.setattr(sys, "platform", "linux")
-    for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE"):
-        monkeypatch.delenv(variable, raising=False)
-    for variable, value in environ.items():
-        monkeypatch.setenv(variable, value)
-    monkeypatch.setattr(setup.system_libraries, "_problem_with_qt", lambda *_, **__: problem)
-    why = setup.system_libraries.why_no_screen(Path(sys.executable))
-    assert (why is None) == (part is None)
-    assert (part or "") in (why or "")
-
-
-def test_qt_is_loaded_for_real(setup: SetupFiles) -> None:
-    try_qt = setup.system_libraries._problem_with_qt
-    assert try_qt(Path(sys.executable), platform="offscreen") is None
-    assert "nosuch" in try_qt(Path(sys.executable), platform="nosuch")
