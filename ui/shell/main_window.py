@@ -298,7 +298,7 @@ class MainWindow(QMainWindow):
 
     def _remember_port(self, target: Target) -> None:
         if self._remembered.last_port is None:
-            self.show_message(tr("Next: Settings, then Pre-flight."))
+            self.status_bar.show_message(tr("Next: Settings, then Pre-flight."), is_noted=False)
         self._remembered.last_port = LastPort(
             target.device, target.identity, self._connector.current.connection.baud_rate
         )

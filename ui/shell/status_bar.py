@@ -116,9 +116,10 @@ class StatusBar(QFrame):
         super().resizeEvent(event)
         self._share()
 
-    def show_message(self, text: str, seconds: float = MESSAGE_S) -> None:
+    def show_message(self, text: str, seconds: float = MESSAGE_S, *, is_noted: bool = True) -> None:
+        """`is_noted`: a notice does not hide it."""
         self.passing.setText(text)
-        self._notice_bar.show_note(text)
+        self._notice_bar.show_note(text if is_noted else "")
         if text:
             self._message_end.start(round(seconds * 1000))
 

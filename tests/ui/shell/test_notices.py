@@ -22,6 +22,7 @@ from app.text.sentences import join_sentences
 from tests.support.thorough import some
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
+from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, let_lay_out, notice_text
 from ui.core.texts import Texts
@@ -129,6 +130,19 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         notice = given(main.notice_bar.notice)
         notice.choices[0].act()
         assert main.navigation.chosen == "preflight"
+
+
+def test_what_comes_next_is_not_said_behind_a_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        main = assembly.window
+        _port, worker = ports.plug_in("ttyUSB0", active=True)
+        qtbot.waitUntil(lambda: main.status_bar.passing.text() != "")
+        next_steps = main.status_bar.passing.text()
+        worker.unplug()
+        qtbot.waitUntil(lambda: main.notice_bar.notice is not None)
+        text = find(main.notice_bar, FittedLabel, "notice_text")
+        text.resize(2000, 200)
+        assert next_steps not in f"{text.text()}{text.toolTip()}"
 
 
 NOTICES = (
