@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.worker import Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
-from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
@@ -23,7 +22,6 @@ from ui.services.port import Port
 from ui.services.port_check import PortCheck
 
 SILENT = message(marked("The module does not answer."))
-CANCELLED = message(marked("Cancelled."))
 
 
 class GroupChecks(QObject):
@@ -71,12 +69,11 @@ class GroupChecks(QObject):
     def _on_check(self, connection: Port, check: PortCheck) -> None:
         if self._running.get(connection) is not check or check.is_running:
             return
-        evidence, trouble = check.evidence, None if check.trouble is None else check.trouble.message
-        if evidence.began_at is not None:
+        trouble = None if check.trouble is None else check.trouble.message
+        if check.void is None:
             self._finish(connection, _member(check, check.filed, trouble))
         else:
-            is_cancelled = evidence.disturbance is Disturbance.INTERRUPTED
-            self._finish(connection, _member(check, None, CANCELLED if is_cancelled else SILENT))
+            self._finish(connection, _member(check, None, trouble or check.void.message))
 
     def _finish(self, connection: Port, member: SetMember) -> None:
         self._running.pop(connection, None)

@@ -15,7 +15,7 @@ from app.fleet.profile_table import Applied
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
-from app.preflight.verdict import Verdict, assess
+from app.preflight.verdict import assess
 from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import SettingChange, WriteContext
@@ -212,7 +212,7 @@ def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk)
     worker.end_jobs()
     desk.wait(lambda: not desk.page.checks.is_running)
     member = desk.page.checks.results[connection]
-    assert (member.name, member.verdict) == ("", Verdict.NO_GO)
+    assert (member.name, member.verdict, member.trouble) == ("", None, ENTRIES.message)  # void, as its card says
     assert connection.check.void == ENTRIES
     store = store_of(desk.services.storage)
     assert store.facts.select(FactKind.CHECK) == []
