@@ -15,7 +15,8 @@ from app.firing.samples import runs
 from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
 from app.flight_logs.module_view import averaged
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, joined, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ _DECIMALS: Final = 3
 
 
 def assembled(raw: RawLog) -> FlightLog:
-    """Raises `UserError` where there is neither attitude nor acceleration."""
+    """Raises `UserError` where neither attitude nor acceleration can be judged."""
     problems = list(raw.problems)
     tilt = next(
         (channel for channel in (_cleaned(tilt, problems) for tilt in raw.tilts_deg) if len(channel.time_s)), None
@@ -59,6 +60,8 @@ def assembled(raw: RawLog) -> FlightLog:
         None if flags is None else _flags_at(flags, time_s + start_s) for flags in (raw.armed, raw.on_ground)
     )
     is_judged = _judged(time_s, is_armed, is_on_ground)
+    if not (is_judged & (np.isfinite(tilt_deg) | np.isfinite(force_g))).any():
+        raise UserError(joined(problems, " "))
     _note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=raw.name,

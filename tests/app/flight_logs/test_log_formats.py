@@ -335,6 +335,8 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
 def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
     with pytest.raises(UserError, match="no attitude and no acceleration"):
         assembled(RawLog(name="x"))
+    with pytest.raises(UserError, match=r"No attitude: .* never rests at 1 g \(median 9.81 g\); not judged\.$"):
+        assembled(RawLog(name="x", forces_g=[Channel(TIMES, REST * 9.81)]))  # else it counts as one that does not fire
 
 
 def test_two_sensors_of_one_table_and_the_landing_of_a_dataflash_log(tmp_path: Path) -> None:
