@@ -150,9 +150,8 @@ class PreflightPage(Page):
         self.activation.setVisible(self.work.leads_to_activation)
         if self.work.leads_to_activation:
             self.activation.refresh()
-        can_check = self.work.can_check
         for row in self.list.rows.values():
-            row.act.setEnabled(can_check)
+            row.act.setEnabled(self.work.can_enable if row.is_enabling else self.work.can_check)
         self.form.setEnabled(self.work.standing is not Standing.CHECKING)
 
     def refresh(self) -> None:

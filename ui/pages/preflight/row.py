@@ -149,6 +149,11 @@ class CheckRow(QFrame):
         VisibilityTimer(self, restyle=self._place)
         self._place()
 
+    @property
+    def is_enabling(self) -> bool:
+        """Its button enables the triggers."""
+        return self._act is not None and self._act.mend is Mend.ENABLE
+
     def _on_act(self) -> None:
         if self._act is not None:
             self.act_wanted.emit(self._act)

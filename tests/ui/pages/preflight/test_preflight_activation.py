@@ -179,6 +179,8 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
     assert "Module not proven: only queries are sent." in notice_text(bar)
     assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
     assert rig.preflight.banner.announcement.head == "Start the check."  # no button that cannot be pressed
+    assert rig.check(is_enabling=False) is Standing.NO_GO
+    assert not rig.preflight.list.rows["attitude_trigger"].act.isEnabled()
     confirm_name(rig)
     rig.until(buttons.enable.isEnabled)
 
