@@ -160,12 +160,12 @@ class TestsPage(Page):
         work, test = self.work, self.work.test
         self.title.setText(tr(TITLES[test.kind]))
         steps = tuple(step.translated() for step in test.steps)
-        step = work.step
-        shown = steps[min(step, len(steps) - 1)]
-        self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
+        step, text = work.step, instruction(work)
+        number = min(step, len(steps) - 1)
+        is_level = work.stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
+        self.picture.show_step(work.kind, 0 if is_level else number, text if is_level else steps[number])
         self.steps.show_steps(steps, step, is_running=work.is_running)
         self.live.set_caption(live_caption(work.kind))
-        text = instruction(work)
         if text != self.instruction.text():
             self.instruction.setText(text)
             self.instruction.setAccessibleName(text)  # screen readers tell a new one

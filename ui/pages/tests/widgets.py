@@ -56,12 +56,12 @@ class GuidedPicture(PaintedWidget):
     def __init__(self) -> None:
         super().__init__()
         named(self, "tests_picture")
-        self._kind, self._step = GuidedKind.TILT, 0
+        self._kind, self.step = GuidedKind.TILT, 0
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def show_step(self, kind: GuidedKind, step: int, what: str) -> None:
         """`what`: the step in words, for screen readers."""
-        self._kind, self._step = kind, step
+        self._kind, self.step = kind, step
         self.announce(tr("Picture: {what}", what=what))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -71,7 +71,7 @@ class GuidedPicture(PaintedWidget):
         painter.setBrush(QColor(theme.surface))
         box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
         painter.drawRoundedRect(box, 8, 8)
-        step_pictures().render(painter, f"{self._kind.value}-{self._step}", box)
+        step_pictures().render(painter, f"{self._kind.value}-{self.step}", box)
         painter.end()
 
 
