@@ -4,8 +4,8 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
+from app.text.messages import MAX_TEXT_LENGTH
 from ui.core.texts import Texts
-from ui.services.module_name import MAX_NAME_LENGTH
 from ui.services.port import Ports
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
@@ -37,7 +37,7 @@ class ModuleField(QComboBox):
         self.setLineEdit(edit)
         self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1
         edit.setObjectName(f"{name}_edit")
-        edit.setMaxLength(MAX_NAME_LENGTH)
+        edit.setMaxLength(MAX_TEXT_LENGTH)  # of names that others gave, too
         self.label = named(edit.addAction(icon(Icon.LABEL), QLineEdit.ActionPosition.TrailingPosition), f"{name}_label")
         self.label.triggered.connect(ports.label_wanted)
         texts.bind(self.label.setText, "Print labels")

@@ -21,7 +21,6 @@ from ui.core.port_connection import PortConnection
 from ui.services.storage import Storage
 
 _log = logging.getLogger(__name__)
-MAX_NAME_LENGTH = 60
 STORE_AGAIN_S = 1.0
 BeforeNew = Callable[[Callable[[], object]], object]
 """Calls what it is given, perhaps after a question."""
@@ -80,7 +79,7 @@ class ModuleName(QObject):
 
     def choose(self, name: str) -> None:
         """An empty or unchanged name answers no question: a field says it whenever it loses the focus."""
-        name = clean(name.strip(), longest=MAX_NAME_LENGTH)
+        name = clean(name.strip())
         port = self._port
         if name == self.name:
             return

@@ -152,3 +152,13 @@ def test_the_aircraft_that_was_entered_for_a_module_comes_back_with_it(rig: Rig)
                 rig.answer(A)
                 rig.settle()
         assert (rig.connector.current.module.name, form.committed[1]) == (NAME_A, name), change
+
+
+def test_a_name_longer_than_its_field_stays_what_it_is(rig: Rig) -> None:
+    """A command may have given it, or another station: cut, it would be of a module of which nothing is known."""
+    rig.show_a()
+    form, long = rig.pages["preflight"].form, "M-07 " * 80
+    rig.connector.current.module.choose(long)
+    form.aircraft.setEditText(long)
+    form.commit_edits()
+    assert rig.connector.current.module.name == form.committed[1] == long.strip()

@@ -14,7 +14,7 @@ from app.settings.profiles import Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.messages import clean
+from app.text.messages import MAX_TEXT_LENGTH, clean
 from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -61,7 +61,7 @@ class PreflightForm(QWidget):
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
         self.aircraft.setCompleter(None)  # type: ignore[arg-type]
-        edit.setMaxLength(MAX_NAME_LENGTH)
+        edit.setMaxLength(MAX_TEXT_LENGTH)
         self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
