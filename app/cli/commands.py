@@ -116,8 +116,10 @@ def _schemas(parser: Parser) -> None:
 _FILE = option("file", type=Path, metavar="FILE")
 _FORCE = flag("--force", marked("replace the file"))
 _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
-_EXPORT = option("file", type=export_path, metavar="FILE",
-                 text=marked(".mcap, .csv, or - for standard output"))  # fmt: skip
+_EXPORT: Final = (
+    one_of(flag("--append", marked("add to the file (only .csv)")), _FORCE),
+    option("file", type=export_path, metavar="FILE", text=marked(".mcap, .csv, or - for standard output")),
+)
 
 
 def _under(command: str, name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
@@ -238,11 +240,11 @@ GROUPS: Final = {
     ),
     marked("Recordings and flights"): (
         SubCommand("record", "record.run", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
-            *PORT, SECONDS, one_of(flag("--append", marked("add to the file (only .csv)")), _FORCE), _EXPORT,
+            *PORT, SECONDS, *_EXPORT,
         )),
         SubCommand("recordings", "", marked("Recordings"), "recordings export latest session.csv", acts=(
             _recordings("list", marked("Recordings"), "", JSON),
-            _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, _EXPORT),
+            _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, *_EXPORT),
             _recordings("convert", marked("of earlier versions, into session files"), "old.dpscap",
                         option("files", nargs="*", type=Path, metavar="FILE")),
             _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),

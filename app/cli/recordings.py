@@ -2,8 +2,8 @@
 
 A recording is given by the name of its file, the beginning of that name, or "latest". `convert` turns what earlier
 versions wrote into session files: all recordings, or the given recording or capture beside itself. Exit code 0 done;
-1 it cannot be read or is being recorded; 2 there is no such recording, or --yes is missing; 4 the file cannot be
-written, or damaged parts were left out.
+1 it cannot be read or is being recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file
+cannot be written, or damaged parts were left out.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_
 from app.recordings.old_recordings import convert, convert_in, old_recordings
 from app.recordings.session_format import SUFFIX
 from app.terminal import console
-from app.terminal.export_file import export
+from app.terminal.export_file import export, refuse_unwritable
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names, labelled
@@ -70,8 +70,9 @@ def _row(entry: RecordingEntry) -> tuple[str, ...]:
 
 def run_export(args: argparse.Namespace) -> int:
     entry = _recording(RecordingLibrary(), args.name)
+    refuse_unwritable(args.file, appends=args.append, replaces=args.force)
     try:
-        return console.SUCCESS if export(entry, args.file) else console.PARTIAL
+        return console.SUCCESS if export(entry, args.file, appends=args.append) else console.PARTIAL
     except console.Refused:
         raise
     except UserError as error:

@@ -7,6 +7,7 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if a file could n
 """
 
 import argparse
+import os
 import time
 from collections.abc import Callable, Sequence
 from math import inf
@@ -42,8 +43,11 @@ _POLL_EVERY_S: Final = 0.1
 def run(args: argparse.Namespace) -> int:
     batch = batch_of(args.profile, args.names, args.baud)
     args.baud = args.baud or batch.profile.settings.get("baud_rate")
-    for path in filter(None, (args.labels, args.list)):
+    files = [path for path in (args.labels, args.list) if path is not None]
+    for path in files:
         check_batch_target(path)
+    if len({os.path.realpath(path).casefold() for path in files}) < len(files):  # one would replace the other
+        raise console.Refused(tr("{name} is given twice.", name=args.list))
     if not args.yes:
         console.write_lines([
             tr("Each module gets these settings and both triggers, is checked and named:"),

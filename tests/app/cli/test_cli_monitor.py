@@ -315,6 +315,19 @@ def test_a_dash_is_the_table_on_standard_output(port: str, dps_s: Program) -> No
     assert dps_s(["recordings", "export", "latest", "-"]).out == printed.out
 
 
+def test_an_exported_recording_replaces_no_file_unasked(port: str, dps_s: Program, tmp_path: Path) -> None:
+    path = tmp_path / "session.csv"
+    assert record(port, path) == 0
+    rows = path.read_bytes()
+    export = ["recordings", "export", "latest", str(path)]
+    assert "--force" in dps_s(export, 2).err
+    assert path.read_bytes() == rows
+    dps_s([*export, "--append"])
+    assert len(path.read_bytes()) > len(rows)
+    dps_s([*export, "--force"])
+    assert path.read_bytes() == rows
+
+
 def test_the_table_on_standard_output_ends_where_another_module_answers(port: str, dps_s: Program) -> None:
     with falls_after(bench_of(port), 18, lambda: exchange(bench_of(port))):
         printed = dps_s(["record", "--port", f"{port}?rate=100", "--seconds", "60", "-"], 4)

@@ -283,6 +283,14 @@ def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFi
     assert wire == []
 
 
+@pytest.mark.parametrize("labels", ["list.pdf", "there/../list.pdf", "LIST.pdf", "link.pdf"])
+def test_list_and_labels_are_two_files(batch: Batch, tmp_path: Path, wire: list[bytes], labels: str) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.pdf").symlink_to(tmp_path / "list.pdf")
+    batch(*ALLOWED, "--list", str(tmp_path / "list.pdf"), "--labels", str(tmp_path / labels), code=2)
+    assert wire == []
+
+
 def test_a_file_that_is_no_list_is_not_replaced(batch: Batch, tmp_path: Path, wire: list[bytes]) -> None:
     for name in ("list.pdf", "list.csv"):
         (tmp_path / name).write_text("mine", encoding="utf-8")

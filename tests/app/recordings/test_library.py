@@ -240,14 +240,12 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, dps_s: P
     assert not Path(path).exists()
 
 
-@pytest.mark.parametrize(
-    ("file", "code", "said"), [("x.txt", 2, "expected .mcap|.csv"), ("no/x.csv", 4, "cannot be written")]
-)
+@pytest.mark.parametrize(("file", "said"), [("x.txt", "expected .mcap|.csv"), ("no/x.csv", "There is no folder")])
 def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
-    kept_at: Path, tmp_path: Path, dps_s: Program, file: str, code: int, said: str
+    kept_at: Path, tmp_path: Path, dps_s: Program, file: str, said: str
 ) -> None:
     recorded(kept_at, 0.1)
-    assert said in dps_s(["recordings", "export", "latest", str(tmp_path / file)], code).err
+    assert said in dps_s(["recordings", "export", "latest", str(tmp_path / file)], 2).err
 
 
 def test_an_unreadable_recording_is_not_exported(kept_at: Path, tmp_path: Path, dps_s: Program) -> None:
