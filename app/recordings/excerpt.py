@@ -98,15 +98,23 @@ class Measured(LimitSteps):
 
     @abstractmethod
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """The data of a span, both ends included."""
+        """The data of a span, both ends included, and at its start the marks before it that hold on."""
 
     def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
         """As views of the series. `flags`: one for each sample of tilt in the span."""
         tilt, acceleration, cell, light = (
             series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
-        markers = tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s)
-        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, is_whole)
+        earlier = {marker.kind: marker for marker in self.markers if marker.time_s < start_s and _goes_on(marker)}
+        markers = [marker._replace(time_s=start_s) for marker in earlier.values()]
+        markers += [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, tuple(markers), is_whole)
+
+
+def _goes_on(marker: Marker) -> bool:
+    """It holds for all that follows."""
+    is_simulated_port = marker.kind is MarkerKind.CONNECTED and is_simulated(marker.port)
+    return is_simulated_port or marker.kind is MarkerKind.DOUBTED
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:

@@ -286,6 +286,16 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
     assert datetime.fromisoformat(rows[0]["time_utc"] + "+00:00").timestamp() == pytest.approx(NOON + 1)
 
 
+def test_csv_begins_with_what_holds_since_before_its_span() -> None:
+    data = filled()
+    data.markers.extendleft([Marker(0.7, MarkerKind.DOUBTED), Marker(0.6, MarkerKind.CONNECTED, "sim://a")])
+    rows = rows_of(b"".join(csv_parts(data.excerpt(1.0, 1.1), wall_offset_s=NOON)))
+    assert [(row["elapsed_s"], row["event"]) for row in rows if row["event"]] == [
+        ("0.000", "another module?"),
+        ("0.000", "connected: sim://a (simulated)"),
+    ]
+
+
 def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
     data = filled()
     data.markers.append(Marker(1.2, MarkerKind.RECONNECTED, 'socket://a,"b"'))
