@@ -112,8 +112,8 @@ def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
     assert verdict is Verdict.READY
     assert beside == ["UNSIGNED, missing: Checked by, Module, Aircraft."]
     assert "UNSIGNED, missing: Checked by, Module, Aircraft." in page
-    assert _filed(rig, Person(who="Li Wei", module="M-07"))[1] == ["UNSIGNED, missing: Aircraft."]
-    assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft="B-1234"))[1] == []
+    assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft=" "))[1] == ["UNSIGNED, missing: Aircraft."]
+    assert _filed(rig, Person(who=" Li Wei", module="M-07", aircraft="B-1234 "))[1] == []
 
 
 def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, dps_s: Program) -> None:
