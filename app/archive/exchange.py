@@ -16,16 +16,7 @@ from typing import IO, TYPE_CHECKING, Final
 
 from app.archive.archive import Archive
 from app.archive.content import MAX_LENGTH
-from app.archive.facts import (
-    FACT_COLUMNS,
-    MAX_REFUSALS,
-    Fact,
-    RefusedFact,
-    StoredRow,
-    checked,
-    stored_fact,
-    too_long,
-)
+from app.archive.facts import FACT_COLUMNS, MAX_REFUSALS, Fact, RefusedFact, StoredRow, checked, stored_fact, too_long
 from app.archive.module_names import names_of, note_services
 from app.archive.server_url import server_url
 from app.store.facts import object_in

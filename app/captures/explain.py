@@ -19,16 +19,7 @@ from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRI
 from protocol.events import Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
 from protocol.fields import Done, Field
 from protocol.frame import Direction, Frame, Noise, decode_request
-from protocol.messages import (
-    Acknowledgement,
-    EmptySlot,
-    Heartbeat,
-    Message,
-    Reading,
-    Status,
-    TriggerRecord,
-    decode,
-)
+from protocol.messages import Acknowledgement, EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord, decode
 from protocol.translatable import marked
 
 Asked = Request | Command | None

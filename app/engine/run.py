@@ -3,18 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Generic
 
-from app.engine.procedure import (
-    Ask,
-    Await,
-    Effect,
-    Inspect,
-    Listen,
-    Pause,
-    Procedure,
-    Report,
-    Result,
-    UseRate,
-)
+from app.engine.procedure import Ask, Await, Effect, Inspect, Listen, Pause, Procedure, Report, Result, UseRate
 from protocol.events import Received
 
 

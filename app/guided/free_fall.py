@@ -11,14 +11,7 @@ from functools import partial
 from app.engine.device import DeviceView, StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
-from app.guided.status_watch import (
-    Measure,
-    PersonSteps,
-    StatusWatch,
-    read_setting,
-    require_in_time,
-    require_locked,
-)
+from app.guided.status_watch import Measure, PersonSteps, StatusWatch, read_setting, require_in_time, require_locked
 from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked

@@ -10,12 +10,7 @@ only where Qt's own property changes: see `PaintedWidget.announce` and `TickingL
 from typing import Final, cast
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import (
-    QAccessible,
-    QAccessibleActionInterface,
-    QAccessibleAnnouncementEvent,
-    QAccessibleInterface,
-)
+from PySide6.QtGui import QAccessible, QAccessibleActionInterface, QAccessibleAnnouncementEvent, QAccessibleInterface
 from PySide6.QtWidgets import QAbstractButton, QAccessibleWidget, QApplication, QFrame, QScrollArea, QWidget
 
 _CONTAINERS: Final = (QWidget, QFrame, QScrollArea)

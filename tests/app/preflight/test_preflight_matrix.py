@@ -13,14 +13,7 @@ from app.settings.profile_file import parse_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
 from tests.app.records.test_record import AT, PERSON
-from tests.support.records.preflight_rig import (
-    APPROVED,
-    FAULTS,
-    Fault,
-    assert_only_questions,
-    check,
-    on_request,
-)
+from tests.support.records.preflight_rig import APPROVED, FAULTS, Fault, assert_only_questions, check, on_request
 from tests.support.records.stations_made import find_station, station
 from tests.support.thorough import some
 

@@ -11,15 +11,7 @@ from app.engine.device import StatusSample
 from app.engine.procedure import ASK_EVERY_S, Cancelled, Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
-from app.procedures.act import (
-    READINGS,
-    WATCH_S,
-    ZEROED_WITHIN_DEG,
-    Performed,
-    _Observed,
-    _outcome,
-    perform,
-)
+from app.procedures.act import READINGS, WATCH_S, ZEROED_WITHIN_DEG, Performed, _Observed, _outcome, perform
 from app.procedures.ask_status import ask_status
 from app.procedures.find import find_rate, look_for
 from app.procedures.handshake import handshake

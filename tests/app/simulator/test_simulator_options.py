@@ -6,14 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import (
-    OPTIONS,
-    Acknowledge,
-    Delivery,
-    Setup,
-    default_text,
-    parse_options,
-)
+from app.simulator.setup import OPTIONS, Acknowledge, Delivery, Setup, default_text, parse_options
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.messages import Status, decode

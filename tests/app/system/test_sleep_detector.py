@@ -17,13 +17,7 @@ from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.simulator import bench
-from app.system.sleep_detector import (
-    MAX_TURN_S,
-    SHORTEST_S,
-    SleepDetector,
-    plus_time_asleep,
-    sleepless_clock,
-)
+from app.system.sleep_detector import MAX_TURN_S, SHORTEST_S, SleepDetector, plus_time_asleep, sleepless_clock
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal

@@ -17,11 +17,7 @@ from app.flight_analysis.fire_map import FlightGroup
 from tests.support.check_pace import hurry_check
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
-from tests.support.window.fakes_ui import (
-    ADAPTER,
-    SECOND_ADAPTER,
-    ListedPorts,
-)
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
 from tests.support.window.rig import READ_LAST, Rig, on_fake_time
 from tests.support.window.steps import let_lay_out, settle
 from ui.main import PAGES

@@ -10,17 +10,7 @@ from app.captures.explain import Asked, link_sentence, sentence
 from app.captures.explained import Explained
 from app.text import i18n
 from app.text.i18n import tr
-from protocol.events import (
-    Event,
-    OutcomeUnknown,
-    Received,
-    Rejected,
-    Restarted,
-    Role,
-    Sent,
-    Unanswered,
-    WentOffline,
-)
+from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered, WentOffline
 from protocol.frame import Direction, Frame, Noise
 from protocol.messages import Acknowledgement, Reading
 from protocol.translatable import marked

@@ -6,14 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QLineEdit,
-    QMenu,
-    QPushButton,
-    QToolButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app.fleet.batch import READY, SET_ASIDE, BatchRow, Bench, ModuleBatch, batch_of
 from app.fleet.batch_list import TITLES, cells, summary, write_batch_labels, write_list

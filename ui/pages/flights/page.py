@@ -7,13 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QPushButton,
-    QStackedWidget,
-    QWhatsThis,
-    QWidget,
-)
+from PySide6.QtWidgets import QBoxLayout, QPushButton, QStackedWidget, QWhatsThis, QWidget
 
 from app.firing.judge import ASSUMPTIONS, RULES, TriggerLimits
 from app.flight_logs.csv_columns import CsvColumns

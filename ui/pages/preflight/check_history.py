@@ -8,14 +8,7 @@ from typing import ClassVar, Final, NamedTuple
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QColor, QIcon
-from PySide6.QtWidgets import (
-    QComboBox,
-    QGridLayout,
-    QLabel,
-    QPushButton,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore, measuring

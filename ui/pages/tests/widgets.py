@@ -8,14 +8,7 @@ from PySide6.QtGui import QColor, QPaintEvent
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
-from app.guided.results import (
-    VERDICT_WORDS,
-    GuidedKind,
-    GuidedResult,
-    GuidedVerdict,
-    MeasuredValue,
-    StoredTest,
-)
+from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import UserMessage

@@ -7,12 +7,7 @@ from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QLineEdit,
-    QSizePolicy,
-    QToolButton,
-)
+from PySide6.QtWidgets import QFrame, QLineEdit, QSizePolicy, QToolButton
 
 from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
