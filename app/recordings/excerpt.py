@@ -95,6 +95,8 @@ class Measured(LimitSteps):
     cell: Readable
     light: Readable
     markers: Collection[Marker]
+    settled_s: Collection[float] = ()
+    """When doubts ended, as far as is known: a recording does not tell."""
 
     @abstractmethod
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
@@ -105,16 +107,16 @@ class Measured(LimitSteps):
         tilt, acceleration, cell, light = (
             series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
-        earlier = {marker.kind: marker for marker in self.markers if marker.time_s < start_s and _goes_on(marker)}
-        markers = [marker._replace(time_s=start_s) for marker in earlier.values()]
+        earlier = {marker.kind: marker for marker in self.markers if marker.time_s < start_s}
+        markers = [marker._replace(time_s=start_s) for marker in earlier.values() if self._goes_on(marker, start_s)]
         markers += [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
         return Excerpt(start_s, tilt, acceleration, flags, cell, light, tuple(markers), is_whole)
 
-
-def _goes_on(marker: Marker) -> bool:
-    """It holds for all that follows."""
-    is_simulated_port = marker.kind is MarkerKind.CONNECTED and is_simulated(marker.port)
-    return is_simulated_port or marker.kind is MarkerKind.DOUBTED
+    def _goes_on(self, marker: Marker, until_s: float) -> bool:
+        """It still holds then."""
+        if marker.kind is MarkerKind.DOUBTED:
+            return not any(marker.time_s <= settled_s <= until_s for settled_s in self.settled_s)
+        return marker.kind is MarkerKind.CONNECTED and is_simulated(marker.port)
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:

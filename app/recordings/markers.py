@@ -100,7 +100,7 @@ class MarkerTracker:
         """The next port that opens is the same adapter; another one starts a new session with a new tracker."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0
-        self._was_settled = False
+        self.is_settled = False
         self._broke_at = self._read_at = -inf
         """When the conversation broke last, and when the boot count was last read that no doubt followed."""
         self._heard_since: float | None = None
@@ -167,16 +167,16 @@ class MarkerTracker:
                 self._heard_since = None if isinstance(event.message, Heartbeat) else event.at
         if batch.connection.state is not PortState.OPEN:
             return
-        was_settled, self._was_settled = self._was_settled, batch.identity.is_settled
+        was_settled, self.is_settled = self.is_settled, batch.identity.is_settled
         has_broken, self._seen_breaks = self.breaks > self._seen_breaks, self.breaks
         boots = batch.device.values.get(BOOT_COUNT.key)
-        if was_settled and not self._was_settled:
+        if was_settled and not self.is_settled:
             is_break_recent = batch.at - self._broke_at <= READ_WITHIN_S
             since = self._broke_at if is_break_recent else max(self._broke_at, self._read_at)
             self._add(since if since > -inf else batch.at, MarkerKind.DOUBTED)
-        elif not self._was_settled and has_broken:
+        elif not self.is_settled and has_broken:
             self._add(self._broke_at, MarkerKind.DOUBTED)
-        elif self._was_settled and boots is not None:
+        elif self.is_settled and boots is not None:
             self._read_at = boots.at
 
     def _break(self, at: float, *, least_s: float = 0.0) -> None:

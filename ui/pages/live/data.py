@@ -35,6 +35,7 @@ class LiveData(Measured):
     cell: Series
     light: Series
     markers: deque[Marker]
+    settled_s: deque[float]
 
     def __init__(self) -> None:
         super().__init__()
@@ -45,6 +46,7 @@ class LiveData(Measured):
         self.stale = LimitSteps()
         """The last known limits, while they are stale."""
         self.markers = deque(maxlen=_MAX_MARKERS)
+        self.settled_s = deque(maxlen=_MAX_MARKERS)
         # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
@@ -62,6 +64,7 @@ class LiveData(Measured):
         self.clear()
         self.stale.clear()
         self.markers.clear()
+        self.settled_s.clear()
         self._first_s = None
         self._tracker = MarkerTracker()
 
@@ -71,8 +74,10 @@ class LiveData(Measured):
 
     def on_batch(self, batch: Batch) -> list[Mark]:
         """Adds a batch; returns its events as marks."""
-        count = len(self.markers)
+        count, was_settled = len(self.markers), self._tracker.is_settled
         new = self._tracker.on_batch(batch)
+        if self._tracker.is_settled and not was_settled:
+            self.settled_s.append(batch.at)
         if batch.samples:
             self._add_samples(batch.samples)
         self._add_slow(batch.device)

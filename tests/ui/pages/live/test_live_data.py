@@ -288,12 +288,20 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
 
 def test_csv_begins_with_what_holds_since_before_its_span() -> None:
     data = filled()
-    data.markers.extendleft([Marker(0.7, MarkerKind.DOUBTED), Marker(0.6, MarkerKind.CONNECTED, "sim://a")])
+    data.markers.extend([Marker(0.6, MarkerKind.CONNECTED, "sim://a"), Marker(0.7, MarkerKind.DOUBTED)])
     rows = rows_of(b"".join(csv_parts(data.excerpt(1.0, 1.1), wall_offset_s=NOON)))
     assert [(row["elapsed_s"], row["event"]) for row in rows if row["event"]] == [
         ("0.000", "another module?"),
         ("0.000", "connected: sim://a (simulated)"),
     ]
+
+
+def test_csv_does_not_begin_with_a_doubt_that_a_person_has_ended() -> None:
+    data, doubt, settled = LiveData(), Identity(Trust.OPEN), Identity(Trust.PROVEN)
+    silence = batch(2.0)._replace(events=(FellSilent(2.0, 0.5),), identity=doubt)
+    take(data, batch(1.0)._replace(identity=settled), silence, batch(3.0)._replace(identity=settled))
+    assert [marker.kind for marker in data.excerpt(2.5, 4.0).markers] == [MarkerKind.DOUBTED]
+    assert data.excerpt(3.5, 4.0).markers == ()
 
 
 def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
