@@ -34,6 +34,7 @@ from app.records.check_store import CheckLine
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of, shown_station
 from app.store.store import open_store
+from app.system.files import CANNOT_READ
 from app.system.folders import data_folder
 from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
@@ -146,7 +147,8 @@ def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[...,
         try:
             done = act(archive, on_page=lambda done: console.show_progress(_counts(done)))
         except UserError as error:
-            raise console.Refused(error.message, failed) from error
+            is_no_archive = error.message.text == CANNOT_READ
+            raise console.Refused(error.message, console.USAGE_ERROR if is_no_archive else failed) from error
         finally:
             console.clear_progress()
     console.emit(args, {

@@ -53,6 +53,9 @@ def run(args: argparse.Namespace) -> int:
             lines = lines_in(sys.stdin) if words == ["-"] else [" ".join(words)]
             is_whole = _decode_text(lines, asked, args)
     except (NotHex, UnicodeDecodeError) as error:
+        if is_file and isinstance(error, UnicodeDecodeError):
+            why = tr("unknown kind of file")
+            raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=why)) from error
         word = error.word if isinstance(error, NotHex) else words[0]
         raise console.Refused(tr("{word}: neither hex nor a file", word=word)) from error
     except BrokenPipeError:
