@@ -124,9 +124,11 @@ class SettingsForm:
         """`is_typing`: one undo step with what was chosen for it before, until `end_typing`."""
         self._change({**self._now, key: value}, typing=key if is_typing else None)
 
-    def fill(self, values: Mapping[str, Value]) -> None:
-        """Edits all of these in one step; keys that are not rows of the form are ignored."""
-        self._change({**self._now, **{key: value for key, value in values.items() if key in _BY_KEY}})
+    def fill(self, values: Mapping[str, Value], *, is_alone: bool = False) -> None:
+        """Edits all of these in one step; keys that are not rows of the form are ignored. `is_alone`: earlier edits are
+        none any longer."""
+        known = {key: value for key, value in values.items() if key in _BY_KEY}
+        self._change(known if is_alone else {**self._now, **known})
 
     def revert(self, key: str | None = None) -> None:
         """Removes the edit of one row, or all edits."""

@@ -176,7 +176,8 @@ class SettingsPage(Page):
         self.refresh()
 
     def _apply_profile(self, values: dict[str, Value]) -> None:
-        self._use_drafts(values)
+        """Earlier edits were not ticked, nor even shown; undo brings them back."""
+        self._use_drafts(values, is_alone=True)
         self.work.write()
 
     def _measure(self) -> None:
@@ -195,9 +196,9 @@ class SettingsPage(Page):
         self.page_wanted.emit("flights")
         self._services.exchange.tried.emit({**known, **self.work.form.edited}, None, bool)
 
-    def _use_drafts(self, values: Mapping[str, Value]) -> None:
+    def _use_drafts(self, values: Mapping[str, Value], *, is_alone: bool = False) -> None:
         self.show_form()
-        self.work.edit(partial(self.work.form.fill, values))
+        self.work.edit(partial(self.work.form.fill, values, is_alone=is_alone))
         self.choose(next((key for key in values if key in self.rows), self._chosen))
 
     # Construction

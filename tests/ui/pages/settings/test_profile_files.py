@@ -69,6 +69,7 @@ def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
 
 
 def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
+    type_into(one, "light_threshold", "1.9")
     open_by_dialog(one, profile_file(tmp_path))
     tick(one, "attitude_threshold").click()
     one.settings.refresh()
@@ -77,7 +78,9 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     one.click("profile_apply")
     one.until(lambda: not one.settings.work.job.is_running)
     assert one.held("attitude_threshold") == 60
-    assert len(one.changes("attitude_trigger")) == 1
+    assert len(one.changes("attitude_trigger")) == len(one.changes()) == 1
+    one.click("settings_undo")
+    assert one.settings.work.form.edited == {"light_threshold_v": 1.9}
     one.settings._services.exchange.used.emit({"freefall_time_s": 1.2})
     assert one.settings.rows["freefall_time_s"].property("role") == "marked-row-chosen"
 
