@@ -122,11 +122,11 @@ class FlightPlot(QWidget):
 
 def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
     """All samples of a span as a table; empty cells are unknown."""
-    first, last = np.searchsorted(log.time_s, span, "left")
+    in_sight = (log.time_s >= span.start_s) & (log.time_s <= span.end_s)
     columns = [("time_s", log.time_s), ("tilt_deg", log.tilt_deg), ("acceleration_g", log.specific_force_g)]
     if log.altitude_m is not None:
         columns.append(("altitude_m", log.altitude_m))
-    rows = zip(*(values[first : last + 1].tolist() for _, values in columns), strict=True)
+    rows = zip(*(values[in_sight].tolist() for _, values in columns), strict=True)
     cells = ([round(value, 6) if math.isfinite(value) else None for value in row] for row in rows)
     yield BYTE_ORDER_MARK + csv_text([name for name, _ in columns], cells).encode()
 
