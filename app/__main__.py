@@ -79,7 +79,7 @@ def _run_or_refuse(words: list[str]) -> int:
         return end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except UserError as error:
         console.notify(error.sentence)
-        return error.exit_code if isinstance(error, console.Refused) else console.USAGE_ERROR
+        return getattr(error, "exit_code", console.USAGE_ERROR)
 
 
 def _run(words: list[str]) -> int:

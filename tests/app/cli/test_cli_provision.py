@@ -243,6 +243,12 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
             raise StoreTrouble(StoreFault.FULL, self.database.path)
         return add(self, kind, *args, **values)  # type: ignore[arg-type]
 
+    def unopened() -> None:
+        raise StoreTrouble(StoreFault.FULL, Path())
+
+    with monkeypatch.context() as patch:
+        patch.setattr(provision, "open_store", unopened)
+        assert batch(*ALLOWED, code=4) == []
     with monkeypatch.context() as patch:
         patch.setattr(Facts, "add", full)
         assert batch(*ALLOWED, code=4)[-2].split() == ["M-001", "open"]
