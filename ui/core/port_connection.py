@@ -217,6 +217,11 @@ class PortConnection(QObject):
         self._opening = number
         self.update_view()
 
+    def expect_next(self, before: IdentityEvidence) -> None:
+        """A person names the module that is plugged in next, while the port is lost; a LOCK that waits goes on."""
+        self._forget(self.connection, is_adapter_same=True)
+        self._lost = Identity(Trust.OPEN, before, is_named=True)
+
     def run(
         self,
         procedure: Procedure[Result],

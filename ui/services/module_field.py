@@ -50,7 +50,8 @@ class ModuleField(QComboBox):
         texts.bind(edit.setPlaceholderText, "not named")
         texts.bind(self.setToolTip, "Without a serial number its name identifies it")
         ports.renamed.connect(self.show_name)
-        ports.invalidated.connect(self._end_editing)  # what was typed was meant for the former module
+        for is_over in (ports.invalidated, ports.broke_in_doubt):
+            is_over.connect(self._end_editing)  # what was typed was meant for the former module
         ports.changed.connect(self._watch_identity)
         self._was_settled = ports.current.identity.is_settled
         VisibilityTimer(self, self.show_name)

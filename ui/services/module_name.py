@@ -97,8 +97,15 @@ class ModuleName(QObject):
             else:
                 self._use(name)
             port.confirm_identity(port.identity, is_named=bool(name), before=before)
+        elif name and port.is_requested and port.connection.state is PortState.CLOSED:
+            self._before_new(partial(self._expect_next, name))
         else:
             self._use(name)
+
+    def _expect_next(self, name: str) -> None:
+        """While a port is lost, a name is of the module that is plugged in next."""
+        self._port.expect_next(self._evidence_of(name))
+        self._use(name)
 
     def confirm_identity(self) -> None:
         self._port.confirm_identity(self._port.identity)
@@ -189,7 +196,7 @@ class ModuleName(QObject):
 
     def _watch_doubt(self) -> None:
         before, self._doubted_in = self._doubted_in, None if self._port.identity.is_settled else self._port.conversation
-        if self.expected_name and before is not None and self._doubted_in not in (None, before):
+        if before is not None and self._doubted_in not in (None, before):
             self.broke_in_doubt.emit()
 
     # What was last read of it

@@ -12,17 +12,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import NO_EXPECTATION, UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of
+from app.engine.identity import UNKNOWN, IdentityEvidence, evidence_of
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.safety.acts import Act
 from app.simulator.hardware import BOOT_GAP_S
 from app.store.store import Store
-from protocol.catalogue import SERIAL_OUTPUT, STATUS, Request
+from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.link_states import Presence
-from tests.app.engine.test_identity import FOUND, NOT_PROVEN, OPTIONS, ask, with_setting
-from tests.support.line.sim_line import Rig as LineRig
-from tests.support.line.sim_line import watched
+from tests.app.engine.test_identity import FOUND, NOT_PROVEN, with_setting
+from tests.app.engine.test_identity_of_a_name import OF_ANOTHER
 from tests.support.window.fakes_ui import EMPTY_PAGE
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import find, press
@@ -115,6 +114,31 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(one: Des
     assert one.naming.name == name
     assert (connector.current.adapter_key == whose) is bool(name)
     one.until(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
+
+
+@pytest.mark.parametrize(
+    ("before", "asked"), [(UNKNOWN, "M-12? Read its label."), (OF_ANOTHER, "boot count 12, was 90")]
+)
+def test_a_name_given_while_the_port_is_lost_is_of_the_one_that_is_plugged_in_next(
+    one: Desk, before: IdentityEvidence, asked: str
+) -> None:
+    store, port = one.assembly.storage.store, one.assembly.connector.current
+    assert isinstance(store, Store)
+    store.register_module("M-12")
+    store.store_evidence("M-12", before)
+    port.kept.as_found, run = Snapshot(settings={"light_threshold_v": 1.8}), port.kept.run
+    one.bench.unplug()
+    one.until(lambda: not port.is_open)
+    one.naming.choose("M-12")
+    one.exchange(12)
+    one.wait(_BOOTED_S)
+    one.bench.plug()
+    one.until(lambda: asked in one.asked)
+    assert "was 37" not in one.asked
+    one.answer("identity_same")
+    one.until(lambda: one.naming.name == "M-12")
+    assert port.kept.as_found is None
+    assert port.kept.run != run, "what it reports ends nothing that was left ACTIVE"
 
 
 @pytest.mark.parametrize("answer", ["identity_new", "identity_same"])
@@ -214,12 +238,14 @@ def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_othe
     field = ModuleField("module", one.assembly.connector, one.assembly.window._services.texts)
     qtbot.addWidget(field)
     edit = find(field, QLineEdit)
-    qtbot.keyClicks(edit, "9")
-    one.exchange(12)
-    one.until(lambda: one.asked != "")
-    edit.editingFinished.emit()  # the field is left
-    one.wait(0.3)
-    assert (one.naming.expected_name, edit.text()) == (NAME, "")
+    for boots in (12, 7):  # a third one comes before a person has said which the second is
+        qtbot.keyClicks(edit, "9")
+        one.exchange(boots)
+        asked = f"boot count {boots}, was"
+        one.until(lambda asked=asked: asked in one.asked)  # type: ignore[misc]
+        edit.editingFinished.emit()  # the field is left
+        one.wait(0.3)
+        assert (one.naming.expected_name, edit.text()) == (NAME, "")
 
 
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
@@ -248,9 +274,6 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
         qtbot.keyClicks(edit, "9")
         connector.connect_to(Target(port, 115200))
         assert edit.text() == "", "it was typed for the former module"
-
-
-OF_ANOTHER = FOUND._replace(boot_count=90)
 
 
 @pytest.mark.parametrize(
@@ -350,47 +373,3 @@ def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication,
         assert third.naming.name == ""
         third.naming.choose("M-08")
         third.until(lambda: third.naming.name == "M-08" and third.asked == "")
-
-
-def named(before: IdentityEvidence = UNKNOWN) -> LineRig:
-    rig = LineRig(OPTIONS)
-    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=before)
-    watched(rig)
-    rig.step_for(5)
-    return rig
-
-
-def identity(rig: LineRig) -> Identity:
-    return rig.session.identity.identity
-
-
-def test_a_name_does_not_count_for_a_module_that_came_meanwhile() -> None:
-    rig = named()
-    rig.bench.restart()
-    rig.step_for(5)
-    rig.session.identity.confirm(NO_EXPECTATION, is_named=True)
-    assert identity(rig).trust is Trust.UNPROVEN
-
-
-def test_what_refutes_a_name_does_so_until_it_is_read_again() -> None:
-    """A restart makes all values stale, which is no answer to the question."""
-    rig = named(OF_ANOTHER)
-    rig.bench.restart()
-
-    def is_read_again() -> bool:
-        assert (identity(rig).trust, identity(rig).before) == (Trust.REFUTED, OF_ANOTHER)
-        return identity(rig).now.boot_count == 38
-
-    rig.step_until(is_read_again)
-
-
-def test_a_name_is_asked_about_where_what_may_refute_it_is_not_read_yet() -> None:
-    """A procedure has the line meanwhile."""
-    rig = LineRig(OPTIONS)
-    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=OF_ANOTHER)
-    rig.run(ask(STATUS.query()))
-    rig.step_for(5)
-    assert identity(rig).trust is Trust.UNPROVEN
-    watched(rig)
-    rig.step_for(5)
-    assert identity(rig).trust is Trust.REFUTED

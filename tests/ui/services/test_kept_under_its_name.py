@@ -111,13 +111,15 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     assert filed == [NAME_A]
 
 
-def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig) -> None:
+@pytest.mark.parametrize("name", [NAME_A, ""])
+def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig, name: str) -> None:
     for is_third, wing in ((False, "Wing 4"), (True, "Wing 6")):
         rig.show_a()
+        rig.connector.current.module.choose(name)
         page, flights = rig.pages["preflight"], rig.pages["flights"]
         page.form.profile = Profile(name="Show", manual=(ManualLine("Pin out"),))
         page.form.changed.emit()
-        rig.worker.identity = Identity(Trust.UNPROVEN, is_named=True)
+        rig.worker.identity = Identity(Trust.UNPROVEN, is_named=bool(name))
         rig.answer(A)
         page.list._tick(1, True)
         page.form.aircraft.setEditText(wing)
@@ -125,9 +127,9 @@ def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig
         rig.assembly.window._services.exchange.tried.emit({"attitude_threshold_deg": 47}, None, bool)
         rig.worker.breaks += is_third
         rig.answer(A)
-        rig.worker.identity = Identity(Trust.PROVEN, is_named=True)
+        rig.worker.identity = Identity(Trust.PROVEN, is_named=bool(name))
         rig.answer(A)
-        assert rig.connector.current.module.name == NAME_A
+        assert rig.connector.current.module.name == name
         kept = page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == wing
         page.form.use_none()
         assert kept == (not is_third,) * 3
