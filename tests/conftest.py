@@ -118,6 +118,7 @@ def nothing_is_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
         use(LIGHT)
         zoom(100)
         application.setStyleSheet("")
+        request.node.funcargs.clear()  # frozen since the collection, and so would be what it holds
         if application.font() != font:
             application.setFont(font)
             application.setPalette(palette)

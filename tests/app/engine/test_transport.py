@@ -200,7 +200,7 @@ def test_what_the_driver_took_is_written_however_long_this_thread_was_kept_waiti
 def test_a_port_that_takes_nothing_is_stuck(opened: tuple[SerialLine, int]) -> None:
     line, _far = opened
     with pytest.raises(PortError, match=PortTrouble.STUCK.value):
-        line.write(bytes(50_000_000))
+        line.write(bytes(16_000_000))
 
 
 @pytest.mark.parametrize("failing", ["reset_input_buffer", None])

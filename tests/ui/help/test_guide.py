@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import shiboken6
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QImage, QTextDocument
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
@@ -243,6 +244,7 @@ def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplica
             let_lay_out(fresh)
             for one in (viewer, fresh):
                 assert one.text.horizontalScrollBar().maximum() == 0
+            shiboken6.delete(fresh)  # it holds thirty megabytes of pictures
 
 
 def link_colours(viewer: GuideViewer) -> set[str]:
