@@ -31,7 +31,7 @@ from ui.forms.table_kit import TableColumn, select_row
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import EmptyState, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.step_button import StepButton
@@ -300,7 +300,7 @@ class ArchiveDialog(QDialog):
         for button, module in ((self.same, first), (self.same_other, second)):
             name = clean(module.name, longest=30)
             text = tr("Same: “{name}”", name=name) if has_two_names else tr("Same module")
-            button.setText(text)
+            button.setText(without_key(text))
             button.setAccessibleName(text)
 
     def _show_life(self) -> None:

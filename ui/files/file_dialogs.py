@@ -17,7 +17,7 @@ from app.text.i18n import tr
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import named
+from ui.widgets.controls import named, without_key
 
 _ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
                   "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
@@ -136,7 +136,7 @@ class FilePage(NamedTuple):
 
 def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
     for number, name in enumerate(names):
-        action = named(menu.addAction(visible(Path(name).name).replace("&", "&&")), f"{prefix}_{number}")
+        action = named(menu.addAction(without_key(visible(Path(name).name))), f"{prefix}_{number}")
         action.setToolTip(visible(name))
         action.triggered.connect(lambda _checked, path=Path(name): open_file(path))
 

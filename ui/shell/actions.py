@@ -11,7 +11,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.page import Page
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import Shortcut, name_of, named
+from ui.widgets.controls import Shortcut, name_of, named, without_key
 
 _MENUS = {
     "file": marked("&File"),
@@ -105,7 +105,7 @@ class Actions:
         page = self._pages.currentWidget()
         for action in [] if page is None else page.findChildren(Shortcut):
             if action.control.isVisible():
-                action.setText(name_of(action.control).replace("&", "&&"))
+                action.setText(without_key(name_of(action.control)))
                 self.page.addAction(action)
         if self.page.isEmpty():
             self.page.addAction(tr("No shortcuts on this page")).setEnabled(False)

@@ -133,6 +133,11 @@ class ChoiceButton(QToolButton):
         self.setCheckable(True)
 
 
+def without_key(text: str) -> str:
+    """Of a button or an action, which takes "&" for the mark of a key."""
+    return text.replace("&", "&&")
+
+
 def name_of(widget: QWidget) -> str:
     """The accessible name of a control, else its text."""
     return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else "")

@@ -13,7 +13,7 @@ from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_row, retain_size
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
@@ -172,10 +172,12 @@ class NoticeBar(QWidget):
 
     def _make_button(self, choice: Choice, number: int) -> QPushButton:
         # By number: an equal notice may have replaced this one, with other acts.
-        return control(
+        button = control(
             StepButton() if choice.is_step else QPushButton(), None, f"notice_{choice.key}", choice.text,
             role="primary" if choice.is_main else "", slot=lambda: self._act(number),
         )  # fmt: skip
+        button.setText(without_key(choice.text))
+        return button
 
     def _act(self, number: int) -> None:
         if self.notice is not None and number < len(self.notice.choices):

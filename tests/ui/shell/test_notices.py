@@ -71,6 +71,16 @@ def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot)
     assert cut_off(bar) == []
 
 
+def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
+    """Qt takes "&" for the mark of a key: R&D-1 would read as RD-1, which may be another module."""
+    bar = NoticeBar(Texts())
+    qtbot.addWidget(bar)
+    bar.show_notice(Notice(Meaning.ATTENTION, "", (Choice("same_module", "It is R&D-1", bar.hide),)))
+    button = given(bar.button("same_module"))
+    assert (button.text(), button.accessibleName()) == ("It is R&&D-1", "It is R&D-1")
+    assert button.shortcut().isEmpty()
+
+
 def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None:
     bar = NoticeBar(Texts())
     qtbot.addWidget(bar)

@@ -13,7 +13,7 @@ from ui.core.texts import Texts
 from ui.files.file_dialogs import AskText, ask_text
 from ui.pages.fleet.members import FleetMembers, target_of
 from ui.style.icons import Icon
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, without_key
 
 SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 
@@ -36,7 +36,9 @@ class AddPort(QToolButton):
         for port in self._watcher.ports:
             if not self._members.is_connected(port):
                 name = f"{port.device.removeprefix('/dev/')} {port.description}".strip()
-                menu.addAction(name).triggered.connect(partial(self._members.connect_port, target_of(port)))
+                menu.addAction(without_key(name)).triggered.connect(
+                    partial(self._members.connect_port, target_of(port))
+                )
         if not menu.isEmpty():
             menu.addAction(tr("Connect all ports")).triggered.connect(self._members.connect_all)
             menu.addSeparator()

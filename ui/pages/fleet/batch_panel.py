@@ -32,7 +32,7 @@ from ui.services.running_job import is_risk_open, risk_notice
 from ui.style.accessible_roles import announce
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
 from ui.widgets.step_button import StepButton
@@ -90,7 +90,7 @@ class BatchForm(QWidget):
     def refresh(self) -> None:
         if self.path is not None:
             name = clean(self.path.name, longest=40)
-            self.choose.setText(name.replace("&", "&&"))
+            self.choose.setText(without_key(name))
             self.choose.setAccessibleName(name)
         self.start.setEnabled(self.path is not None and bool(self.names.text().strip()))
 

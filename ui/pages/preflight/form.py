@@ -23,7 +23,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.module_field import ModuleField
 from ui.style.icons import Icon
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, without_key
 from ui.widgets.layouts import captioned_row
 from ui.widgets.sliders import WheelGuard
 
@@ -130,7 +130,7 @@ class PreflightForm(QWidget):
         self._services.in_use.use(self.profile)
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
-        self.choose.setText(name.replace("&", "&&"))
+        self.choose.setText(without_key(name))
         self.choose.setAccessibleName(labelled(tr("Profile"), name))
 
     def choose_file(self) -> None:
