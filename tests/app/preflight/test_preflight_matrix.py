@@ -9,11 +9,10 @@ from app.preflight.findings import CheckResult
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
 from app.records.verification import RecordState, verdict_from, verify
-from app.settings.profile_file import parse_profile
-from app.settings.profiles import ActivatedBy, ManualLine, Profile
+from app.settings.profiles import ActivatedBy
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
 from tests.app.records.test_record import AT, PERSON
-from tests.support.records.preflight_rig import APPROVED, FAULTS, Fault, assert_only_questions, check, on_request
+from tests.support.records.preflight_rig import FAULTS, Fault, assert_only_questions, check, on_request
 from tests.support.records.stations_made import find_station, station
 from tests.support.thorough import some
 
@@ -94,41 +93,6 @@ def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
 def test_who_activates_decides_what_ready_says() -> None:
     assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "activate before the flight"
     assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "the aircraft activates it"
-
-
-def test_a_profile_is_taken_whole() -> None:
-    profile = parse_profile(
-        b"""
-        name = "H6"
-        light_inverted = true
-        approved_fingerprint = "%s"
-        [settings]
-        attitude_threshold_deg = 65
-        [expectations]
-        activated_by = "aircraft"
-        [limits]
-        heartbeats_lost_max = 1.0
-        tilt_max_deg = 3
-        cell_voltage_min_v = 3.9
-        [[manual]]
-        text = "Bridle free"
-        required = true
-        [[manual]]
-        text = "Pack date"
-    """
-        % APPROVED.encode()
-    )
-    answered = profile.answered({2: False})
-    assert answered == Profile(
-        name="H6",
-        limits={"heartbeats_lost_max": 1, "tilt_max_deg": 3, "cell_voltage_min_v": 3.9},
-        settings={"attitude_threshold_deg": 65},
-        activated_by=ActivatedBy.AIRCRAFT,
-        is_light_inverted=True,
-        approved_fingerprint=APPROVED,
-        manual=(ManualLine("Bridle free", is_required=True), ManualLine("Pack date", is_done=False)),
-    )
-    assert (answered.limit("tilt_max_deg"), answered.limit("tilt_spread_max_deg")) == (3, 2)
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:

@@ -29,6 +29,8 @@ WHOLE = """\
 format = 1
 name = "Survey hexacopter"
 airframe = "H6"
+light_inverted = true
+approved_fingerprint = "JFKY-2WSC"
 notes = \"\"\"
 [settings]
 freefall_time_s = "not a key, a note"
@@ -47,9 +49,15 @@ baud_rate = 115200
 [limits]
 cell_voltage_min_v = 3.8
 
+[expectations]
+activated_by = "aircraft"
+
 [[manual]]
 text = "Bridle free"
 required = true
+
+[[manual]]
+text = "Pack date"
 """
 
 
@@ -61,18 +69,28 @@ def faults(text: str | bytes) -> list[tuple[int | None, str]]:
 
 def test_a_whole_profile() -> None:
     profile = parse_profile(WHOLE.encode())
-    assert (profile.name, profile.airframe, profile.limits) == ("Survey hexacopter", "H6", {"cell_voltage_min_v": 3.8})
-    assert profile.settings == {
-        "attitude_threshold_deg": 60,
-        "freefall_acceleration_g": 0.5,
-        "freefall_time_s": 1.6,
-        "light_threshold_v": 2.0,
-        "attitude_trigger": True,
-        "freefall_trigger": False,
-        "serial_output": False,
-        "baud_rate": 115200,
-    }
-    assert profile.manual == (ManualLine("Bridle free", is_required=True),)
+    answered = profile.answered({2: False})
+    assert answered == Profile(
+        name="Survey hexacopter",
+        airframe="H6",
+        limits={"cell_voltage_min_v": 3.8},
+        settings={
+            "attitude_threshold_deg": 60,
+            "freefall_acceleration_g": 0.5,
+            "freefall_time_s": 1.6,
+            "light_threshold_v": 2.0,
+            "attitude_trigger": True,
+            "freefall_trigger": False,
+            "serial_output": False,
+            "baud_rate": 115200,
+        },
+        activated_by=ActivatedBy.AIRCRAFT,
+        is_light_inverted=True,
+        approved_fingerprint="JFKY-2WSC",
+        manual=(ManualLine("Bridle free", is_required=True), ManualLine("Pack date", is_done=False)),
+        notes=profile.notes,
+    )
+    assert (answered.limit("cell_voltage_min_v"), answered.limit("tilt_spread_max_deg")) == (3.8, 2)
     assert parse_profile(profile_text(profile).encode()) == profile
 
 
@@ -87,13 +105,13 @@ def test_all_errors_at_once_each_with_its_line() -> None:
     text = text.replace("3.8", '"3.8"').replace("airframe", "aircraft") + "colour = 1\n"
     assert faults(text) == [
         (3, "Line 3: “aircraft” is unknown."),
-        (10, "Line 10: attitude_threshold_deg: a number is needed."),
-        (11, "Line 11: freefall_acceleration_g: 0.55: the nearest steps are 0.5 g and 0.6 g."),
-        (12, "Line 12: freefall_time_s: 9.99 is outside 0.00 s to 2.55 s."),
-        (14, "Line 14: “attitude_triger” is unknown."),
-        (17, "Line 17: baud_rate: 12345 is not one of 4800, 9600, 19200, 38400, 57600, 115200."),
-        (20, f"Line 20: cell_voltage_min_v: 3.5 to 4.2; {LIMITS['cell_voltage_min_v'].why}."),
-        (25, "Line 25: “colour” is unknown."),
+        (12, "Line 12: attitude_threshold_deg: a number is needed."),
+        (13, "Line 13: freefall_acceleration_g: 0.55: the nearest steps are 0.5 g and 0.6 g."),
+        (14, "Line 14: freefall_time_s: 9.99 is outside 0.00 s to 2.55 s."),
+        (16, "Line 16: “attitude_triger” is unknown."),
+        (19, "Line 19: baud_rate: 12345 is not one of 4800, 9600, 19200, 38400, 57600, 115200."),
+        (22, f"Line 22: cell_voltage_min_v: 3.5 to 4.2; {LIMITS['cell_voltage_min_v'].why}."),
+        (33, "Line 33: “colour” is unknown."),
     ]
 
 

@@ -59,20 +59,6 @@ def test_unknown_values_are_never_replaced_by_defaults() -> None:
     assert all(one.edited is None and one.module_value is None and not one.is_pending for one in rows)
 
 
-@pytest.mark.parametrize(
-    ("how", "stale_reason", "state"),
-    [
-        (How.READ, None, RowState.READ),
-        (How.STREAMED, None, RowState.READ),
-        (How.ACKNOWLEDGED, None, RowState.ACKNOWLEDGED),
-        (How.READ, StaleReason.RESTARTED, RowState.STALE),
-        (How.ACKNOWLEDGED, StaleReason.LINK_LOST, RowState.STALE),
-    ],
-)
-def test_the_state_says_how_it_is_known(how: How, stale_reason: StaleReason | None, state: RowState) -> None:
-    assert row(SettingsForm(), TILT, device(how, stale_reason)).state is state
-
-
 def test_an_edit_is_pending_until_the_module_has_it() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
@@ -132,6 +118,7 @@ def test_nothing_can_be_edited_while_writing() -> None:
         ({"stale_reason": StaleReason.RESTARTED}, RowState.STALE),
         ({"how": How.STREAMED}, RowState.READ),
         ({"how": How.ACKNOWLEDGED}, RowState.ACKNOWLEDGED),
+        ({"how": How.ACKNOWLEDGED, "stale_reason": StaleReason.LINK_LOST}, RowState.STALE),
     ],
 )
 def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowState) -> None:
