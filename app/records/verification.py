@@ -97,7 +97,7 @@ class Verification:
         parts = self.contradictions if self.state is RecordState.CONTRADICTORY else tuple(map(message, self.altered))
         first = message(
             _HEADLINES[self.state], station=self._station(), chain=chain, parts=joined(parts, "; "),
-            why=self.why or UserMessage(""), verdict=_shown((self.record or {}).get("verdict")),
+            why=self.why or UserMessage(""), verdict=UserMessage(_shown((self.record or {}).get("verdict"))),
         )  # fmt: skip
         if self.record is None:
             return (first,)
@@ -127,15 +127,15 @@ class Verification:
 
 def _introduced(record: Mapping[str, object]) -> UserMessage:
     """Which record it is. Values of the file are untrusted: cleaned and cut."""
-    module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
+    module, who, verdict = record.get("module"), record.get("who"), UserMessage(_shown(record.get("verdict")))
     return message(
         marked("Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
         number=_shown(record.get("number")),
         module=_shown(module) if module else message(marked("Unnamed")),
-        verdict=verdict if record.get("void") is None else noted(UserMessage(verdict), marked("void")),
+        verdict=verdict if record.get("void") is None else noted(verdict, marked("void")),
         at=_shown(record.get("at")),
         who=_shown(who) if who else message(marked("not named")),
-        follows=verdict_from(record).value,
+        follows=UserMessage(verdict_from(record).value),
     )
 
 
@@ -271,8 +271,8 @@ def contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
         yield message(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
     stated, follows = record.get("verdict"), verdict_from(record)
     if stated != follows.value:
-        yield message(marked("stated {stated}, but the checks give {follows}"), stated=clean(str(stated), longest=20),
-                   follows=follows.value)  # fmt: skip
+        words = UserMessage(clean(str(stated), longest=20)), UserMessage(follows.value)
+        yield message(marked("stated {stated}, but the checks give {follows}"), stated=words[0], follows=words[1])
     for check in checks:
         where = _READ_AS.get(str(check.get("id")))
         read = _at(record.get("read"), where) if where is not None else None

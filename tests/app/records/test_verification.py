@@ -28,6 +28,7 @@ from app.records.verification import (
 from app.stations.known import KNOWN_FILE, KnownStation, Stations
 from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
+from app.text.i18n import set_language
 from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
 from tests.app.records.test_record import checked_record
@@ -152,6 +153,8 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
     assert "Its checks give NO-GO." in words
     assert "Only the record in the report is signed" in words
     assert "Only the record in the report is signed" not in _words(_verified(record))
+    set_language("zh_CN")
+    assert "NO-GO" not in _words(found)  # as the check itself says it
 
 
 def test_a_report_that_carries_two_records_is_none(qapp: object) -> None:
