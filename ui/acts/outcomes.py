@@ -9,7 +9,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
-from protocol.link_states import Presence
+from app.text.messages import UserMessage
 from protocol.translatable import marked
 from ui.services.context import Services
 from ui.services.port import Ports
@@ -23,14 +23,14 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
-    connector, is_open = services.connector, services.connector.current.is_open
+    port = services.connector.current
+    if not port.is_open:
+        return (Refusal(Interlock.ONLINE, UserMessage(marked("Not connected"))),)
     inputs = replace(
-        interlock_inputs(connector.current.device, connector.clock(), must_be_proven=False),
-        presence=connector.current.device.presence if is_open else Presence.OFFLINE,
-        is_identity_settled=connector.current.identity.is_settled,
+        interlock_inputs(port.device, port.clock(), must_be_proven=False),
+        is_identity_settled=port.identity.is_settled,
         armed=services.armed.act,
-        # Without a port there is no log; the condition that a module answers is open then anyway.
-        is_audit_ready=connector.current.target is None or connector.current.journal().is_ready,
+        is_audit_ready=port.journal().is_ready,
     )
     return tuple(refusal for refusal in refusals(act, inputs) if refusal.condition not in _ASKED_ANYWAY)
 
