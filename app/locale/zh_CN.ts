@@ -810,10 +810,6 @@
         <translation>断开</translation>
     </message>
     <message>
-        <source>Disconnected.</source>
-        <translation>已断开。</translation>
-    </message>
-    <message>
         <source>Dismiss</source>
         <translation>不再提醒</translation>
     </message>

@@ -1,6 +1,6 @@
 """Checks and profiles for several modules at once; no module waits for another."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 
@@ -9,12 +9,13 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.worker import Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
+from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
+from app.preflight.verdict import Void
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
-from app.records.filing import Filed
 from app.settings.profiles import NO_PROFILE, Profile
-from app.text.messages import UserMessage, message
+from app.text.messages import message
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
@@ -22,6 +23,7 @@ from ui.services.port import Port
 from ui.services.port_check import PortCheck
 
 SILENT = message(marked("The module does not answer."))
+GONE = Void(Disturbance.DISCONNECTED)
 
 
 class GroupChecks(QObject):
@@ -35,7 +37,7 @@ class GroupChecks(QObject):
         self._members = members
         self._running: dict[Port, PortCheck] = {}
         self.profile: Profile | None = None
-        self.results: dict[Port, SetMember] = {}
+        self._ended: dict[Port, Callable[[], SetMember]] = {}
         """Of the last set."""
         self.total = 0
         services.connector.removed.connect(self._on_removed)
@@ -45,11 +47,16 @@ class GroupChecks(QObject):
     def is_running(self) -> bool:
         return bool(self._running)
 
+    @property
+    def results(self) -> dict[Port, SetMember]:
+        """Of the last set, as they stand now."""
+        return {connection: make() for connection, make in self._ended.items()}
+
     def check(self, connections: Sequence[Port], *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded. `is_enabling`: the triggers, of what is locked."""
         if self.is_running or any(connection.is_checking for connection in connections):
             return
-        self.results = {}
+        self._ended = {}
         self.total = len(connections)
         reachable = self._members.reachable
         for connection in connections:
@@ -59,7 +66,8 @@ class GroupChecks(QObject):
                 check.changed.connect(partial(self._on_check, connection, check))
         for connection in connections:
             if connection not in reachable:
-                self._finish(connection, SetMember(port_text(connection.target), connection.module.name, None, SILENT))
+                silent = partial(SetMember, port_text(connection.target), connection.module.name, None, SILENT)
+                self._finish(connection, silent)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -69,15 +77,11 @@ class GroupChecks(QObject):
     def _on_check(self, connection: Port, check: PortCheck) -> None:
         if self._running.get(connection) is not check or check.is_running:
             return
-        trouble = None if check.trouble is None else check.trouble.message
-        if check.void is None:
-            self._finish(connection, _member(check, check.filed, trouble))
-        else:
-            self._finish(connection, _member(check, None, trouble or check.void.message))
+        self._finish(connection, partial(_member, connection, check))
 
-    def _finish(self, connection: Port, member: SetMember) -> None:
+    def _finish(self, connection: Port, make: Callable[[], SetMember]) -> None:
         self._running.pop(connection, None)
-        self.results[connection] = member
+        self._ended[connection] = make
         self.changed.emit()
         if not self._running:
             self.finished.emit()
@@ -86,11 +90,16 @@ class GroupChecks(QObject):
         """The port was disconnected, or has another module; the other checks go on."""
         check = self._running.get(connection)
         if check is not None:
+            check.set_void(GONE)
             check.cancel()
-            self._finish(connection, _member(check, None, message(marked("Disconnected."))))
+            self._finish(connection, partial(_member, connection, check))
 
 
-def _member(check: PortCheck, filed: Filed | None, trouble: UserMessage | None) -> SetMember:
+def _member(connection: Port, check: PortCheck) -> SetMember:
+    """What is void by now, or was of another module, is not checked."""
+    void = check.void or (None if connection.check is check else GONE)
+    trouble = check.trouble.message if check.trouble is not None else None if void is None else void.message
+    filed = check.filed if void is None else None
     return SetMember(port_text(check.target), check.person.module or "", filed, trouble)
 
 

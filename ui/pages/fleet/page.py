@@ -264,13 +264,14 @@ class FleetPage(Page):
     def _on_finished(self) -> None:
         if not self.members.connections:
             return  # a person disconnected them all, which cancelled it
+        self.result.set_notice(self._ended_notice)
+
+    def _ended_notice(self) -> Notice:
         members = tuple(self.checks.results.values())
         is_fine = not any(member.why for member in members)
         meaning = Meaning.INFORMATION if is_fine else Meaning.ATTENTION
         silent = [member.name for member in members if member.name and member.word is RecordsWord.NEW_MODULE]
-        self.result.set_notice(
-            lambda: Notice(meaning, summary(members), self._new_choices(silent), self.result.dismiss)
-        )
+        return Notice(meaning, summary(members), self._new_choices(silent), self.result.dismiss)
 
     def _new_choices(self, silent: list[str]) -> tuple[Choice, ...]:
         """A person can say once that named modules, silent to the query for their records, are new."""

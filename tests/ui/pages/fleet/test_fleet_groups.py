@@ -1,6 +1,7 @@
 """What is done with several modules at once: checks, reports, one profile; what is asked before one is left."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -222,7 +223,7 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     case = check(options={"mute_codes": "35"}).assessment.case
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
-        desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
+        desk.page.checks._ended[connection] = partial(SetMember, "port", name, Filed(assess(case), {}))
     desk.page.checks.finished.emit()
     desk.settle()
     (say,) = given(desk.page.notice_bar.notice).choices
@@ -265,7 +266,7 @@ def test_the_report_of_all_is_exported_by_its_button(
 
     def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
         asked.append(title)
-        desk.page.checks.results = {}  # another check has begun meanwhile
+        desk.page.checks._ended = {}  # another check has begun meanwhile
         then(tmp_path / "fleet.pdf")
 
     def write(path: Path, members: Sequence[SetMember], printer: Printer) -> tuple[Path, ...]:

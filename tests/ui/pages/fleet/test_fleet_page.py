@@ -127,6 +127,25 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     assert needs == [Need.NO_GO, Need.VOID]
 
 
+def test_what_is_void_of_a_set_is_neither_said_nor_exported_any_more(desk: Desk) -> None:
+    desk.plug_in(3)
+    desk.click(desk.page.check)
+    for connection, _ in desk.modules:
+        stand(given(connection.check), filed(desk))
+    desk.settle()
+    (_, worker), (second, _), (third, _) = desk.modules
+    assert given(desk.page.notice_bar.notice).text == "3 NO-GO"
+    worker.breaks += 1  # another module may answer
+    worker.say()
+    third.begin_check(NO_PROFILE, Person(), is_enabling=False)
+    desk.settle()
+    assert given(desk.page.notice_bar.notice).text == "1 NO-GO, 2 not checked"
+    second.module.treat_as_new()
+    desk.settle()
+    shown = [(member.verdict, member.why) for member in desk.page.checks.results.values()]
+    assert shown == [(None, "no reply for a moment"), (None, "port lost"), (None, "changed: checked again")]
+
+
 def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> None:
     desk.plug_in(5, active=True)
     desk.click(desk.page.lock_all)
