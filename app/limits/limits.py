@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from app.safety.consequences import SHORT_FALL_S
 from app.settings.profiles import LIMITS, Profile
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, joined, message
 
 
 class SettingBound(NamedTuple):
@@ -33,13 +33,14 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 
 def softened(profile: Profile) -> Mapping[str, UserMessage]:
     """The advice, by id of the check, where the profile is softer."""
-    advice: dict[str, UserMessage] = {}
+    advice: dict[str, list[UserMessage]] = {}
     for name, limit in LIMITS.items():
         value = profile.limit(name)
         if value > limit.usual if limit.is_maximum else value < limit.usual:
-            advice[limit.check] = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
+            text = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
+            advice.setdefault(limit.check, []).append(text)
     for key, value in profile.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
-            advice[bound.check] = message(f"{bound.advised_low:g}–{bound.advised_high:g}")
-    return advice
+            advice[bound.check] = [message(f"{bound.advised_low:g}–{bound.advised_high:g}")]
+    return {check: joined(texts) for check, texts in advice.items()}

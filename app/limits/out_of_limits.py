@@ -50,11 +50,16 @@ class LimitsInUse:
         self.profile = profile or NO_PROFILE
 
 
+def least_cell_text(profile: Profile) -> str:
+    """With all its decimals: no reading below it looks like it."""
+    least = profile.limit("cell_voltage_min_v")
+    return f"{least:.2f} V" if round(least, 2) == least else f"{least:g} V"
+
+
 def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) -> Outside | None:
     """With external power the charger's voltage is read, which is above the cell's: too low is too low then, too."""
-    least = profile.limit("cell_voltage_min_v")
-    if volts < least:
-        return Outside(OutOfLimit.CELL_LOW, f"{least:.2f} V")
+    if volts < profile.limit("cell_voltage_min_v"):
+        return Outside(OutOfLimit.CELL_LOW, least_cell_text(profile))
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
         return Outside(OutOfLimit.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
     return None

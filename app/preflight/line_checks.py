@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
+from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import joined, message
@@ -133,7 +133,7 @@ def acceleration_one_g(case: Case) -> Finding:
         worst = max((low, high), key=lambda value: abs(value - 1.0))
         return worst, f"{worst:.1f} g", least <= low and high <= most
 
-    return _of_trials(case, "acceleration_g", f"{least:.1f}–{most:.1f} g", judge)
+    return _of_trials(case, "acceleration_g", f"{least:g}–{most:g} g", judge)
 
 
 def acceleration_still(case: Case) -> Finding:
@@ -143,7 +143,7 @@ def acceleration_still(case: Case) -> Finding:
         width = round(high - low, 1)
         return width, f"{width:.1f} g", width <= most
 
-    return _of_trials(case, "acceleration_g", f"≤ {most:.1f} g / 2 s", judge)
+    return _of_trials(case, "acceleration_g", f"≤ {most:g} g / 2 s", judge)
 
 
 def _answers(case: Case, key: str) -> list[Value]:
@@ -153,8 +153,7 @@ def _answers(case: Case, key: str) -> list[Value]:
 
 
 def cell_voltage(case: Case) -> Finding:
-    least = case.profile.limit("cell_voltage_min_v")
-    limit = message(f"≥ {least:.2f} V")
+    limit = message(f"≥ {least_cell_text(case.profile)}")
     volts = [float(value) for value in _answers(case, "cell_voltage_v")]
     if not volts:
         return case.unread("cell_voltage_v", limit)

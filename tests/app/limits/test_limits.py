@@ -100,6 +100,11 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert "Looser than advised: Tilt: level, Cell voltage." in body(record)
 
 
+def test_what_is_advised_of_both_ends_is_said() -> None:
+    soft = Profile(limits={"acceleration_min_g": 0.8, "acceleration_max_g": 1.2})
+    assert softened(soft)["acceleration"].in_english() == "≥ 0.9 g, ≤ 1.1 g"
+
+
 def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
     def set_it(rig: object) -> None:
         rig.bench.module.memory.attitude_threshold = 45  # type: ignore[attr-defined]

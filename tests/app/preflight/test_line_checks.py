@@ -20,7 +20,7 @@ from app.procedures import write_all
 from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading
 from app.safety.journal import Outcome
-from app.settings.profiles import NO_PROFILE
+from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered, OutcomeUnknown, Unanswered
@@ -35,8 +35,8 @@ LEVEL = seen(0, 1.0, False, False)
 PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
 
 
-def finding(check_id: str, **evidence: Any) -> Finding:
-    case = Case(evidence=Evidence(port="sim", **evidence), profile=NO_PROFILE, past=Past())
+def finding(check_id: str, profile: Profile = NO_PROFILE, **evidence: Any) -> Finding:
+    case = Case(evidence=Evidence(port="sim", **evidence), profile=profile, past=Past())
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 
@@ -57,8 +57,7 @@ def trials(*statuses: StatusSample, count: int = TRIALS_NEEDED, lasting_s: float
 )
 def test_no_heartbeat_of_twenty_may_be_lost(sent: int, answered: int, invalid: int, result: CheckResult) -> None:
     assert HEARTBEATS == 20
-    evidence = {"heartbeats_sent": sent, "round_trips_s": [0.01] * answered, "rejected_bytes": invalid}
-    found = finding("link_loss", **evidence)
+    found = finding("link_loss", heartbeats_sent=sent, round_trips_s=[0.01] * answered, rejected_bytes=invalid)
     assert found.result is result
     if sent:
         assert found.measured == sent - answered
@@ -114,6 +113,22 @@ def test_a_module_may_lie_and_move_up_to_the_limit(
 
 
 NOT_CHARGING: list[Value] = [False, False]
+
+
+@pytest.mark.parametrize(
+    ("limits", "check_id", "shown", "limit"),
+    [
+        ({"acceleration_min_g": 0.85}, "acceleration", "0.8 g", "0.85–1.1 g"),
+        ({"acceleration_spread_max_g": 0.15}, "acceleration_spread", "0.2 g", "≤ 0.15 g / 2 s"),
+        ({"cell_voltage_min_v": 3.815}, "cell_voltage", "3.81 V", "≥ 3.815 V"),
+    ],
+)
+def test_no_value_that_fails_looks_like_its_limit(
+    limits: Mapping[str, float], check_id: str, shown: str, limit: str
+) -> None:
+    found = finding(check_id, Profile(limits=limits), trials=trials(seen(0, 0.8, False, False)),
+                    series={"cell_voltage_v": [3.81, 3.81], "charging": NOT_CHARGING})  # fmt: skip
+    assert (found.result, found.shown.in_english(), found.limit.in_english()) == (FAIL, shown, limit)
 
 
 @pytest.mark.parametrize(
