@@ -12,6 +12,7 @@ from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
+from protocol.link_states import Presence
 from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.services.storage import RecordingState
@@ -129,7 +130,8 @@ class StatusBar(QFrame):
             self.age.show_age(None)
             self._show_fault(None)
             return
-        lag_s, invalid_at = link.lag_s, line.last_invalid_at
+        lag_s = link.lag_s if batch.device.presence is Presence.ONLINE else None
+        invalid_at = line.last_invalid_at
         self.age.show_age(line.last_frame_at, late_s=lag_s if lag_s is not None and lag_s > MAX_LAG_S else None)
         has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
         self._show_fault(

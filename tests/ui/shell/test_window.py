@@ -196,6 +196,10 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
         assert connector.current.device.fresh("active", one.clock()) is None
         one.bench.change(lag_ms=0.0)
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
+        one.bench.power_off()
+        one.until(lambda: connector.current.state.phase is Phase.OFFLINE)
+        one.wait(5.0)
+        assert "ago" in main.status_bar.age.text()  # what does not come is not late
 
 
 FREE = QRect(0, 24, 960, 490)
