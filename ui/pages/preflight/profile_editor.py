@@ -137,7 +137,8 @@ class ProfileEditor(QWidget):
         self.ask_save: AskPath = ask_path
         self._texts, self._preferences = services.texts, services.preferences
         self._path: Path | None = None
-        self._original = Profile(name="")
+        self._original = self._unedited = Profile(name="")
+        """As it is in its file, and as the fields show it: without spaces around its texts."""
         texts = services.texts
         self.title = named(QLabel(), "profile_editor_title", "title")
         self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name")
@@ -192,6 +193,7 @@ class ProfileEditor(QWidget):
         self.manual.clear()
         for line in original.manual:
             self._add_manual(line)
+        self._unedited = self.profile
         self.strip.show_notice(None)
         self.refresh()
         self.name.setFocus()
@@ -212,7 +214,7 @@ class ProfileEditor(QWidget):
 
     @property
     def is_edited(self) -> bool:
-        return self.profile != self._original
+        return self.profile != self._unedited
 
     def faults(self) -> tuple[str, ...]:
         """Why a file with this content would be refused."""

@@ -243,9 +243,12 @@ required = true
 def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / "hexa.toml"
     path.write_text(PROFILE, encoding="utf-8")
-    before = read_profile(path)
+    before, spaced = read_profile(path), tmp_path / "spaced.toml"
+    spaced.write_text(PROFILE.replace('text = "', 'text = " '), encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "editor", "preflight", is_connected=False) as bench:
         page = bench.preflight
+        page.editor.edit(read_profile(spaced), spaced)
+        assert not page.editor.is_edited
         page.form.use_profile(path)
         page.edit_profile()
         editor = page.editor
