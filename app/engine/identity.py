@@ -165,7 +165,11 @@ class IdentityCheck:
         return -inf if self._answered_at is None else self._answered_at
 
     def confirm(
-        self, seen: Identity | None = None, *, is_named: bool | None = None, before: IdentityEvidence = UNKNOWN
+        self,
+        seen: Identity | None = None,
+        *,
+        is_named: bool | None = None,
+        before: IdentityEvidence = UNKNOWN,
     ) -> None:
         """A person said that it is the expected module or, by `is_named`, that it has a name or none; nothing is done
         if it differs from what the person had `seen`. A module that was settled then may only have been named since.

@@ -105,7 +105,11 @@ class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
     def __init__(
-        self, callback: Callable[[Batch], None], *, clock: Clock = time.monotonic, with_sleep: Clock | None = SLEEPLESS
+        self,
+        callback: Callable[[Batch], None],
+        *,
+        clock: Clock = time.monotonic,
+        with_sleep: Clock | None = SLEEPLESS,
     ) -> None:
         self._callback = callback
         self._clock = clock

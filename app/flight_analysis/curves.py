@@ -141,5 +141,8 @@ def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:
     row = int(np.searchsorted(log.time_s, at_s, "left"))
     tilt, force = log.tilt_deg[row : row + 1], log.specific_force_g[row : row + 1]
     return LogFiring(
-        at_s, sources, float(to_steps(tilt, DEGREE.per_unit)[0]), float(to_steps(force, TENTH_G.per_unit)[0])
+        at_s,
+        sources,
+        float(to_steps(tilt, DEGREE.per_unit)[0]),
+        float(to_steps(force, TENTH_G.per_unit)[0]),
     )

@@ -69,7 +69,10 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
             passed_if(margin >= MIN_MARGIN_V - ROUNDING_V),
             margin,
         )
-        for name, band, margin in ((marked("Bay closed"), closed, margins[0]), (marked("Bay open"), opened, margins[1]))
+        for name, band, margin in (
+            (marked("Bay closed"), closed, margins[0]),
+            (marked("Bay open"), opened, margins[1]),
+        )
     )
     advice = None if rises else message(LightDirection.FALLS.value)
     if any(margin < MIN_MARGIN_V - ROUNDING_V for margin in margins):

@@ -76,7 +76,11 @@ def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage
     return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
 
-MANUAL_WORDS: Mapping[bool | None, str] = {True: marked("done"), False: marked("Not OK"), None: marked("skipped")}
+MANUAL_WORDS: Mapping[bool | None, str] = {
+    True: marked("done"),
+    False: marked("Not OK"),
+    None: marked("skipped"),
+}
 
 
 class Judged(NamedTuple):

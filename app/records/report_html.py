@@ -32,7 +32,11 @@ _MARKS = {
     CheckResult.UNKNOWN: ("?", RED),
 }
 VERDICT_STYLES = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
-_TEST_MARKS = {GuidedVerdict.PASSED: ("√", GREEN), GuidedVerdict.FAILED: ("×", RED), GuidedVerdict.UNCLEAR: ("?", RED)}
+_TEST_MARKS = {
+    GuidedVerdict.PASSED: ("√", GREEN),
+    GuidedVerdict.FAILED: ("×", RED),
+    GuidedVerdict.UNCLEAR: ("?", RED),
+}
 _VOID_WHY: Mapping[str, str] = {disturbance.name.lower(): disturbance.value for disturbance in Disturbance}
 
 

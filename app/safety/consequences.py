@@ -132,7 +132,9 @@ _EXPLAINED: Mapping[Command, Callable[[Value], Consequence]] = {
     BY_NAME["freefall_time"]: _time,
     BY_NAME["light_threshold"]: _light,
     BY_NAME["attitude_trigger"]: _flag(
-        marked("Fires by itself when it tips over."), marked("No protection when it tips over."), Weight.AGAINST_ADVICE
+        marked("Fires by itself when it tips over."),
+        marked("No protection when it tips over."),
+        Weight.AGAINST_ADVICE,
     ),
     BY_NAME["freefall_trigger"]: _flag(
         marked("Fires by itself in free fall."), marked("No protection in free fall."), Weight.AGAINST_ADVICE

@@ -11,7 +11,7 @@ from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
 
 _TRADE_OFFS: Final[Mapping[Command, str]] = {
-    BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost")
+    BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost"),
 }
 """Where the vendor gives no limit but describes a trade-off."""
 

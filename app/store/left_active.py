@@ -12,7 +12,10 @@ from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 
-_LEAVES_ACTIVE = {Act.ACTIVATE: (Outcome.CONFIRMED, Outcome.UNKNOWN), Act.LOCK: (Outcome.REFUSED, Outcome.UNKNOWN)}
+_LEAVES_ACTIVE = {
+    Act.ACTIVATE: (Outcome.CONFIRMED, Outcome.UNKNOWN),
+    Act.LOCK: (Outcome.REFUSED, Outcome.UNKNOWN),
+}
 
 
 class LeftActive(NamedTuple):

@@ -56,7 +56,12 @@ FOR_WAYLAND: Final = (
     Requirement("libwayland-egl.so.1", "libwayland-egl1", "libwayland-egl", "wayland", "libwayland-egl1"),
 )
 # fmt: on
-INSTALL: Final = {"apt": "apt-get install", "dnf": "dnf install", "pacman": "pacman -S", "zypper": "zypper install"}
+INSTALL: Final = {
+    "apt": "apt-get install",
+    "dnf": "dnf install",
+    "pacman": "pacman -S",
+    "zypper": "zypper install",
+}
 
 
 def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Requirement, ...]:

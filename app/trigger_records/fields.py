@@ -30,4 +30,8 @@ def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
 
 def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
     """`FIELDS` of a record: its values, the names of implausible ones, and its bytes."""
-    return {**record_values(record), "implausible": list(record.implausible), "raw": record.raw.hex(" ").upper()}
+    return {
+        **record_values(record),
+        "implausible": list(record.implausible),
+        "raw": record.raw.hex(" ").upper(),
+    }

@@ -21,7 +21,7 @@ DOCUMENTS: Final = tuple(
 )
 HAN: Final = "\u3400-\u9fff"
 OTHER_SENSE: Final = {
-    "Light mode"  # colour themes of the window
+    "Light mode",  # colour themes of the window
 }
 """Texts in which a word of the glossary is not used as a term."""
 UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")

@@ -203,7 +203,13 @@ ROWS: tuple[Row, ...] = (
         lambda everything, cell: [] if everything is None else _no_everything_lie(everything, cell),
     ),
     Row("history.read_history", read_history, _no_history_lie),
-    Row("lock.lock", lock, _no_locked_lie, options=ACTIVE, may_repeat=frozenset({LOCK})),
+    Row(
+        "lock.lock",
+        lock,
+        _no_locked_lie,
+        options=ACTIVE,
+        may_repeat=frozenset({LOCK}),
+    ),
     Row(
         "stream.watch",
         lambda: watch(StreamSwitch()),

@@ -62,7 +62,8 @@ def twice() -> Procedure[object]:
 
 
 @pytest.mark.parametrize(
-    ("procedure", "said"), [(broken, "ended with KeyError"), (slow, "took"), (twice, "sent 2 times")]
+    ("procedure", "said"),
+    [(broken, "ended with KeyError"), (slow, "took"), (twice, "sent 2 times")],
 )
 def test_a_faulty_procedure_is_noticed(procedure: Callable[[], Procedure[object]], said: str) -> None:
     row = Row("test", procedure, lambda _result, _cell: [])

@@ -28,7 +28,13 @@ def test_the_time_of_a_release_is_given_or_the_commits(setup: SetupFiles, monkey
 # macOS and the forge, which are never run here, and Windows, which only Wine runs.
 
 
-@pytest.mark.parametrize("path", ["packaging/macos/disk_image.py", ".github/workflows/packages.yml"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "packaging/macos/disk_image.py",
+        ".github/workflows/packages.yml",
+    ],
+)
 def test_what_was_never_run_says_so_first(path: str) -> None:
     first = (ROOT / path).read_text(encoding="utf-8").splitlines()[0]
     assert "Not run here: written for" in first

@@ -79,7 +79,8 @@ def test_an_answer_to_a_repeated_question_is_no_round_trip(bench: Bench) -> None
 
 
 @pytest.mark.parametrize(
-    "request_", [named("freefall_time").set(1.6), named("serial_output").set(True), named("activation").set(False)]
+    "request_",
+    [named("freefall_time").set(1.6), named("serial_output").set(True), named("activation").set(False)],
 )
 def test_a_set_goes_out_once_and_unanswered_its_outcome_is_unknown(bench: Bench, request_: Request) -> None:
     bench.ask(request_)

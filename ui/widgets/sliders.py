@@ -51,7 +51,14 @@ class Dial(QWidget):
     turned = Signal(float)
 
     def __init__(
-        self, name: str, *, minimum: float, maximum: float, step: float, unit: str, decimals: int | None = None
+        self,
+        name: str,
+        *,
+        minimum: float,
+        maximum: float,
+        step: float,
+        unit: str,
+        decimals: int | None = None,
     ) -> None:
         super().__init__()
         self.setObjectName(name)

@@ -100,7 +100,11 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
     begun: list[Command] = []
     report: WriteReport | None = None
     results: dict[Command, Written] = {}
-    with records_of(args.port) as records, connected(args.port, args.baud) as conversation, LinkTrouble() as link:
+    with (
+        records_of(args.port) as records,
+        connected(args.port, args.baud) as conversation,
+        LinkTrouble() as link,
+    ):
         old_rate = conversation.connection.baud_rate
         sent = sorted(wishes, key=lambda wish: wish.command is BAUD_RATE)
         if args.profile is not None and sent[-1] == SettingChange(BAUD_RATE, old_rate):

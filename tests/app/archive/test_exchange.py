@@ -265,7 +265,10 @@ def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
     kept = KeptRecords(other.store.database, other.archive.others)
     assert verify(records[2], kept).chain is Chain.NOT_AT_HAND
     theirs = encoded(one.station.public)
-    assert [(one.count, one.missing) for one in chains_in(other.archive) if one.station == theirs] == [(3, 1), (2, 1)]
+    assert [(one.count, one.missing) for one in chains_in(other.archive) if one.station == theirs] == [
+        (3, 1),
+        (2, 1),
+    ]
     _import(other, stick)
     assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
     chains = chains_in(other.archive)

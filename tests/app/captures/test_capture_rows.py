@@ -263,7 +263,13 @@ FREEFALL_TIME = BY_NAME["freefall_time"]
     [
         (FREEFALL_TIME.set(1.6), 0x22, 0xA0, {"value_s": 1.6}, "acknowledged: free-fall time 1.60 s"),
         (FREEFALL_TIME.set(1.6), 0x22, 1, {"acknowledged": True}, "acknowledged: free-fall time"),
-        (FREEFALL_TIME.set(1.6), 0x22, 0x50, {"acknowledged": False}, "not acknowledged: free-fall time (50)"),
+        (
+            FREEFALL_TIME.set(1.6),
+            0x22,
+            0x50,
+            {"acknowledged": False},
+            "not acknowledged: free-fall time (50)",
+        ),
         (FREEFALL_TIME.set(0.01), 0x22, 1, {"value_s": 0.01}, "acknowledged: free-fall time 0.01 s"),
         (BY_NAME["status"].query(), 0x22, 1, {"value_s": None}, "reply: free-fall time ?"),
         (BY_NAME["baud_rate"], 0x24, 1, {"acknowledged": True}, "acknowledged: baud rate"),

@@ -148,7 +148,10 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
 
 @pytest.mark.parametrize(
     ("at", "plugs"),
-    [("UNPLUG, NEXT", [new(2)]), ("PLUG IN: M-002 A module answers: leave it plugged in.", [new(2), new(3)])],
+    [
+        ("UNPLUG, NEXT", [new(2)]),
+        ("PLUG IN: M-002 A module answers: leave it plugged in.", [new(2), new(3)]),
+    ],
 )
 def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
     batch: Batch, at: str, plugs: list[Plug]

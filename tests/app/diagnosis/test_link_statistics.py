@@ -153,7 +153,10 @@ def test_what_was_recorded_is_counted_in_its_second() -> None:
             second.counters.rejected,
         )
         for second in figures.seconds
-    ] == [(0.0, 1, 1, 8, 0), (3.0, 0, 0, 3, 3)]
+    ] == [
+        (0.0, 1, 1, 8, 0),
+        (3.0, 0, 0, 3, 3),
+    ]
     assert (figures.totals.sent, figures.totals.rejected, figures.quantile_s(0.5)) == (1, 3, None)
 
 

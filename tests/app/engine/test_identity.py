@@ -35,7 +35,13 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
 
 FOUND = IdentityEvidence(
-    37, {"light_threshold_v": 1.8, "attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
+    37,
+    {
+        "light_threshold_v": 1.8,
+        "attitude_threshold_deg": 60,
+        "freefall_acceleration_g": 0.5,
+        "freefall_time_s": 1.6,
+    },
 )
 """Of the simulated module as delivered."""
 OPTIONS = {"uptime": 60, "noise": 0, "boots": 37}

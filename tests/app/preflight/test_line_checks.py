@@ -75,7 +75,12 @@ def test_the_slowest_answer_may_take_a_tenth_of_a_second(slowest_s: float, resul
 
 
 @pytest.mark.parametrize(
-    ("count", "lasting_s", "result"), [(15, 1.5, PASS), (14, STILL_S, UNKNOWN), (15, 1.4375, UNKNOWN)]
+    ("count", "lasting_s", "result"),
+    [
+        (15, 1.5, PASS),
+        (14, STILL_S, UNKNOWN),
+        (15, 1.4375, UNKNOWN),
+    ],
 )
 @pytest.mark.parametrize("check_id", ["tilt", "tilt_spread", "acceleration", "acceleration_spread"])
 def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: float, result: CheckResult) -> None:
@@ -165,7 +170,8 @@ def test_external_power_in_one_answer_is_enough(states: list[Value], result: Che
 
 
 @pytest.mark.parametrize(
-    ("lights", "result"), [([1.9, 1.0], PASS), ([1.0, 2.0], FAIL), ([2.1, 1.0], FAIL), ([1.0], UNKNOWN)]
+    ("lights", "result"),
+    [([1.9, 1.0], PASS), ([1.0, 2.0], FAIL), ([2.1, 1.0], FAIL), ([1.0], UNKNOWN)],
 )
 def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result: CheckResult) -> None:
     found = finding("light", series={"light_v": lights}, values={"light_threshold_v": 2.0})

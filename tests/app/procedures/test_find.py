@@ -47,7 +47,9 @@ def test_a_slow_module_that_does_not_know_a_question_is_not_called_dead() -> Non
 
 def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
     counters = Counters(
-        frames=frames, by_role=Counter({Role.ECHO: echoes}), rejected_bytes=Counter({Reason.NO_HEADER: rejected})
+        frames=frames,
+        by_role=Counter({Role.ECHO: echoes}),
+        rejected_bytes=Counter({Reason.NO_HEADER: rejected}),
     )
     return engine_view(counters=counters)
 

@@ -17,7 +17,12 @@ from tests.support.line.sim_line import Rig
 from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
-READABLE = {"light_threshold": 2.1, "attitude_threshold": 70, "freefall_acceleration": 0.4, "freefall_time": 1.2}
+READABLE = {
+    "light_threshold": 2.1,
+    "attitude_threshold": 70,
+    "freefall_acceleration": 0.4,
+    "freefall_time": 1.2,
+}
 FLAGS = ("attitude_trigger", "freefall_trigger", "serial_output")
 
 

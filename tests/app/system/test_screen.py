@@ -101,12 +101,19 @@ def test_a_library_is_found_or_missing() -> None:
         ({"DISPLAY": ":0", "QT_QPA_PLATFORM": "offscreen"}, True, None),
         ({"WAYLAND_DISPLAY": "wayland-0"}, True, "FOR_WAYLAND"),
         ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0"}, True, "FOR_X"),
-        ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "XDG_SESSION_TYPE": "wayland"}, True, "FOR_WAYLAND"),
+        (
+            {"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "XDG_SESSION_TYPE": "wayland"},
+            True,
+            "FOR_WAYLAND",
+        ),
         ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "QT_QPA_PLATFORM": "xcb"}, True, "FOR_X"),
     ],
 )
 def test_the_libraries_for_the_screen_that_there_is(
-    monkeypatch: pytest.MonkeyPatch, environ: dict[str, str], is_screen_wanted: bool, extra: str | None
+    monkeypatch: pytest.MonkeyPatch,
+    environ: dict[str, str],
+    is_screen_wanted: bool,
+    extra: str | None,
 ) -> None:
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE"):
         monkeypatch.delenv(variable, raising=False)

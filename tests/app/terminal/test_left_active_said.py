@@ -91,7 +91,10 @@ def test_it_is_that_of_the_module_in_question(
 def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
     monkeypatch: pytest.MonkeyPatch, dps_s: Program
 ) -> None:
-    with serving(SimulatedBench(), pty()) as port, serving(SimulatedBench(), pty()) as other_port:
+    with (
+        serving(SimulatedBench(), pty()) as port,
+        serving(SimulatedBench(), pty()) as other_port,
+    ):
 
         def plug(*devices: str) -> None:
             ports = [PortInfo(device, serial_number=f"A{at}", vid=1, pid=2) for at, device in enumerate(devices)]

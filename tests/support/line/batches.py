@@ -29,7 +29,12 @@ class Batches:
         with self._came:
             self._first = len(self.all)
 
-    def until(self, is_enough: Callable[[Batch], bool], *, limit_s: float = PATIENCE_S) -> Batch:
+    def until(
+        self,
+        is_enough: Callable[[Batch], bool],
+        *,
+        limit_s: float = PATIENCE_S,
+    ) -> Batch:
         """Return the first batch since `mark` that is enough."""
         end_s = time.monotonic() + limit_s
         seen = self._first

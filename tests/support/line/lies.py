@@ -330,7 +330,10 @@ class LyingModule(SimulatedModule):
         elif self.lies.activates if is_active else self.lies.locks:
             now_s = self.heard_s
             if is_active is not self.state.is_active:
-                self._reported = (self.reports_active(now_s), now_s + self.lies.active_late_ms / 1000)
+                self._reported = (
+                    self.reports_active(now_s),
+                    now_s + self.lies.active_late_ms / 1000,
+                )
             super().activate(is_active=is_active)
 
     def reports_active(self, now_s: float) -> bool:

@@ -265,7 +265,12 @@ def engine_view(
     now: float = 0.0, device: DeviceView | None = None, counters: Counters | None = None, **more: Any
 ) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
-    known: dict[str, Any] = {"proven_rate": None, "is_rate_searched": False, "overtaken_at": None, "is_settled": True}
+    known: dict[str, Any] = {
+        "proven_rate": None,
+        "is_rate_searched": False,
+        "overtaken_at": None,
+        "is_settled": True,
+    }
     link = LinkView(counters or Counters(), None, None)
     return EngineView(now, 0.0, 115200, device or DeviceView(), link, **(known | more))
 

@@ -168,7 +168,8 @@ FAULTS: Mapping[str, Fault] = {
     "restarted": Fault(_names("undisturbed"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
     # Nothing of the module.
     "not as in the profile": Fault(
-        _names("attitude_threshold"), profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}}
+        _names("attitude_threshold"),
+        profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
     ),
     "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
     "other records": Fault(_names("boot_count"), past={"do_records_follow": False}),

@@ -130,7 +130,7 @@ def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Benc
     _connection, module = bench.ports.plug_in(USB, active=is_active)
     keys = ["left_active_here", "left_active_locked"]
     qtbot.waitUntil(
-        lambda: (said := bench.watch.notice()) is not None and [choice.key for choice in said.choices] == keys
+        lambda: (said := bench.watch.notice()) is not None and [choice.key for choice in said.choices] == keys,
     )
     said = given(bench.watch.notice())
     assert said.choices[0].text == ("It is M-07" if name else "Same module")

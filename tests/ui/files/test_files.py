@@ -99,7 +99,8 @@ def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suff
 
 
 @pytest.mark.parametrize(
-    ("words", "name"), [(["a.toml"], "a.toml"), (["gui", "b.dpscap"], "b.dpscap"), (["a.toml", "--demo"], "a.toml")]
+    ("words", "name"),
+    [(["a.toml"], "a.toml"), (["gui", "b.dpscap"], "b.dpscap"), (["a.toml", "--demo"], "a.toml")],
 )
 def test_dps_s_file_opens_the_window_on_it(
     words: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -66,7 +66,7 @@ class Bench:
             lambda: (
                 connector.current.device.fresh("active", connector.clock()) is True
                 and self.assembly.connector.current.lock.is_possible
-            )
+            ),
         )
 
     def await_locked(self) -> None:
@@ -83,7 +83,11 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
 
 @contextmanager
 def on_bench(
-    qtbot: QtBot, qapp: QApplication, folder: Path, language: str = "en", entries: tuple[PageEntry, ...] = ()
+    qtbot: QtBot,
+    qapp: QApplication,
+    folder: Path,
+    language: str = "en",
+    entries: tuple[PageEntry, ...] = (),
 ) -> Iterator[Bench]:
     with (
         simulated(f"above_{folder.name}") as module,

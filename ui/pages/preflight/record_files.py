@@ -77,7 +77,11 @@ class RecordFiles(QObject):
             with kept_records(store if isinstance(store, Store) else None, folder) as kept:
                 return verify_file(path, kept, Stations(folder).find)
 
-        self._verifying.run(work, partial(self._notify_verified, path), partial(self._notify_unread, path))
+        self._verifying.run(
+            work,
+            partial(self._notify_verified, path),
+            partial(self._notify_unread, path),
+        )
 
     def _notify_unread(self, path: Path, error: Exception) -> None:
         is_expected = isinstance(error, OSError | ValueError)  # ValueError: a NUL in the name

@@ -105,7 +105,10 @@ class BaudPanel(QFrame):
             self._job.set_notice(not_begun)
         elif job.run.error is not None:
             self._doubtful_since = self._connector.clock()
-            self._job.notify(Meaning.DANGER, lambda: tr("Interrupted: maybe at {rate} baud now.", rate=rate))
+            self._job.notify(
+                Meaning.DANGER,
+                lambda: tr("Interrupted: maybe at {rate} baud now.", rate=rate),
+            )
         else:
             self._job.set_notice(partial(self._ended, job.outcome(), self._connector.current.conversation))
 
@@ -114,11 +117,15 @@ class BaudPanel(QFrame):
         port = self._connector.current
         if changed.end in _AS_IT_STANDS and not (port.is_open and port.conversation == said_in):
             return None
-        meanings = {BaudEnd.CHANGED: Meaning.GOOD, BaudEnd.LOST: Meaning.DANGER, BaudEnd.ELSEWHERE: Meaning.DANGER}
+        meaning = {
+            BaudEnd.CHANGED: Meaning.GOOD,
+            BaudEnd.LOST: Meaning.DANGER,
+            BaudEnd.ELSEWHERE: Meaning.DANGER,
+        }.get(changed.end, Meaning.ATTENTION)
         find: tuple[Choice, ...] = ()
         if changed.end is BaudEnd.LOST:
             find = (Choice("find_lost", tr("Find the baud rate"), self._connector.find_rate, is_main=True),)
-        return Notice(meanings.get(changed.end, Meaning.ATTENTION), changed.sentence, find, self._job.dismiss)
+        return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
     def _end_doubt(self) -> None:
         """Once the same module answers, its rate is known."""
@@ -181,7 +188,10 @@ class CalibrationPanel(QWidget):
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
         texts.bind(self._title.setText, "Measure the light threshold")
-        texts.bind(self._intro.setText, "Measure in the light of the flight day, with no hand over the sensor.")
+        texts.bind(
+            self._intro.setText,
+            "Measure in the light of the flight day, with no hand over the sensor.",
+        )
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
         self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",

@@ -141,7 +141,12 @@ class TriggerPicture(PaintedWidget):
         painter.end()
 
 
-_FACTS: Final = {"link": Column.LINK, "charger": Column.CHARGE, "light": Column.LIGHT, "cell": Column.CELL}
+_FACTS: Final = {
+    "link": Column.LINK,
+    "charger": Column.CHARGE,
+    "light": Column.LIGHT,
+    "cell": Column.CELL,
+}
 """Those of the table's columns that may be hidden there."""
 JUDGEMENTS: Final = (None, *Judgement)
 WIDTH_PX: Final = 304

@@ -91,7 +91,8 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         one.bench.power_off()
         one.until(page.why.silence.isVisible)
         said = re.fullmatch(
-            r"Last value at (.+)\. Unanswered since: (\d+) of (\d+)\. The port is open\.", page.why.silence.text()
+            r"Last value at (.+)\. Unanswered since: (\d+) of (\d+)\. The port is open\.",
+            page.why.silence.text(),
         )
         assert said is not None
         assert 0 < int(said[2]) <= int(said[3])

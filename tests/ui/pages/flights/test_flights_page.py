@@ -330,7 +330,9 @@ def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
     page.page_wanted.connect(wanted.append)
     page.work.choose(TriggerLimits(62, 0.4, 1.25))
     page.proposal.use.click()
-    assert used == [{"attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25}]
+    assert used == [
+        {"attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25},
+    ]
     assert wanted == ["settings"]
 
 

@@ -32,7 +32,7 @@ def doubted(view: DeviceView) -> DeviceView:
     return view._replace(
         values=MappingProxyType(
             {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
-        )
+        ),
     )
 
 

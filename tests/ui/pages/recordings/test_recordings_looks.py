@@ -56,7 +56,13 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Ite
     ],
 )
 def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
-    language: str, theme: Choice, size: QSize, qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+    language: str,
+    theme: Choice,
+    size: QSize,
+    qtbot: QtBot,
+    qapp: QApplication,
+    tmp_path: Path,
+    template: Path,
 ) -> None:
     options = WindowOptions(language=language)
     with (

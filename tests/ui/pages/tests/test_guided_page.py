@@ -356,7 +356,8 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
 
 
 @pytest.mark.parametrize(
-    ("name", "said", "later"), [("", WITHOUT_A_NAME, WITHOUT_A_NAME), ("M-07", "", "The result is that of M-07.")]
+    ("name", "said", "later"),
+    [("", WITHOUT_A_NAME, WITHOUT_A_NAME), ("M-07", "", "The result is that of M-07.")],
 )
 def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     bench: GestureBench, name: str, said: str, later: str
