@@ -12,6 +12,7 @@ from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
 from tests.support.window.contrast import style_all
+from tests.support.window.fakes_ui import speak_chinese
 from tests.support.window.painted_text import watching
 from tests.support.window.steps import given
 from ui.core.texts import LanguageSwitch, Texts
@@ -185,6 +186,8 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     gauge.show_tilt(None)
     assert gauge.freshness is Freshness.UNKNOWN
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
+    speak_chinese()
+    assert "Tilt" not in gauge.accessibleName() + gauge.toolTip()
 
 
 def test_the_gauge_draws_no_unknown_threshold(qtbot: QtBot) -> None:
