@@ -116,12 +116,14 @@ def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig
     for is_third, wing in ((False, "Wing 4"), (True, "Wing 6")):
         rig.show_a()
         rig.connector.current.module.choose(name)
-        page, flights = rig.pages["preflight"], rig.pages["flights"]
+        page, flights, compare = rig.pages["preflight"], rig.pages["flights"], rig.pages["settings"].compare
         page.form.profile = Profile(name="Show", manual=(ManualLine("Pin out"),))
         page.form.changed.emit()
         rig.worker.identity = Identity(Trust.UNPROVEN, is_named=bool(name))
         rig.answer(A)
         page.list._tick(1, True)
+        compare._is_touched.add("light_threshold_v")
+        rig.pages["tests"].work.state_safe(True)
         page.form.aircraft.setEditText(wing)
         page.form.commit_edits()
         rig.assembly.window._services.exchange.tried.emit({"attitude_threshold_deg": 47}, None, bool)
@@ -130,9 +132,10 @@ def test_what_was_said_in_doubt_is_not_of_a_module_that_came_after_that(rig: Rig
         rig.worker.identity = Identity(Trust.PROVEN, is_named=bool(name))
         rig.answer(A)
         assert rig.connector.current.module.name == name
-        kept = page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == wing
+        kept = [page.list._ticks != {}, flights._tried_with is not None, page.form.committed[1] == wing]
+        kept += [compare._is_touched != set(), rig.pages["tests"].work.is_stated_safe]
         page.form.use_none()
-        assert kept == (not is_third,) * 3
+        assert kept == [not is_third] * 5
 
 
 def test_the_aircraft_that_was_entered_for_a_module_comes_back_with_it(rig: Rig) -> None:

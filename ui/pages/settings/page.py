@@ -247,7 +247,6 @@ class SettingsPage(Page):
         self.compare.shown.connect(self._show_compare)
         self.compare.applied.connect(self._apply_profile)
         self.compare.closed.connect(self.show_form)
-        self._connector.invalidated.connect(self.compare.forget_ticks)
         self.calibration.closed.connect(self.show_form)
         self.calibration.proposed.connect(self._use_threshold)
         exchange = self._services.exchange
@@ -255,6 +254,7 @@ class SettingsPage(Page):
         exchange.used.connect(self._use_drafts)
         for is_over in (self._connector.invalidated, self._connector.broke_in_doubt):
             is_over.connect(exchange.forgotten)
+            is_over.connect(self.compare.forget_ticks)
         exchange.measured.connect(self._measure)
 
     def _lay_out(self) -> QWidget:

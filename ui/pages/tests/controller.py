@@ -82,6 +82,7 @@ class GuidedController(QObject):
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
         self._connector.invalidated.connect(self._reset)
+        self._connector.broke_in_doubt.connect(partial(self.state_safe, False))
         self._connector.leaving.connect(self.cancel)
         services.connector.lock_changed.connect(self._on_lock)
         services.connector.renamed.connect(self.load_last)
