@@ -120,6 +120,16 @@ class PreflightForm(QWidget):
             self.show_profile()
             self.changed.emit()
 
+    def read_again(self) -> bool:
+        """What another page or program wrote into the file since; False where it is no profile any more, which is
+        said."""
+        profile = None if self.path is None else self._result.read_profile(self.path)
+        if profile is not None and profile != self.profile:
+            self.profile = profile
+            self.show_profile()
+            self.changed.emit()
+        return self.path is None or profile is not None
+
     def use_none(self) -> None:
         self.profile = self.path = None
         self.show_profile()

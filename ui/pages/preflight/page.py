@@ -172,6 +172,7 @@ class PreflightPage(Page):
         self.list.clear_old_ticks()
         if self.work.can_check:
             self.result.dismiss()
+            self.form.read_again()
             who, aircraft = self.form.committed
             person = replace(stated or Person(), who=who, aircraft=aircraft)
             self.work.check(self.list.answered(), person, is_enabling=is_enabling)
@@ -212,8 +213,9 @@ class PreflightPage(Page):
 
     def _approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
-        profile, path, assessment = self.form.profile, self.form.path, self.work.assessment
-        if profile is None or path is None or assessment is None:
+        assessment, is_read = self.work.assessment, self.form.read_again()
+        profile, path = self.form.profile, self.form.path
+        if not is_read or profile is None or path is None or assessment is None:
             return
         code = assessment.case.settings_code
         fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=code), source=path)
@@ -240,8 +242,9 @@ class PreflightPage(Page):
         self._stack.setCurrentWidget(self.history)
 
     def edit_profile(self) -> None:
-        self.editor.edit(self.form.profile, self.form.path)
-        self._stack.setCurrentWidget(self.editor)
+        if self.form.read_again():
+            self.editor.edit(self.form.profile, self.form.path)
+            self._stack.setCurrentWidget(self.editor)
 
     def _use_profile(self, path: Path) -> None:
         self.show_check()

@@ -35,7 +35,7 @@ from tests.support.window.preflight_window import (
     on_bench,
     said,
 )
-from tests.support.window.steps import await_child, choosing, find, let_lay_out
+from tests.support.window.steps import await_child, choosing, find, let_lay_out, notice_text
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
@@ -249,6 +249,14 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick
     row = page.list.rows["fingerprint"]
     code = row.measured.text()
     page.list.ensureWidgetVisible(row.act)
+    text = profile.read_text(encoding="utf-8")
+    profile.write_text("[", encoding="utf-8")  # somebody edits it
+    rig.click(row.act)
+    page.edit_profile()
+    assert not page.editor.isVisible()
+    assert "hexa.toml is not a profile" in notice_text(page.strip)
+    assert profile.read_text(encoding="utf-8") == "["
+    profile.write_text(text, encoding="utf-8")
     rig.click(row.act)
     rig.wait_standing(Standing.CHECKING)
     rig.wait_standing(Standing.READY, Standing.NO_GO)
@@ -257,6 +265,12 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick
     assert page.work.standing is Standing.READY
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
+    profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # as the page Flights does, too
+    assert rig.check() is Standing.NO_GO
+    assert page.list.rows["tilt"].limit.text() == "≤ 4°"
+    profile.write_text(f"{text}[limits]\ntilt_max_deg = 3\n", encoding="utf-8")
+    rig.click(row.act)
+    assert "tilt_max_deg = 3" in profile.read_text(encoding="utf-8")
 
 
 def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
