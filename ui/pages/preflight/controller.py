@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QObject, Signal
 
-from app.diagnosis.link_state import Phase
+from app.diagnosis.link_state import Phase, link_text
 from app.preflight.findings import Person
 from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
@@ -50,9 +50,17 @@ class PreflightController(QObject):
     @property
     def can_enable(self) -> bool:
         """Nothing is written to an active module, nor before a person has said which module it is."""
-        port = self._connector.current
-        is_locked = port.device.presence is Presence.ONLINE and not self.may_fire
-        return self.can_check and port.identity.is_settled and (is_locked or self.needs_lock)
+        is_locked = self.is_answering and not self.may_fire
+        return self.can_check and self._connector.current.identity.is_settled and (is_locked or self.needs_lock)
+
+    @property
+    def is_answering(self) -> bool:
+        return self._connector.current.device.presence is Presence.ONLINE
+
+    @property
+    def link_sentence(self) -> str:
+        """In the language in use."""
+        return link_text(self._connector.current.state, self._connector.clock()).what
 
     @property
     def needs_lock(self) -> bool:

@@ -71,7 +71,9 @@ def announcement(work: PreflightController) -> Announcement:
 
 def _not_checked(work: PreflightController) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
-    head = tr("Start the check.") if work.can_check else tr("Connect or choose a module.")
+    head = tr("Connect or choose a module.")
+    if work.can_check:
+        head = tr("Start the check.") if work.is_answering else work.link_sentence
     lines = [tr("Set the aircraft level and do not touch it.")]
     if work.can_check and work.reported_active:
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]

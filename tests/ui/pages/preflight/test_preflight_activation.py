@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify
@@ -183,6 +184,15 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
     assert not rig.preflight.list.rows["attitude_trigger"].act.isEnabled()
     confirm_name(rig)
     rig.until(buttons.enable.isEnabled)
+
+
+def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBench) -> None:
+    page = rig.preflight
+    rig.until(lambda: page.banner.announcement.head == "Enable triggers and check")
+    rig.bench.power_off()
+    rig.until(lambda: rig.assembly.connector.current.state.phase is Phase.OFFLINE)
+    page.tick()
+    assert page.banner.announcement.head == "The module does not answer."
 
 
 @pytest.mark.parametrize("is_said_new", [False, True])
