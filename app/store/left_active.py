@@ -58,6 +58,7 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
         if entry.detail.get("goes_on_as"):
             left.pop(seen.keys[0], None)
         elif entry.outcome in _LEAVES_ACTIVE.get(entry.act, ()):
+            left.pop(seen.keys[-1], None)  # it has got its name since
             left[seen.keys[0]] = seen
         elif entry.act is not Act.ACTIVATE and entry.outcome is Outcome.CONFIRMED and not known_as.is_in_doubt:
             for key in seen.keys:
@@ -67,8 +68,8 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
 
 def note_report(store: Store, here: LeftActive, origin: str, *, is_active: bool) -> None:
     """Logs what a known module reports where it differs from what the log says; to be run in the store's thread."""
-    left = {active.keys[0] for active in left_active(store)}
-    if any(key in left for key in here.keys) is not is_active:
+    left, keys = {active.keys[0] for active in left_active(store)}, here.keys[:1] if is_active else here.keys
+    if any(key in left for key in keys) is not is_active:
         _log(store, here, origin, "module", is_active)
 
 

@@ -119,6 +119,19 @@ def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Ben
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
+def test_one_that_gets_its_name_while_it_is_active_is_left_under_it(qtbot: QtBot, bench: Bench) -> None:
+    """Where it is met again by that name, its report ends it."""
+    port, module = bench.ports.plug_in(USB, active=True)
+    qtbot.waitUntil(lambda: "" in bench.left())
+    port.module.choose("M-09")
+    module.say(active=True)
+    qtbot.waitUntil(lambda: sorted(bench.left()) == ["M-07", "M-09"])
+    port.connect_to(Target("/dev/ttyUSB1", 115200))
+    port.module.choose("M-09")
+    module.say(active=False)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
+
+
 @pytest.mark.parametrize(("name", "is_active"), [("M-07", True), ("M-07", False), ("", True)])
 def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Bench, name: str, is_active: bool) -> None:
     """Left ACTIVE on purpose, it is met again: nobody has to claim that it is locked."""
