@@ -85,6 +85,8 @@ class Card:
     trigger: Known | None = None
     cell_v: float | None = None
     cell_outside: Outside | None = None
+    is_charging: bool = False
+    """The voltage is the charger's."""
     tilt_deg: int | None = None
     need: Need = Need.WAIT
 
@@ -150,6 +152,7 @@ def card_of(card: Card, now: float, in_use: LimitsInUse) -> Card:
         trigger=trigger if trigger is None or trigger.is_stale else trigger._replace(at=0.0, sent_after=0.0),
         cell_v=None if cell is None else float(cell),
         cell_outside=outside,
+        is_charging=device.fresh("charging", now) is True,
         tilt_deg=None if tilt is None else int(tilt),
         need=_need_of(card, now, has_low_cell=outside is not None),
         identity=card.identity if card.identity.is_for_a_person else Identity(),

@@ -136,7 +136,8 @@ class CardWidget(QFrame):
             self.cell.show_unknown()
         else:
             meaning = None if card.cell_outside is None else Meaning.ATTENTION
-            note = "" if card.cell_outside is None else tr(card.cell_outside.fault.value)
+            note = tr("charging") if card.is_charging else ""
+            note = note if card.cell_outside is None else tr(card.cell_outside.fault.value)
             self.cell.show_value(f"{card.cell_v:.2f}", meaning=meaning, note=note)
         if card.tilt_deg is None:
             self.tilt.show_unknown()

@@ -47,6 +47,16 @@ def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
     assert desk.page.lock_all.isVisible()
 
 
+def test_a_card_says_that_its_voltage_is_the_chargers(desk: Desk) -> None:
+    desk.plug_in(1)
+    ((connection, worker),) = desk.modules
+    cell = desk.page._widgets[connection].cell
+    for is_charging, note in ((False, ""), (True, "charging")):
+        worker.say(cell_voltage_v=4.0, charging=is_charging)
+        desk.settle()
+        assert (cell.text, cell.note) == ("4.00", note)
+
+
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))
 def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, seed: int) -> None:
     """Values, losses, returns, LOCKs and choices in any order: every card is its own module's, and of now."""
