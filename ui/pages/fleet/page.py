@@ -324,12 +324,19 @@ class FleetPage(Page):
         self.profile.apply(self.members.connections, accepted)
 
     def _show_profile(self) -> None:
-        states = [applied.state for applied in self.profile.applied.values()]
-        if states and not self.profile.is_running and self.members.connections:
-            has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
-            meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
-            self.result.notify(meaning, lambda: result_line(self.profile.applied.values()))
+        if self.profile.applied and not self.profile.is_running and self.members.connections:
+            self.result.set_notice(self._applied_notice)
         self._timer.refresh_seen()
+
+    def _applied_notice(self) -> Notice | None:
+        """Of those that are still the modules it was written to."""
+        applied = list(filter(None, map(self.profile.result, self.profile.applied)))
+        if not applied:
+            return None
+        has_failed = any(result.state is Applied.FAILED for result in applied)
+        is_fine = all(result.state.is_fine for result in applied)
+        meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
+        return Notice(meaning, result_line(applied))
 
     def _choose_report(self) -> None:
         """Of what is shown when it is asked for."""

@@ -96,6 +96,8 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
     for exchange, before in ((desk.modules[0][1].unplug, "unchanged"), (bool, "")):
         desk.settle()
         assert shown.data() == before
+        notice = desk.page.notice_bar.notice
+        assert ("" if notice is None else notice.text) == before.replace("unchanged", "1 unchanged")
         exchange()
         desk.modules[0][1].open("/dev/port0", 115200)  # and another module may be there
         desk.modules[0][1].say(attitude_threshold_deg=60)
