@@ -4,7 +4,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
-from app.text.messages import MAX_TEXT_LENGTH
+from app.records.labels import MAX_NAME_LENGTH
 from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.style.icons import Icon, icon
@@ -37,7 +37,6 @@ class ModuleField(QComboBox):
         self.setLineEdit(edit)
         self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1
         edit.setObjectName(f"{name}_edit")
-        edit.setMaxLength(MAX_TEXT_LENGTH)  # of names that others gave, too
         self.label = named(edit.addAction(icon(Icon.LABEL), QLineEdit.ActionPosition.TrailingPosition), f"{name}_label")
         self.label.triggered.connect(ports.label_wanted)
         texts.bind(self.label.setText, "Print labels")
@@ -61,9 +60,12 @@ class ModuleField(QComboBox):
         if self._edit.isModified():
             return  # somebody types
         module = self._ports.current.module
+        names = [known.name for known in module.known]
         with QSignalBlocker(self):
             self.clear()
-            self.addItems([known.name for known in module.known])
+            # As long as a label takes, or as one that another station or a command gave.
+            self._edit.setMaxLength(max(MAX_NAME_LENGTH, *map(len, (*names, module.name))))
+            self.addItems(names)
             self.setCurrentIndex(self.findText(module.name, Qt.MatchFlag.MatchExactly))
             self.setEditText(module.name)
             self.label.setVisible(bool(module.name))

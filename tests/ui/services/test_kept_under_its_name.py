@@ -163,6 +163,7 @@ def test_a_name_longer_than_its_field_stays_what_it_is(rig: Rig) -> None:
     """A command may have given it, or another station: cut, it would be of a module of which nothing is known."""
     rig.show_a()
     form, long = rig.pages["preflight"].form, "M-07 " * 80
+    assert form.module.lineEdit().maxLength() == 60  # a typed one fits on a label
     rig.connector.current.module.choose(long)
     form.aircraft.setEditText(long)
     form.commit_edits()

@@ -226,8 +226,8 @@ class BatchPanel(QWidget):
             self._result.set_notice(partial(risk_notice, batch.changes, self.begin, self._result.dismiss))
             return
         self._result.dismiss()
-        preferences.who = form.who.text()
-        person = Person(who=form.who.text(), are_records_reviewed=form.reviewed.isChecked())
+        preferences.who = clean(form.who.text().strip())
+        person = Person(who=preferences.who, are_records_reviewed=form.reviewed.isChecked())
         self._turns.start(Bench(batch, store, person, is_enabling=form.enables.isChecked(),
                                 are_all_new=form.all_new.isChecked(), accepted=accepted), store)  # fmt: skip
 
