@@ -152,8 +152,8 @@ class DeviceView(NamedTuple):
         known = self.values.get(key)
         if known is None or known.stale_reason is not None:
             return known
-        if self.is_late and key in STATUS_KEYS:
-            return known._replace(stale_reason=StaleReason.LATE)
+        if self.lag_s is not None and self.is_late and key in STATUS_KEYS:
+            return known._replace(stale_reason=StaleReason.LATE, at=known.at - self.lag_s)  # about when it was sent
         limit_s = self.fresh_for_s(key, known.how)
         if limit_s is not None and now - known.at > limit_s:
             return known._replace(stale_reason=StaleReason.AGED)

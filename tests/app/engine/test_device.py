@@ -191,6 +191,9 @@ def test_on_a_late_line_no_status_is_current(device: Device, lag_s: float | None
     shown = DeviceView(known, lag_s=lag_s)
     assert shown.is_late is is_late
     assert (shown.fresh("tilt_deg", NOW) is None) is is_late
+    tilt = shown.known("tilt_deg", NOW)
+    assert tilt is not None
+    assert tilt.at == pytest.approx(known["tilt_deg"].at - is_late * (lag_s or 0.0))  # so old it is at least
     assert shown.fresh("attitude_threshold_deg", NOW) == 60
 
 

@@ -50,6 +50,7 @@ _WITHOUT_CAUSE: Final = {
     Phase.OPENING: (Meaning.INFORMATION, None),
     Phase.FINDING: (Meaning.INFORMATION, None),
     Phase.ASKING: (Meaning.INFORMATION, None),
+    Phase.LATE: (Meaning.ATTENTION, None),
 }
 _SEEN: Final = (
     ("port", marked("Port")),
@@ -120,7 +121,7 @@ class WhyPanel(ScrollArea):
         self._ask_system()
         evidence = self.evidence()
         state = self._connector.current.state
-        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING)
+        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
         self.diagnosis = diagnose(evidence) if is_asked else None
         if self.diagnosis is not None:
             meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION

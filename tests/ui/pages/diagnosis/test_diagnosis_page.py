@@ -102,6 +102,19 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         assert said[1] in shown
 
 
+def test_of_a_line_that_is_late_it_is_not_said_that_the_module_does_not_answer(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-late", ALONE) as one:
+        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
+        one.connect()
+        one.bench.change(stream_at_boot=True, lag_ms=1600.0)
+        one.bench.module.start_stream(one.clock())
+        one.until(lambda: one.assembly.connector.current.state.phase is Phase.LATE)
+        one.wait(5.0)
+        assert page.why.what.text().startswith("Data arrives 1.")
+
+
 def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-find", ALONE, **options) as one:
