@@ -34,6 +34,8 @@ class Lag:
     def __init__(self, now: float) -> None:
         self.sent_after = -inf
         """Everything received now was sent after this time."""
+        self.heard_at = -inf
+        """When the module last sent a frame."""
         self._unasked_at = now
         self._asked: deque[_Asked] = deque(maxlen=_MAX_ASKED)
         """Questions that may still be answered, oldest first."""
@@ -99,8 +101,9 @@ class Lag:
 
     def seconds(self, now: float) -> float | None:
         """How long answers take now; None before the first. An overdue answer counts with the time waited so far, if
-        the module is known to answer that question."""
+        the module is known to answer that question and has sent something since: else it is silent, not late."""
         if self._last_s is None:
             return None
-        due = (question for question in self._asked if question.is_due and question.request in self._answerable)
+        due = (question for question in self._asked if question.is_due and question.request in self._answerable
+               and question.at < self.heard_at)  # fmt: skip
         return max(self._last_s, now - next((question.at for question in due if now - question.at <= MAX_S), now))

@@ -262,6 +262,7 @@ class Link:
     def _prove(self, now: float, events: list[Event]) -> None:
         self._note_silence(now, events)
         self._proven_at, self.unanswered_since, self.has_timed_out = now, None, False
+        self.lag.heard_at = now
         self._probe_at = now + self.timing.heartbeat_every_s
         if self.presence is not Presence.ONLINE:
             self.presence = Presence.ONLINE

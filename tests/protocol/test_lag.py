@@ -36,6 +36,8 @@ def test_an_overdue_answer_counts_for_ten_seconds(overdue_s: float, lag_s: float
     lag.ask(CHARGING, 2.0)
     assert lag.seconds(5.0) == 0.5, "the module may not know this question"
     lag.ask(LIGHT, 3.0)
+    assert lag.seconds(3.0 + overdue_s) == 0.5, "nothing came since: it is silent, not late"
+    lag.heard_at = 3.125
     assert lag.seconds(3.0 + overdue_s) == lag_s
 
 
