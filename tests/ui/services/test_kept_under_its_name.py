@@ -11,10 +11,12 @@ from app.engine.procedure import Pause, Procedure
 from app.engine.worker import Job
 from app.guided.results import GuidedKind, GuidedResult
 from app.procedures.history import History
+from app.records.check_store import CheckStore
 from app.records.trigger_filing import PossiblyOther, TriggersReading
 from app.settings.profiles import ManualLine, Profile
 from app.store.database import StoreFault, StoreTrouble
-from app.trigger_records.history import Judgement
+from app.trigger_records.history import Judgement, record_of
+from tests.support.line.link_bench import RECORD
 from tests.support.patience import PATIENCE_S
 from tests.support.two_modules import NAME_A, PORT_A, PORT_B, A, B, Rig
 from tests.support.window.fake_ports import VALUES
@@ -168,3 +170,14 @@ def test_a_name_longer_than_its_field_stays_what_it_is(rig: Rig) -> None:
     form.aircraft.setEditText(long)
     form.commit_edits()
     assert rig.connector.current.module.name == form.committed[1] == long.strip()
+
+
+def test_a_record_that_came_once_is_listed_behind_those_that_are_kept_and_as_often_as_it_is_not(rig: Rig) -> None:
+    """A line that doubles frames: two came, one of which is known from an earlier visit."""
+    rig.show_a()
+    work, record = rig.pages["triggers"].work, record_of(RECORD)
+    store: Any = rig.assembly.storage.store
+    CheckStore(store.database).store_visit(NAME_A, [RECORD], port="", boot_count=147, is_confirmed=True)
+    work.reading = TriggersReading(History(seen_once=(record, record), is_answered=True), 147)
+    work._is_stored = True
+    assert [(row.seen.place, row.is_stored) for row in work._rows()] == [(0, True), (1, False)]

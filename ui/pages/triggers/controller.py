@@ -297,9 +297,9 @@ class TriggersController(QObject):
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
-        unknown = [record for record in seen_once if slots[record.raw] > 0]  # known from an earlier visit: certain
-        return (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
-                                   for place, record in enumerate(unknown)))  # fmt: skip
+        unknown = Counter(record.raw for record in seen_once) & slots  # known from an earlier visit: certain
+        return (*reversed(rows), *(_unstored_row(-1 - place, raw, is_seen_once=True)
+                                   for place, raw in enumerate(unknown.elements(), len(rows))))  # fmt: skip
 
 
 def _unstored_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
