@@ -75,6 +75,8 @@ STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period."""
 STREAM_GAP_S, STREAM_GAP_PERIODS = 0.3, 2.5
 """Longer than both, and the module may have been exchanged (see `Timing.silent_gap_s`), or reports were lost."""
+STREAM_DOUBT_S = 3.0
+"""So long at most streamed reports count as nobody's after a gap: until the boot count is read."""
 STREAM_WINDOW_S = 3.0
 """The window in which the rate of the stream is measured; the slowest streams send one report a second."""
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
@@ -193,6 +195,8 @@ class Device:
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._latest: Received | None = None
         """The last status frame, not yet among the values: at line rate the next one follows soon."""
+        self._gap_at = -inf
+        """When the stream had a gap, after which the boot count was not read yet."""
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
         self._suspected: dict[str, Known] = {}
@@ -298,7 +302,8 @@ class Device:
             gap_s = event.at - self._streamed_at[-1] if self._streamed_at else 0.0
             is_gap = gap_s > STREAM_GAP_S and gap_s * self._view.stream_hz > STREAM_GAP_PERIODS
             if is_gap and (self._lag is None or self._lag.is_quick):  # else it is the line that is slow
-                self._view = self._view._replace(stream_gaps=self._view.stream_gaps + 1)
+                self._view, self._gap_at = self._view._replace(stream_gaps=self._view.stream_gaps + 1), event.at
+                self._doubt(STATUS_KEYS, StaleReason.LINK_LOST)
             self._streamed_at.append(event.at)
         self._samples.append(StatusSample(event.at, *message))
         self._motion.feed(message, event.at)
@@ -310,6 +315,9 @@ class Device:
         if event is None or not isinstance(event.message, Status):
             return
         how = How.READ if event.role is Role.ANSWER else How.STREAMED
+        is_calm = not (event.message.triggered or event.message.active)
+        if how is How.STREAMED and is_calm and event.at - self._gap_at < STREAM_DOUBT_S:
+            return
         for key, value in zip(STATUS_KEYS, event.message, strict=True):
             self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
         if len(self._streamed_at) > 1:
@@ -332,7 +340,7 @@ class Device:
             elif before is not None and not boots:
                 self._values = self._suspected | self._values
             self._clear_suspicion()
-            self._restarts_not_read = 0
+            self._restarts_not_read, self._gap_at = 0, -inf
         self._values[key] = Known(reading.value, How.READ, at)
 
     def _on_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:

@@ -302,6 +302,25 @@ def test_where_a_stream_has_a_gap_everything_that_tells_modules_apart_is_read_at
     rig.step_until(lambda: rig.session.device.view(0).values["boot_count"].value == 38, limit_s=1.5)
 
 
+def test_what_streams_after_a_gap_does_not_say_that_the_module_is_locked_before_its_boot_count_is_read() -> None:
+    """Another one may have taken the place of the ACTIVE one, which was pulled out."""
+    rig = settled_rig(boots=37, rate=10, active=True)
+    watched(rig)
+    rig.step_for(5.1)
+    rig.bench.change(mute=True)
+    rig.step_for(0.36)
+    rig.bench.end_faults()
+    rig.bench.module.memory.boot_count = 38
+    rig.bench.module.activate(is_active=False)
+
+    def is_read() -> bool:
+        values = rig.session.device.view(rig.clock()).values
+        assert values["active"].value is True or values["boot_count"].value == 38
+        return values["active"].value is False
+
+    rig.step_until(is_read, limit_s=1.5)
+
+
 def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
     rig, switch = settled_rig(), StreamSwitch()
     rig.session.run_in_background(watch(switch))
