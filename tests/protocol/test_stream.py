@@ -171,12 +171,8 @@ def test_a_header_within_rejected_bytes_begins_a_frame() -> None:
     pieces = parse(b"Au\x20\x01" + STREAMED)
     assert frames(pieces) == [STREAMED]
     assert rejected(pieces) == {Reason.CHECKSUM: 4}
-
-
-def test_a_pause_within_a_frame_is_no_matter_as_long_as_nobody_flushes() -> None:
-    parser = StreamParser()
-    assert [parser.feed(bytes((byte,))) for byte in STREAMED[:-1]] == [[]] * 7
-    assert frames(parser.feed(STREAMED[-1:])) == [STREAMED]
+    for header, frame in ((b"Au", STREAMED), (b"Ba", STATUS.encode())):
+        assert [frames(parse(header * count + frame)) for count in range(6)] == [[frame]] * 6
 
 
 @pytest.mark.parametrize(("asked", "most_cuts"), [(None, 15 if IS_THOROUGH else 4), (RECORDS, 4), (STATUS, 4)])
@@ -218,35 +214,6 @@ def test_e03_a_record_that_is_damaged_behind_its_sixth_byte_is_no_voltage(asked:
             assert frames(parse(bytes(damaged) + STREAMED, asked=asked)) == [STREAMED]
     for length in range(7, 16):
         assert frames(parse(LIKE_A_VOLTAGE[:length], asked=asked)) == []
-
-
-def test_the_wait_is_bounded_whatever_comes() -> None:
-    source = random.Random(35)
-    parser = StreamParser()
-    for _ in range(300):
-        parser.feed(source.randbytes(1000) + hostile_bytes(source))
-        assert parser.pending <= MOST_PENDING
-    for byte in b"AuBaAu5\x01Au5\x01AuAuBaA" * 200:
-        parser.feed(bytes((byte,)))
-        assert parser.pending <= MOST_PENDING
-
-
-@given(st.binary(max_size=60) | nasty_streams, st.sampled_from(VALID), st.lists(st.integers(0, 80), max_size=6))
-def test_after_any_garbage_the_next_whole_frame_is_found(garbage: bytes, vector: Vector, places: list[int]) -> None:
-    """Unless bytes before it begin a frame that is valid to its last byte and reaches into it.
-
-    What begins within the garbage is asked of the reference decoder, so this is no tautology.
-    """
-    asked = asked_for(vector)
-    data = garbage + vector.raw
-    code = None if asked is None else asked.command.code
-    reaching_in = [
-        start
-        for start in range(max(0, len(garbage) - MOST_PENDING), len(garbage))
-        if start + reference_decoder.frame_length(data, start, code) > len(garbage)
-    ]
-    if not reaching_in:
-        assert vector.raw in frames(parse(*cut(data, places), asked=asked))
 
 
 @given(st.binary(max_size=60), st.sampled_from(VALID))
