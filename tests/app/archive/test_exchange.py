@@ -63,21 +63,6 @@ def _import(one: ArchiveStation, path: Path) -> Exchanged:
     return import_facts(one.archive, path)
 
 
-def test_everything_that_a_station_records_is_a_fact_once(stations: list[ArchiveStation]) -> None:
-    one = stations[0]
-    _live(one, "M-07")
-    assert one.archive.collect() > 0
-    assert one.archive.collect() == 0
-    kinds = {kind.value: len(facts) for kind in FactKind if (facts := one.archive.of_kind(kind))}
-    assert kinds == {
-        "module": 1, "trigger_record": 2, "visit": 1, "judgement": 2, "settings_snapshot": 1, "preflight_check": 1,
-        "guided_test": 1, "act": 1, "outcome": 1,
-    }  # fmt: skip
-    one.judge("M-07", Judgement.FALSE)
-    one.act(is_settled=False)
-    assert one.archive.collect() == 3
-
-
 def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Path) -> None:
     """What had been exchanged comes again; the chain goes on from the copy, and both are whole."""
     with archive_station(tmp_path / "A") as one:
@@ -135,19 +120,6 @@ def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveS
     assert [fault.in_english() for chain in chains_in(one.archive) for fault in chain.faults] == [
         "Entry 1 was altered."
     ]
-
-
-def test_a_stick_carries_the_facts_of_all_in_any_order(stations: list[ArchiveStation], tmp_path: Path) -> None:
-    stick = tmp_path / "stick.dpsarchive"
-    for number, one in enumerate(stations):
-        _live(one, f"M-0{number}")
-    for one in (*stations, *stations):
-        _export(one, stick)
-        _import(one, stick)
-    everything = stations[0].content()
-    assert all(one.content() == everything for one in stations)
-    assert len(everything) == len({row[0] for row in everything}) == sum(len(one.ids()) for one in stations) / 3
-    assert _export(stations[0], stick).sent == _import(stations[1], stick).received == 0
 
 
 def test_an_export_that_breaks_off_leaves_the_file_as_it_was(stations: list[ArchiveStation], tmp_path: Path) -> None:

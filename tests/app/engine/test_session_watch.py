@@ -20,18 +20,6 @@ from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
 from tests.support.thorough import some
 
 
-def test_the_stream_is_switched_on_and_off_again() -> None:
-    rig = settled_rig(rate=50)
-    watched(rig)
-    rig.step_for(4)
-    view = rig.session.device.view(rig.clock.now_s)
-    assert view.is_streaming
-    assert view.stream_hz == pytest.approx(50, rel=0.1)
-    assert view.values["serial_output"].how is How.STREAMED
-    end_watch(rig)
-    assert not rig.bench.state().is_streaming
-
-
 def test_everything_is_read_first_and_again_after_a_restart() -> None:
     rig, sent = settled_rig(), 0
     watched(rig)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 import serial
 
-from app.engine import transport, worker
+from app.engine import transport
 from app.engine.worker import Batch, Job, Worker
 from app.procedures.handshake import handshake
 from app.procedures.lock import lock
@@ -26,27 +26,6 @@ _FOR_EVER_S = 2 * PATIENCE_S
 
 def ignore(_: Batch) -> None:
     pass
-
-
-@pytest.fixture
-def patient_reads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A read of a quiet port would wait far longer than the tests do."""
-    monkeypatch.setattr(transport, "READ_SLICE_S", _FOR_EVER_S)
-    monkeypatch.setattr(worker, "MAX_STEP_S", _FOR_EVER_S)
-
-
-@pytest.mark.usefixtures("patient_reads")
-def test_orders_are_obeyed_while_the_port_is_quiet() -> None:
-    worker = Worker(ignore)
-    worker.start()
-    with run_module() as module:
-        worker.open(module.port, 115200)
-        for _ in range(20):
-            job = worker.submit(Job(handshake()))
-            assert job.wait(PATIENCE_S)
-            assert job.outcome() is None
-        worker.close()
-        assert worker.stop(PATIENCE_S)
 
 
 @pytest.mark.parametrize("is_windows", [False, True])

@@ -146,29 +146,6 @@ def test_nothing_is_written_while_something_is_armed() -> None:
     assert [refusal.sentence for refusal in report.refusals] == ["Already armed: Deploy."]
 
 
-def test_the_settings_are_kept_before_the_first_write() -> None:
-    rig = Rig()
-    kept: list[Snapshot] = []
-
-    def keep(snapshot: Snapshot) -> None:
-        assert not sets(rig)
-        kept.append(snapshot)
-
-    write(rig, WriteContext(journal=FakeJournal(), store_snapshot=keep), freefall_time=1.2)
-    assert kept == [
-        Snapshot(
-            settings={
-                "light_threshold_v": 1.8,
-                "attitude_threshold_deg": 60,
-                "freefall_acceleration_g": 0.5,
-                "freefall_time_s": 1.6,
-                "baud_rate": 115200,
-            },
-            boot_count=37,
-        )
-    ]
-
-
 def test_nothing_is_kept_of_a_module_that_nobody_has_confirmed() -> None:
     rig = Rig(expected=Expected(IdentityEvidence()))
     kept: list[Snapshot] = []

@@ -14,24 +14,21 @@ from hypothesis import strategies as st
 from app.captures.entries import Way
 from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, PortState, Worker
+from app.engine.worker import PortState
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import RecordedTraffic
 from app.recordings.session_format import CHANNELS, Opening, opening_of, with_checksum
 from app.samples.ring_buffers import RecordedSeries, Series, bucket_firsts
-from app.simulator import bench as simulated
 from app.stations.station import fingerprint_of, own_station
 from app.text.user_error import UserError
-from protocol.events import Received, Rejected, Sent
+from protocol.events import Received, Rejected
 from protocol.link_states import Presence
-from tests.support.line.batches import Batches
 from tests.support.records.recordings_made import (
     CLOSED,
     HEADING,
     NOON,
     OPEN,
     PORT,
-    WAIT_S,
     asked,
     batch,
     device,
@@ -280,39 +277,6 @@ def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
         assert (len(recording.cell), len(recording.light)) == (0, 0)
         assert recording.entry.is_simulated
         assert recording.entry.is_running
-
-
-def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
-    """From a simulated module through the port, the worker and its thread to the disk."""
-    heard = Batches()
-    with recorder_in(tmp_path) as made:
-
-        def take(one: Batch) -> None:
-            made.recorder.on_batch(one)
-            heard(one)
-
-        worker = Worker(take)
-        made.recorder.begin("sim://recorded-by-a-worker", 115200)
-        worker.start()
-        try:
-            worker.open("sim://recorded-by-a-worker?stream_at_boot=yes&rate=400&uptime=60", 115200)
-            heard.until(lambda _batch: sum(len(one.samples) for one in heard.all) >= 200)
-        finally:
-            assert worker.stop(WAIT_S)
-            simulated.remove_bench("recorded-by-a-worker")
-        made.recorder.end()
-        made.settle()
-        recording = opened(made.path)
-        samples = [sample for one in heard.all for sample in one.samples]
-        # Of more than `MAX_ENTRY_BYTES` that came at once the rest has a time of its own, 1 ns later.
-        assert recording.tilt.window(0, 1e12).time_s == pytest.approx([one.at for one in samples], rel=0, abs=1e-7)
-        events = [event for one in heard.all for event in one.events]
-        # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
-        came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
-        found = directions([(one.way, one.raw) for one in RecordedTraffic(recording.entry.path)])
-        assert found[Way.IN] == b"".join(one.raw for one in came)
-        assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
-        assert recording.entry.is_simulated
 
 
 def test_the_example_for_other_programs_works(tmp_path: Path) -> None:

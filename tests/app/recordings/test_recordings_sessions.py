@@ -16,6 +16,8 @@ from app.recordings.markers import MarkerKind
 from app.recordings.recorder import CLOCK_JUMP_S, DISK_CHECK_EVERY_S, MAX_SESSION_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import RecordedTraffic
 from app.recordings.writer import SessionWriter
+from protocol.events import Rejected
+from protocol.frame import Fault, Noise, Reason
 from tests.support.records.recordings_made import (
     HEADING,
     NOON,
@@ -212,9 +214,11 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(*HEADING)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
-        bench.feed(*(batch(sample.at, sample) for sample in samples))
+        garbage = Rejected(Noise(b"\0\1", Fault(Reason.NO_HEADER, ""), 0), 1000.0)
+        bench.feed(batch(1000.0, events=(garbage,)), *(batch(sample.at, sample) for sample in samples))
         bench.finish()
         recording = opened(bench.path)
         traffic = list(RecordedTraffic(recording.entry.path))
-        assert b"".join(one.raw for one in traffic) == b"".join(received(sample).frame.raw for sample in samples)
+        frames = (received(sample).frame.raw for sample in samples)
+        assert b"".join(one.raw for one in traffic) == b"".join((garbage.noise.raw, *frames))
         assert len({one.at_s for one in traffic}) == 15

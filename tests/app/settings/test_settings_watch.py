@@ -195,9 +195,10 @@ NOW_S = 100.0
 
 def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_snapshot() -> None:
     known = {command.key: Known(True, How.ACKNOWLEDGED, NOW_S) for command in SETTINGS}
-    device = DeviceView(values=known)
+    device = DeviceView(values={**known, "boot_count": Known(37, How.READ, NOW_S)})
     others = {command.key for command in SETTINGS} - {"serial_output"}
-    assert snapshot_of(device, NOW_S).settings.keys() == others
+    snapshot = snapshot_of(device, NOW_S)
+    assert (snapshot.settings.keys(), snapshot.boot_count) == (others, 37)
 
 
 @pytest.mark.parametrize(
