@@ -5,6 +5,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
+from app.samples.ring_buffers import Series
 from tests.benchmarks import __main__ as program
 from tests.benchmarks import link, parser, reading
 from tests.benchmarks.__main__ import NAMES
@@ -37,6 +38,7 @@ def test_reading_everything_is_compared_with_bare_exchanges() -> None:
 
 def test_the_memory_of_plots_is_reserved_without_a_sample() -> None:
     data = LiveData()
+    data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
     reserve(SimpleNamespace(data=data))
     assert data.tilt.last is None
 

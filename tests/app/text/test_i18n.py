@@ -353,10 +353,10 @@ def test_joined_messages_have_the_comma_of_the_language_that_they_are_read_in() 
 
 
 def test_joined_messages_that_are_sentences_have_the_space_of_the_language() -> None:
-    both = joined([UserMessage("Disconnected."), UserMessage("Cancelled.")], " ")
-    assert both.translated() == both.in_english() == "Disconnected. Cancelled."
+    both = joined([UserMessage("A jolt may fire it."), UserMessage("Choose a port.")], " ")
+    assert both.translated() == both.in_english() == "A jolt may fire it. Choose a port."
     set_language(CHINESE)
-    assert both.translated() == "已断开。已取消。"
+    assert both.translated() == "颠簸即可能触发。请选择串口。"
 
 
 def test_a_number_keeps_its_unit() -> None:
