@@ -1,12 +1,14 @@
 """`dps-s history`: reads the trigger records.
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
-agree and no frame was lost; 3 without a link; 4 if they differ, the query was not answered, the link was lost, or the
-module restarted or another one answered. Where it was lost or another one may have answered what came is listed, and
-nothing is kept.
+agree and no frame was lost; 2 if another kind of file would be replaced; 3 without a link; 4 if they differ, the query
+was not answered, the link was lost, or the module restarted or another one answered. Where it was lost or another one
+may have answered what came is listed, and nothing is kept.
 """
 
 import argparse
+from contextlib import suppress
+from pathlib import Path
 
 from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
@@ -29,8 +31,12 @@ from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
 
+HEAD = (*FIELDS, "confirmed")
+
 
 def run(args: argparse.Namespace) -> int:
+    if args.csv is not None and args.csv.is_file() and not _is_replaceable(args.csv):
+        raise console.Refused(tr("{file} exists and is another kind of file.", file=args.csv))
     received = ReceivedRecords()
     history: History | None = None
     evidence, another = IdentityEvidence(), ""
@@ -61,6 +67,14 @@ def run(args: argparse.Namespace) -> int:
         console.notify(tr("The readings differ: records may be missing. Read again."))
         return console.PARTIAL
     return console.SUCCESS if is_written else console.PARTIAL
+
+
+def _is_replaceable(path: Path) -> bool:
+    """It is such a table, or empty."""
+    head = ",".join(HEAD).encode()
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(len(head)) in (head, b"")
+    return True  # writing it says why
 
 
 class ReceivedRecords:
@@ -117,8 +131,7 @@ def _marked(history: History) -> list[tuple[TriggerRecord, dict[str, JsonValue]]
 
 
 def csv_of(history: History) -> str:
-    head = (*FIELDS, "confirmed")
-    return csv_text(head, ([fields[name] for name in head] for _, fields in _marked(history)))
+    return csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in _marked(history)))
 
 
 def page_of(history: History) -> list[str]:
