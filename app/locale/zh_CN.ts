@@ -666,8 +666,8 @@
         <translation>请连接或选择模块。</translation>
     </message>
     <message>
-        <source>Connecting only reads the module.</source>
-        <translation>连接只读取模块数据。</translation>
+        <source>Connecting reads the module; Live also switches its serial output on.</source>
+        <translation>连接时读取模块数据；“实时”页面还会打开其串口输出。</translation>
     </message>
     <message>
         <source>Connection</source>

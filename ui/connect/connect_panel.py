@@ -338,7 +338,7 @@ class ConnectPanel(QScrollArea):
         words = link_text(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
-        next_step = tr("Connecting only reads the module.") if has_chosen else ""
+        next_step = tr("Connecting reads the module; Live also switches its serial output on.") if has_chosen else ""
         self.state_label.setText(next_step if is_closed else f"{words.what} {words.next_step}".strip())
         self.state_label.setVisible(bool(self.state_label.text()))
         self.disconnect_button.setVisible(self._connector.current.is_requested)
