@@ -180,7 +180,8 @@ def _whole_parser() -> Parser:
 
 def _open_window(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
-        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=os.strerror(errno.ENOENT)))
+        why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
+        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=why))
         return console.USAGE_ERROR
     from app.system.screen import window_obstacle
 
