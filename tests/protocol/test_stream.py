@@ -216,14 +216,6 @@ def test_e03_a_record_that_is_damaged_behind_its_sixth_byte_is_no_voltage(asked:
         assert frames(parse(LIKE_A_VOLTAGE[:length], asked=asked)) == []
 
 
-@given(st.binary(max_size=60), st.sampled_from(VALID))
-def test_fifteen_bytes_without_a_header_make_the_next_frame_certain(garbage: bytes, vector: Vector) -> None:
-    quiet = bytes(MOST_PENDING)
-    pieces = parse(garbage + quiet + vector.raw, asked=asked_for(vector))
-    assert pieces[-1].raw == vector.raw
-    assert isinstance(pieces[-1], Frame)
-
-
 @settings(max_examples=5000 if IS_THOROUGH else 500)
 @given(nasty_streams, st.lists(st.integers(0, 200), max_size=20), asked_requests, st.booleans())
 def test_both_decoders_agree_on_nasty_streams(

@@ -12,7 +12,7 @@ from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.setting_texts import DEFAULTS, value_text
+from app.settings.setting_texts import DEFAULTS
 from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
@@ -254,11 +254,6 @@ def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
     assert row(form, TILT).retention is None
-
-
-def test_values_are_shown_with_their_unit() -> None:
-    assert value_text(BY_KEY[TIME], 1.6) == "1.60 s"
-    assert value_text(BY_KEY[FLAG], False) == "Disabled"
 
 
 STEPS = st.lists(
