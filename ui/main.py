@@ -59,6 +59,7 @@ PLACE_EVERY_MS = 10 * 1000
 """How often to check whether the store's file is where it was opened: another program would make a new one."""
 PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
+_STORE_LIMIT_S = 5.0
 
 
 class WindowOptions(NamedTuple):
@@ -278,9 +279,12 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
     if options.offscreen_seconds is None:
         yield None
         return
-    # A run that ends early may leave a thread behind that is still opening the store in there.
+    # A run that ends early may leave a thread behind that is still opening the store in there, or closing it.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         yield Path(folder)
+        for thread in threading.enumerate():
+            if thread.name == "dps-s store":
+                thread.join(_STORE_LIMIT_S)
 
 
 @contextmanager

@@ -211,16 +211,22 @@ def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
             assembly.window.close_now()
 
 
-@pytest.mark.parametrize("sticks_in", ["write", "close"])
+@pytest.mark.parametrize("sticks_in", ["write", "close", "store"])
 def test_no_process_stays_behind(sticks_in: str) -> None:
-    """The thread that the driver holds does not keep the program alive, and nothing is printed about it."""
+    """The thread that the driver or the store holds does not keep the program alive; nothing is printed about it."""
     code = """if True:
         import functools, json, sys, time
+        from tempfile import TemporaryDirectory
         from PySide6.QtCore import QTimer
         import serial
         from tests.ui.shell.test_shutdown import StubbornPort
         from ui import main as application
+        from ui.services.storage import Storage
         from ui.shell.main_window import MainWindow
+        if sys.argv[1] == "store":
+            close, remove = Storage.close, TemporaryDirectory.cleanup
+            Storage.close = lambda storage: (time.sleep(1), close(storage))
+            TemporaryDirectory.cleanup = lambda folder: (remove(folder), time.sleep(2))
         serial.serial_for_url = StubbornPort(sys.argv[1])
         application.assemble = functools.partial(application.assemble, entries=())
         end = MainWindow._end
