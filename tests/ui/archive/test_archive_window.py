@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event
 from unittest.mock import patch
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QTableView
 from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
-from app.archive.exchange import Exchanged, export_facts, import_facts, sync
+from app.archive.exchange import ArchiveStatus, Exchanged, export_facts, import_facts, sync
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, names_of
 from app.archive.server_url import store_server
@@ -30,7 +30,9 @@ from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
 from tests.support.window.steps import choosing, given, press
+from ui.archive import archive_exchange
 from ui.archive.archive_dialog import ArchiveDialog, Loaded
+from ui.archive.archive_exchange import AT_LEAST_EVERY_S
 from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
 from ui.style.theme import Choice
@@ -378,3 +380,17 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
             qtbot.waitUntil(lambda: not exchange.is_running)
             assert line.text() == "Left out, unreadable or altered: 1"
             assert here.content() == other.content()
+
+
+@pytest.mark.parametrize(
+    ("ago_s", "is_due"),
+    [(AT_LEAST_EVERY_S - 10, False), (AT_LEAST_EVERY_S + 10, True), (-60, True)],
+    ids=["just now", "long ago", "clock put back"],
+)
+def test_without_news_an_exchange_is_due_again_after_a_while(
+    monkeypatch: pytest.MonkeyPatch, ago_s: float, is_due: bool
+) -> None:
+    at = datetime.now(UTC) - timedelta(seconds=ago_s)
+    status = ArchiveStatus(stations={}, place=None, not_shared=0, last_at=at.isoformat(), conflicts=0)
+    monkeypatch.setattr("app.archive.exchange.status_of", lambda *_: status)
+    assert archive_exchange._is_due(None, "") is is_due  # type: ignore[arg-type]
