@@ -40,7 +40,8 @@ _CHINESE_FONTS = (
     "C:/Windows/Fonts/simsun.ttc",
 )
 
-if platform.libc_ver()[0] == "glibc":
+IS_GLIBC = platform.libc_ver()[0] == "glibc"
+if IS_GLIBC:
     # Once a large block was freed, glibc takes all up to its size from the heap and keeps it: each window's samples.
     for threshold in _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD:
         ctypes.CDLL(None).mallopt(threshold, 256 * 1024)
@@ -125,6 +126,8 @@ def nothing_is_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
         # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
+        if IS_GLIBC:
+            ctypes.CDLL(None).malloc_trim(0)  # else a window takes other pages than those that the last one left
     gc.enable()
     if leaked := leaked_threads(threads, LEAK_GRACE_S):
         names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
