@@ -308,9 +308,7 @@ def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_mod
 
 
 def _fall_silent(rig: Rig) -> None:
-    rig.bench.change(mute=True)
-    rig.step_for(3)
-    rig.bench.end_faults()
+    rig.silence(3)
 
 
 def _restart_uncounted(rig: Rig) -> None:

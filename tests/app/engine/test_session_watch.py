@@ -200,9 +200,7 @@ def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_o
     rig = settled_rig(boots=5, rate=50)
     watched(rig)
     rig.step_for(13)
-    rig.bench.change(mute=True)
-    rig.step_for(0.7)
-    rig.bench.end_faults()
+    rig.silence(0.7)
     rig.bench.module.memory.attitude_threshold = 75
     rig.bench.module.memory.boot_count = 9
     seen = set()
@@ -242,9 +240,7 @@ def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: fl
     rig.step_for(5)
     rig.run(_set_trigger())
     rig.step_for(begins_s)
-    rig.bench.change(mute=True)
-    rig.step_for(lasts_s)
-    rig.bench.end_faults()
+    rig.silence(lasts_s)
     rig.step_for(0.3)
     assert rig.session.device.view(rig.clock()).known("attitude_trigger", rig.clock()) is None
 
@@ -283,9 +279,7 @@ def test_where_a_stream_has_a_gap_everything_that_tells_modules_apart_is_read_at
     rig = settled_rig(boots=37, rate=10)
     watched(rig)
     rig.step_for(5 + begins_s)
-    rig.bench.change(mute=True)
-    rig.step_for(0.36)
-    rig.bench.end_faults()
+    rig.silence(0.36)
     rig.bench.module.memory.boot_count = 38
     rig.step_until(lambda: rig.session.device.view(0).values["boot_count"].value == 38, limit_s=1.5)
 
@@ -295,9 +289,7 @@ def test_what_streams_after_a_gap_does_not_say_that_the_module_is_locked_before_
     rig = settled_rig(boots=37, rate=10, active=True)
     watched(rig)
     rig.step_for(5.1)
-    rig.bench.change(mute=True)
-    rig.step_for(0.36)
-    rig.bench.end_faults()
+    rig.silence(0.36)
     rig.bench.module.memory.boot_count = 38
     rig.bench.module.activate(is_active=False)
 
@@ -313,9 +305,7 @@ def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
     rig, switch = settled_rig(), StreamSwitch()
     rig.session.run_in_background(watch(switch))
     rig.step_for(5)
-    rig.bench.change(mute=True)
-    rig.step_for(3)
-    rig.bench.end_faults()
+    rig.silence(3)
     rig.step_for(5)
     for is_wanted in (False, True):
         switch.is_wanted = is_wanted

@@ -255,6 +255,12 @@ class Rig:
         while self.clock.now_s < end_s:
             self.session.step(min(MAX_STEP_S, end_s - self.clock.now_s))
 
+    def silence(self, seconds: float) -> None:
+        """The module sends nothing for so long."""
+        self.bench.change(mute=True)
+        self.step_for(seconds)
+        self.bench.end_faults()
+
 
 def settled_rig(**options: object) -> Rig:
     """Return a rig on a module that has run for a minute and reports no noise."""
