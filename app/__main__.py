@@ -79,7 +79,7 @@ def _run_or_refuse(words: list[str]) -> int:
         return end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except UserError as error:
         console.notify(error.sentence)
-        return getattr(error, "exit_code", console.USAGE_ERROR)
+        return error.exit_code
 
 
 def _run(words: list[str]) -> int:

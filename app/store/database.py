@@ -65,7 +65,6 @@ class StoreTrouble(UserError):
     """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
 
     exit_code = 4
-    """Of a command that it ends."""
 
     def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
         super().__init__(fault.value, file=path)

@@ -9,6 +9,9 @@ class UserError(Exception):
     `text` is `marked` if it is translatable; `values` fill its places. As text the error is English, for logs.
     """
 
+    exit_code = 2
+    """Of a command that it ends."""
+
     def __init__(self, text: str | UserMessage, /, **values: object) -> None:
         self.message = text if isinstance(text, UserMessage) else message(text, **values)
         super().__init__(self.message)  # the only argument, so that it can be pickled
