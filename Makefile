@@ -2,8 +2,8 @@
 PYTHON ?= python3
 ARGS ?=
 
-.PHONY: demo test check bench soak gestures adversary mutants nightly package packages
-demo test check bench soak gestures adversary mutants nightly package:
+.PHONY: demo test check bench soak gestures adversary nightly package packages
+demo test check bench soak gestures adversary nightly package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
 packages: package

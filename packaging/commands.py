@@ -105,7 +105,7 @@ def _nightly(arguments: list[str]) -> int:
     _take_none(arguments)
     os.environ["HYPOTHESIS_PROFILE"] = "thorough"
     gestures = [["gestures", "--every", "28"], ["gestures", "--sequences", "200"]]
-    campaigns = [["soak", "--seconds", "1800"], *gestures, ["adversary"], ["mutants"], ["bench"]]
+    campaigns = [["soak", "--seconds", "1800"], *gestures, ["adversary"], ["bench"]]
     return max(_test([]), *(COMMANDS[name].run(words) for name, *words in campaigns))
 
 
@@ -123,10 +123,6 @@ COMMANDS: dict[str, Command] = {
     "soak": Command("run the endurance test", _offscreen("tests.soak")),
     "gestures": Command("try careless gestures, or random hands", _offscreen("tests.gestures")),
     "adversary": Command("run every command against every fault and lie", _offscreen("tests.adversary")),
-    "mutants": Command(
-        "break the program in small ways, one at a time, and count how many the tests notice",
-        _offscreen("tests.mutants"),
-    ),
     "nightly": Command("run the tests thoroughly, then all campaigns; takes hours", _nightly),
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _script("docs/generate/translations.py")),

@@ -97,7 +97,6 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
         (["test", "-k", "foo"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
         (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
         (["soak"], ["-m", "tests.soak"]),
-        (["mutants", "--seed", "2"], ["-m", "tests.mutants", "--seed", "2"]),
         (["run", "read", "--port", "sim://"], ["read", "--port", "sim://"]),
         (["translations", "check"], ["docs/generate/translations.py", "check"]),
     ],
@@ -121,7 +120,6 @@ def test_each_campaign_of_the_night_runs_though_one_before_it_failed(
         "tests.soak",
         *["tests.gestures"] * 2,
         "tests.adversary",
-        "tests.mutants",
         "tests.benchmarks",
     ]
     assert os.environ["HYPOTHESIS_PROFILE"] == "thorough"
