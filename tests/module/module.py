@@ -1,0 +1,414 @@
+"""The module itself: bytes and `now` in, bytes out. It has no clock and no thread; `line.py` gives it both."""
+
+import heapq
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import RLock
+from typing import TextIO
+
+from tests.module.log import GOT, NOT_A_FRAME, SENT, Entry, Log
+from tests.module.options import Options, Times
+from tests.module.wire import FROM_MODULE, HEARTBEAT_BODY, RATES, Ear, Question, answer, with_sum
+
+HEARTBEAT_GAP_S = 0.05
+MOST_RECORDS = 9
+HEARTBEAT, ACTIVATION, DEPLOY, SHUT_DOWN, OUTPUT, LIGHT, LIGHT_THRESHOLD = 0x01, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15
+ATTITUDE_OFF, FREEFALL_OFF, ATTITUDE, ACCELERATION, TIME = 0x16, 0x17, 0x20, 0x21, 0x22
+BOOTS, BAUD, ZERO, IS_ACTIVE, HAS_FIRED, STATUS, CHARGING, CELL, RECORDS = (
+    0x23, 0x24, 0x25, 0x30, 0x31, 0x32, 0x33, 0x34, 0x35,
+)  # fmt: skip
+BY_SERIAL, BY_ATTITUDE, BY_PWM, BY_FALL = 0x01, 0x02, 0x04, 0x08
+KEPT = (LIGHT_THRESHOLD, ATTITUDE, ACCELERATION, TIME, BAUD)
+FLAGS = (ACTIVATION, OUTPUT, ATTITUDE_OFF, FREEFALL_OFF)
+
+
+@dataclass
+class Readings:
+    """What its sensors say, as D4 of the answers."""
+
+    tilt_deg: int = 2
+    acceleration: int = 10
+    bay_open: bool = False
+    cell: int = 0xC8
+    charging: int = 0
+    boots: int = 1
+
+
+class Module:
+    """One DPS-S module. `settings` holds D4 by code: {0x20: 60, 0x16: 0 …}, also those that cannot be read."""
+
+    def __init__(
+        self,
+        options: Options | None = None,
+        *,
+        name: str = "",
+        seed: int = 1,
+        now: float = 0.0,
+        copy: TextIO | None = None,
+    ) -> None:
+        self.options = options or Options()
+        self.name = name
+        self.log = Log(copy)
+        self.settings = {
+            ACTIVATION: 0, OUTPUT: 0, LIGHT_THRESHOLD: 0x12, ATTITUDE_OFF: 0, FREEFALL_OFF: 0, ATTITUDE: 60,
+            ACCELERATION: 5, TIME: 160, BAUD: 6,
+        }  # fmt: skip
+        self.readings = Readings()
+        self.triggered = False
+        self.forbidden = False
+        self.records: list[bytes] = []
+        """Oldest first, each from D2 to the last byte before the sum."""
+        self.rate = RATES[self.settings[BAUD]]
+        self._lock = RLock()
+        self._random = random.Random(seed)
+        self._ear = Ear()
+        self._began_at = now
+        self._switched_on_at = now
+        self._heard_at = -1e9
+        self._silent_until = -1e9
+        self._free_at = now
+        self._is_off = False
+        self._next_record = 0
+        self._falling_since: float | None = None
+        self._due: list[tuple[float, int, Callable[[float], bytes]]] = []
+        self._number = 0
+        self._streamed_at = now
+        self._beat_at = now
+
+    # What the line calls.
+
+    def hear(self, data: bytes, now: float) -> None:
+        """Take what the host sent; the answers come out of `speak`."""
+        with self._lock:
+            if self._is_off:
+                return
+            heard = self._worn(data)
+            for question in self._ear.hear(heard):
+                self._note_junk(now)
+                self._take(question, now)
+            self._note_junk(now)
+
+    def speak(self, now: float) -> bytes:
+        """Return what leaves the module until `now`."""
+        with self._lock:
+            self._repeat(now)
+            out = b""
+            while self._due and self._due[0][0] <= now:
+                _, _, say = heapq.heappop(self._due)
+                out += say(now)
+            self._fall(now)
+            return out
+
+    def next_at(self) -> float | None:
+        """Return when `speak` has something of its own, None if only a question brings it."""
+        with self._lock:
+            times = [self._due[0][0]] if self._due else []
+            if self.options.heartbeat_every_s:
+                times.append(self._beat_at + self.options.heartbeat_every_s)
+            if self._streams:
+                times.append(self._streamed_at + 1 / self.options.stream_hz)
+            if self._falling_since is not None:
+                times.append(self._falling_since + self.settings[TIME] / 100)
+            return min(times, default=None)
+
+    # What a person does to it.
+
+    def restart(self, now: float, *, off_s: float = 0.3, heartbeats: int = 2, boots: int = 1) -> None:
+        """Switch it off and on again, as by a brown-out; `boots` is what its count grows by."""
+        with self._lock:
+            self._switch_off(now)
+            self._later(now + off_s, lambda at: self._switch_on(at, boots))
+            for number in range(heartbeats):
+                self._later(now + off_s + number * HEARTBEAT_GAP_S, self._beat)
+
+    def be_silent(self, now: float, for_s: float) -> None:
+        """Neither hear nor say anything for a while, as with the plug pulled."""
+        with self._lock:
+            self._silent_until = now + for_s
+
+    def move(self, now: float, *, tilt_deg: int | None = None, acceleration: int | None = None) -> None:
+        """Turn it, or let it fall (`acceleration` in 0.1 g); it fires by itself where it should."""
+        with self._lock:
+            if tilt_deg is not None:
+                self.readings.tilt_deg = tilt_deg
+            if acceleration is not None:
+                self.readings.acceleration = acceleration
+            self._fall(now)
+
+    def trigger(self, now: float, source: int) -> None:
+        """Fire, and keep a record."""
+        with self._lock:
+            self.triggered = True
+            self.records = [*self.records, self._record(now, source)][-MOST_RECORDS:]
+
+    # Questions.
+
+    def _take(self, question: Question, now: float) -> None:
+        if now < self._silent_until:
+            self._note(GOT, question.frame, now, "silent")
+            return
+        pause_s = now - self._heard_at
+        self._heard_at = now
+        if question.is_set:
+            self._take_set(question, now, pause_s)
+        else:
+            self._take_query(question, now)
+
+    def _take_set(self, question: Question, now: float, pause_s: float) -> None:
+        code = question.code
+        if code not in (DEPLOY, SHUT_DOWN) and code not in self.settings:
+            self._note(GOT, question.frame, now, "unknown")
+            return
+        if pause_s < self.options.set_needs_pause_s or self._counts(self.options.lost_sets, code):
+            self._note(GOT, question.frame, now, "lost")
+            return
+        is_ignored = self._counts(self.options.ignored_sets, code)
+        is_unanswered = self._counts(self.options.lost_answers, code)
+        self._note(GOT, question.frame, now, "ignored" if is_ignored else "unanswered" if is_unanswered else "")
+        value = question.value
+        if code == ATTITUDE and value < self.options.lowest_attitude_deg:
+            value = self.settings[ATTITUDE]
+        before_rate = self.rate
+        if not is_ignored:
+            self._do(code, value, now)
+        if is_unanswered or (code == BAUD and self.options.baud_answer == "none"):
+            return
+        said = 0x01 if code in self.options.acknowledged_by_one else value
+        frame = answer(self.options.freefall_code if code == FREEFALL_OFF else code, bytes((0x01, said)))
+        at = self._answer_at(code, now)
+        if code == BAUD and self.options.baud_answer == "old":
+            rate = self.rate
+            self.rate = before_rate
+            self._later(at + 0.01, lambda _: self._use_rate(rate))
+        self._say(at, frame)
+        for after_s in self.options.copies.get(code, ()):
+            self._say(at + after_s, frame, "again")
+        if code == SHUT_DOWN and not is_ignored:
+            self._later(at + 0.001, self._switch_off)
+
+    def _take_query(self, question: Question, now: float) -> None:
+        code = question.code
+        body = self._body(code)
+        if body is None and code != RECORDS:
+            self._note(GOT, question.frame, now, "unknown")
+            return
+        if self._counts(self.options.lost_queries, code):
+            self._note(GOT, question.frame, now, "lost")
+            return
+        self._note(GOT, question.frame, now)
+        if code == ZERO:
+            self.readings.tilt_deg = 0
+        at = self._answer_at(code, now)
+        frames = self._record_frames() if body is None else [self._short_or_status(code, body)]
+        for number, frame in enumerate(frames):
+            self._say(at + number * self.options.record_gap_s, frame)
+            for after_s in self.options.query_copies.get(code, ()):
+                self._say(at + after_s + number * self.options.record_gap_s, frame, "again")
+        if code in self.options.second:
+            after_s, text = self.options.second[code]
+            self._say(at + after_s, self._short_or_status(code, bytes.fromhex(text)), "second")
+
+    def _short_or_status(self, code: int, body: bytes) -> bytes:
+        if code in self.options.instead:
+            body = bytes.fromhex(self.options.instead[code])
+        if code == STATUS:
+            return self._long(bytes((STATUS,)) + body)
+        frame = answer(self.options.voltage_code if code == CELL else code, body)
+        if code == ATTITUDE and self.options.misprinted_sum:
+            return frame[:-1] + b"\x50"
+        return frame
+
+    def _body(self, code: int) -> bytes | None:
+        """Return what stands between code and sum in the answer to a query; None for what it does not know."""
+        if code == HEARTBEAT:
+            return HEARTBEAT_BODY
+        if code == STATUS:
+            return self._status()
+        values = {
+            LIGHT: self._light,
+            BOOTS: self.readings.boots,
+            ZERO: 1,
+            IS_ACTIVE: self.settings[ACTIVATION],
+            HAS_FIRED: int(self.triggered),
+            CHARGING: self.readings.charging,
+            CELL: self.readings.cell,
+        }
+        for setting in (LIGHT_THRESHOLD, ATTITUDE, ACCELERATION, TIME):
+            values[setting] = self.settings[setting]
+        # E8: 13, 16, 17 and 24 can be set and not asked.
+        return bytes((0x01, values[code])) if code in values else None
+
+    @property
+    def _light(self) -> int:
+        return self.options.light_open if self.readings.bay_open else self.options.light_closed
+
+    def _status(self) -> bytes:
+        readings = self.readings
+        return bytes((readings.tilt_deg, readings.acceleration, int(self.triggered), self.settings[ACTIVATION]))
+
+    def _record(self, now: float, source: int) -> bytes:
+        uptime_s = min(0xFFFF, int(now - self._switched_on_at))
+        light = self.settings[LIGHT_THRESHOLD] if self.options.record_light_is_threshold else self._light
+        return bytes((
+            RECORDS, 0x01, self.readings.boots, uptime_s >> 8, uptime_s & 0xFF, source,
+            self.settings[ATTITUDE], self.settings[ACCELERATION], self.settings[TIME],
+            0, 1 - self.readings.charging, light, self.readings.cell,
+        ))  # fmt: skip
+
+    def _record_frames(self) -> list[bytes]:
+        kept = list(self.records)
+        if self.options.records_newest_first:
+            kept.reverse()
+        if self.options.empty_slot is not None:
+            empty = bytes((RECORDS, 0x01)) + bytes((self.options.empty_slot,)) * 11
+            kept += [empty] * (MOST_RECORDS - len(kept))
+        if not kept:
+            return []
+        first = self._next_record % len(kept)
+        chosen = kept[first : first + self.options.records_at_once]
+        self._next_record = (first + len(chosen)) % len(kept)
+        return [self._long(body)[: self.options.record_bytes] for body in chosen]
+
+    def _long(self, body: bytes) -> bytes:
+        return with_sum(FROM_MODULE + body, 3 if self.options.long_sum_short else None)
+
+    # What it does.
+
+    def _do(self, code: int, value: int, now: float) -> None:
+        if code == DEPLOY:
+            self.forbidden = self.options.forbidding_holds_back and value == 0
+            if value == 1:
+                self.trigger(now, BY_SERIAL)
+            return
+        if code == SHUT_DOWN:
+            return
+        before = self.settings[code]
+        self.settings[code] = value
+        if code == OUTPUT:
+            self._streamed_at = now
+        if code == BAUD and self.options.baud_at_once:
+            self._use_rate(RATES.get(value, self.rate))
+        if code in self.options.reverts:
+            after_s, other = self.options.reverts[code]
+            returns_to = before if other is None else other
+            self._later(now + after_s, lambda _: self._revert(code, returns_to))
+        self._fall(now)
+
+    def _revert(self, code: int, value: int) -> bytes:
+        self.settings[code] = value
+        return b""
+
+    def _use_rate(self, rate: int) -> bytes:
+        self.rate = rate
+        return b""
+
+    def _fall(self, now: float) -> None:
+        """Fire by itself, if it is active, by the flags and thresholds that hold."""
+        may_fire = not (self._is_off or self.triggered or self.forbidden) and self.settings[ACTIVATION] == 1
+        if may_fire and self.settings[ATTITUDE_OFF] == 0 and self.readings.tilt_deg >= self.settings[ATTITUDE]:
+            self.trigger(now, BY_ATTITUDE)
+            return
+        is_falling = self.readings.acceleration < self.settings[ACCELERATION]
+        if not (may_fire and is_falling and self.settings[FREEFALL_OFF] == 0):
+            self._falling_since = None
+        elif self._falling_since is None:
+            self._falling_since = now
+        elif now - self._falling_since >= self.settings[TIME] / 100:
+            self._falling_since = None
+            self.trigger(now, BY_FALL)
+
+    def _switch_off(self, now: float) -> bytes:
+        self._is_off = True
+        self._due.clear()
+        self._ear.forget()
+        return b""
+
+    def _switch_on(self, now: float, boots: int) -> bytes:
+        self._is_off = False
+        self._switched_on_at = now
+        self.readings.boots = (self.readings.boots + boots) % 256
+        self.triggered = False
+        self.forbidden = False
+        if not self.options.activation_survives:
+            self.settings[ACTIVATION] = 0
+        if not self.options.output_survives:
+            self.settings[OUTPUT] = 0
+        if not self.options.flags_survive:
+            self.settings[ATTITUDE_OFF] = 0
+            self.settings[FREEFALL_OFF] = 0
+        self.rate = RATES.get(self.settings[BAUD], self.rate)
+        return b""
+
+    # What it says, and when.
+
+    @property
+    def _streams(self) -> bool:
+        return self.settings[OUTPUT] == 1 and not self._is_off and self.options.stream_hz > 0
+
+    def _repeat(self, now: float) -> None:
+        """Bring what it says without being asked: the stream, and heartbeats of a strange module."""
+        if self._streams:
+            step_s = 1 / self.options.stream_hz
+            self._streamed_at = max(self._streamed_at, now - 1.0)
+            while self._streamed_at + step_s <= now:
+                self._streamed_at += step_s
+                self._say(self._streamed_at, self._short_or_status(STATUS, self._status()), "stream")
+        every_s = self.options.heartbeat_every_s
+        if every_s and not self._is_off and now - self._beat_at >= every_s:
+            self._beat_at = now
+            self._later(now, self._beat)
+
+    def _beat(self, now: float) -> bytes:
+        return self._leave(answer(HEARTBEAT, HEARTBEAT_BODY), now, "unasked")
+
+    def _answer_at(self, code: int, now: float) -> float:
+        at = now + self.options.delays.get(code, self.options.delay_s)
+        at += self._random.uniform(0, self.options.jitter_s)
+        if self.options.in_order:
+            at = max(at, self._free_at)
+            self._free_at = at
+        return at
+
+    def _say(self, at: float, frame: bytes, note: str = "") -> None:
+        self._later(at, lambda now: self._leave(frame, now, note))
+
+    def _leave(self, frame: bytes, now: float, note: str) -> bytes:
+        if now < self._silent_until or self._is_off:
+            return b""
+        worn = self._worn(frame)
+        self._note(SENT, frame, now, note if worn == frame else f"{note} garbled".strip())
+        return worn
+
+    def _later(self, at: float, say: Callable[[float], bytes]) -> None:
+        self._number += 1
+        heapq.heappush(self._due, (at, self._number, say))
+
+    def _worn(self, data: bytes) -> bytes:
+        """Return `data` as a bad line leaves it."""
+        if not (self.options.lose or self.options.flip):
+            return data
+        worn = bytearray()
+        for byte in data:
+            if self._random.random() < self.options.lose:
+                continue
+            if self._random.random() < self.options.flip:
+                worn.append(byte ^ 1 << self._random.randrange(8))
+            else:
+                worn.append(byte)
+        return bytes(worn)
+
+    def _counts(self, times: Times, code: int) -> bool:
+        """Use up one of the times that a fault is left for."""
+        left = times.get(code, 0)
+        if left > 0:
+            times[code] = left - 1
+        return left != 0
+
+    def _note(self, kind: str, frame: bytes, now: float, note: str = "") -> None:
+        self.log.add(Entry(now - self._began_at, kind, frame, note, self.name))
+
+    def _note_junk(self, now: float) -> None:
+        if self._ear.dropped:
+            self._note(NOT_A_FRAME, bytes(self._ear.dropped), now)
+            self._ear.dropped.clear()

@@ -1,0 +1,163 @@
+"""The independent module answers as the vendor's table says, and the product works against it."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.module.line import Line
+from tests.module.module import BY_ATTITUDE, Module
+from tests.module.options import Options
+from tests.support.processes import PROGRAM, ran
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+def asked(module: Module, question: str, now: float = 1.0) -> str:
+    module.hear(bytes.fromhex(question), now)
+    return module.speak(now).hex(" ")
+
+
+def test_it_and_the_vendors_table_import_nothing_of_the_product() -> None:
+    for file in [*HERE.glob("*.py"), *(HERE.parent / "vendor").glob("*.py")]:
+        if file.name.startswith("test_"):
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                names = [node.module or ""]
+            for name in names:
+                assert name.split(".")[0] not in ("protocol", "app", "ui"), file
+                assert not name.startswith("tests.") or name.startswith(("tests.module", "tests.vendor")), file
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("42 61 01 a5 5a 00", "41 75 01 a5 5a 00"),
+        ("42 61 10 02 01 13", "41 75 10 01 01 12"),
+        ("42 61 17 02 01 1a", "41 75 17 01 01 19"),
+        ("42 61 20 01 00 21", "41 75 20 01 3c 5d"),
+        ("42 61 32 01 00 33", "41 75 32 07 0a 00 00 43"),
+        ("42 61 34 01 00 35", "41 75 35 01 c8 fe"),
+        ("42 61 16 01 00 17", ""),
+        ("42 61 20 01 00 50", ""),
+    ],
+)
+def test_answers(question: str, answer: str) -> None:
+    module = Module()
+    module.readings.tilt_deg = 7
+    assert asked(module, question) == answer
+
+
+def test_a_trigger_leaves_the_record_of_the_vendors_example() -> None:
+    module = Module(Options(light_closed=0x0C))
+    module.readings.cell = 0xEB
+    module.trigger(108.0, BY_ATTITUDE)
+    said = asked(module, "42 61 35 01 00 36", 109.0)
+    assert said.startswith("41 75 35 01 01 00 6c 02 3c 05 a0 00 01 0c eb 7e 41 75 35 01 00 00")
+    assert len(bytes.fromhex(said)) == 9 * 16
+
+
+def test_a_copy_comes_late_and_a_lost_set_is_not_done() -> None:
+    module = Module(Options(copies={0x16: [0.5]}, lost_sets={0x17: 1}))
+    assert asked(module, "42 61 16 02 01 19") == "41 75 16 01 01 18"
+    assert asked(module, "42 61 17 02 01 1a") == ""
+    assert module.settings[0x17] == 0
+    assert module.speak(1.49) == b""
+    assert module.speak(1.51) == bytes.fromhex("41 75 16 01 01 18")
+    assert [entry.note for entry in module.log.sets(0x17)] == ["lost"]
+
+
+def test_two_heartbeats_follow_a_restart() -> None:
+    module = Module()
+    asked(module, "42 61 10 02 01 13")
+    module.restart(2.0, off_s=0.3)
+    assert asked(module, "42 61 30 01 00 31", 2.1) == ""
+    assert module.speak(2.3).hex(" ") == "41 75 01 a5 5a 00"
+    assert module.speak(2.4).hex(" ") == "41 75 01 a5 5a 00"
+    assert asked(module, "42 61 30 01 00 31", 2.5) == "41 75 30 01 00 31"
+    assert module.readings.boots == 2
+
+
+def dps_s(line: Line, *words: str) -> "subprocess.CompletedProcess[str]":
+    return ran(*PROGRAM, *words, "--port", line.port)
+
+
+def test_read() -> None:
+    module = Module(now=Line.now())
+    module.settings.update({0x20: 65, 0x21: 6, 0x22: 150, 0x15: 20})
+    with Line(module) as line:
+        ended = dps_s(line, "read", "--json")
+    assert ended.returncode == 0, ended.stderr
+    settings = json.loads(ended.stdout)["settings"]
+    assert settings["attitude_threshold_deg"] == 65
+    assert settings["freefall_acceleration_g"] == 0.6
+    assert settings["freefall_time_s"] == 1.5
+    assert settings["light_threshold_v"] == 2.0
+    assert settings["attitude_trigger"] is None
+    assert module.log.sets() == []
+    assert module.log.acts() == []
+
+
+def test_set() -> None:
+    module = Module(now=Line.now())
+    with Line(module) as line:
+        ended = dps_s(line, "set", "freefall_time_s=0.90", "freefall_trigger=false", "--accept-risk")
+    assert ended.returncode == 0, ended.stderr
+    assert module.settings[0x22] == 90
+    assert module.settings[0x17] == 1
+    assert module.settings[0x16] == 0
+    assert len(module.log.sets(0x22)) == 1
+
+
+def test_a_set_that_is_only_acknowledged_is_not_verified() -> None:
+    with Line(Module(Options(ignored_sets={0x22: -1}), now=Line.now())) as line:
+        ended = dps_s(line, "set", "freefall_time_s=0.90")
+    assert ended.returncode == 1, ended.stderr
+
+
+def test_lock() -> None:
+    module = Module(now=Line.now())
+    module.settings[0x10] = 1
+    with Line(module) as line:
+        ended = dps_s(line, "lock", "--yes")
+    assert ended.returncode == 0, ended.stderr
+    assert module.settings[0x10] == 0
+
+
+def test_history() -> None:
+    module = Module(now=Line.now())
+    module.trigger(Line.now() + 108, BY_ATTITUDE)
+    with Line(module) as line:
+        ended = dps_s(line, "history", "--json")
+    assert ended.returncode == 0, ended.stderr
+    found = json.loads(ended.stdout)
+    assert [record["sources"] for record in found["records"]] == [["attitude"]]
+    assert found["empty_slots"] == 8
+
+
+def test_monitor() -> None:
+    module = Module(now=Line.now())
+    module.readings.tilt_deg = 12
+    with Line(module) as line:
+        ended = dps_s(line, "monitor", "--seconds", "0.5", "--json")
+    assert ended.returncode == 0, ended.stderr
+    rows = [json.loads(row) for row in ended.stdout.splitlines()]
+    assert {row["tilt_deg"] for row in rows} == {12}
+    assert [entry.value for entry in module.log.sets(0x13)] == [1, 0]
+
+
+def test_preflight() -> None:
+    module = Module(now=Line.now())
+    with Line(module) as line:
+        ended = dps_s(line, "preflight", "--json")
+        checks = {check["id"]: check["result"] for check in json.loads(ended.stdout)["checks"]}
+    assert ended.returncode == 1, ended.stderr
+    assert checks["attitude_trigger"] == "unknown"
+    assert checks["cell_voltage"] == "pass"
+    assert module.log.acts() == []
