@@ -11,7 +11,9 @@ import io
 import logging
 import os
 import sys
+import time
 from collections.abc import Sequence
+from datetime import datetime
 from importlib import import_module
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -52,6 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     _prepare_output()
     set_language(system_language())
     translate_argparse()
+    _replace_unusable_zone()
     try:
         code = _run_or_refuse(words)
         console.write("")  # flushes what argparse printed
@@ -237,6 +240,18 @@ def _replace_closed_streams() -> None:
             setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
 
 
+def _replace_unusable_zone() -> None:
+    """A zone that Python cannot compute with would end what writes a time: UTC takes its place, and LOCK goes on."""
+    try:
+        datetime.now().astimezone()
+    except ValueError:  # a day or more from UTC
+        zone = os.environ.get("TZ", "")
+        os.environ["TZ"] = "UTC"
+        if hasattr(time, "tzset"):  # Windows has it from its settings
+            time.tzset()
+        console.notify(tr("The time zone {zone} (TZ) cannot be used. Times are in UTC.", zone=zone))
+
+
 def _write_utf8() -> None:
     """JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes."""
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -252,23 +267,34 @@ def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
 
 
 def _explain(error: Exception) -> int:
-    from app.diagnosis.causes import explain
-    from app.terminal.connection import link_trouble
-
     if os.environ.get(DEBUG) == "1":
         import traceback
 
         traceback.print_exception(error)
-    sentence = link_trouble(error)
     if isinstance(error, ImportError):
-        from app.system.screen import missing_libraries
+        sentence = _why_not_loaded(error)
+        if sentence is not None:
+            console.notify(sentence)
+            return console.ANSWER_NO
+    from app.diagnosis.causes import explain
+    from app.terminal.connection import link_trouble
 
-        sentence = missing_libraries()
+    sentence = link_trouble(error)
     if sentence is not None:
         console.notify(sentence)
         return console.NO_LINK
     console.notify(explain(error).terminal_sentence)
     return console.ANSWER_NO
+
+
+def _why_not_loaded(error: ImportError) -> str | None:
+    """A sentence on the system's libraries or the package that is missing; None where a part of the program is."""
+    from app.system.screen import missing_libraries
+
+    package = (error.name or "").partition(".")[0]
+    if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):
+        return tr("The Python package {package} is missing. Install the program again.", package=package)
+    return missing_libraries()
 
 
 if __name__ == "__main__":

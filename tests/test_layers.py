@@ -47,8 +47,6 @@ ROOMS = (
     "app/cli/settings",
     "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window
-    "app/start.py",  # starts it where pip installed it
-    "app/frozen.py",  # starts it in the packages
     "ui",
     "ui/style",
     "ui/core",

@@ -117,6 +117,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
             timeout=deadline_s,
             check=True,
             stdin=subprocess.DEVNULL,
+            cwd=Path(__file__).parents[2],  # `-m` looks there first: a package `app` on PYTHONPATH is not ours
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # on Windows: opens no console
         )
         return [PortInfo(**port) for port in json.loads(listing.stdout.decode(errors="replace"))["ports"]]

@@ -3202,6 +3202,10 @@
         <translation>文字大小</translation>
     </message>
     <message>
+        <source>The Python package {package} is missing. Install the program again.</source>
+        <translation>缺少 Python 包 {package}。请重新安装本程序。</translation>
+    </message>
+    <message>
         <source>The adapter at {port} disconnected {visits} times.</source>
         <translation>{port} 的适配器反复断开，共 {visits} 次。</translation>
     </message>
@@ -3436,6 +3440,10 @@
     <message>
         <source>The test makes the module fire.</source>
         <translation>该测试会使模块触发。</translation>
+    </message>
+    <message>
+        <source>The time zone {zone} (TZ) cannot be used. Times are in UTC.</source>
+        <translation>时区 {zone}（TZ）无法使用。时间按 UTC 显示。</translation>
     </message>
     <message>
         <source>The user guide is not installed.</source>
@@ -5944,10 +5952,6 @@
     <message>
         <source>“dps-s verify FILE” tells what this file says and who signed it. Keep it with the aircraft.</source>
         <translation>“dps-s verify FILE”说明此文件中记录的内容和签名者。请与飞行器文档一并保存。</translation>
-    </message>
-    <message>
-        <source>“{name}” in {place} is not this program's: install it with pipx or uv tool.</source>
-        <translation>{place} 中的“{name}”不属于本程序：请用 pipx 或 uv tool 安装本程序。</translation>
     </message>
     <message>
         <source>“{name}” is another module here: settle first whether they are one.</source>

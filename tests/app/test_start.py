@@ -9,52 +9,81 @@ from pathlib import Path
 
 import pytest
 
-from app import frozen, start
+import dps_s_configurator
+from app.engine import ports
+from dps_s_configurator import frozen
 from tests.support.processes import ran
 
 ROOT = Path(__file__).parents[2]
+ENTRY = ROOT / "packaging" / "entry"
+START = "import sys; from dps_s_configurator import main; sys.exit(main())"
 
 
-def started(folder: Path) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-c", "import sys; from app.start import main; sys.exit(main())", "--version"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, encoding="utf-8", check=False)
-
-
-def test_the_programs_own_packages_are_no_matter() -> None:
-    assert start.foreign_package() is None
-
-
-@pytest.mark.parametrize("name", ["protocol", "ui"])
-def test_a_package_of_another_program_is_one_sentence(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    foreign = tmp_path / name
-    foreign.mkdir()
-    (foreign / "__init__.py").touch()
-    monkeypatch.setenv("LC_ALL", "C.UTF-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    done = started(ROOT / "docs")
-    assert done.returncode == start.FOREIGN
-    assert done.stderr == f"“{name}” in {foreign} is not this program's: install it with pipx or uv tool.\n"
-
-
-def test_an_overwritten_package_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where another wheel has a package `app`, its `__init__.py` replaces ours and the other files stay."""
-    for package in start.OURS:
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "app" / "__init__.py").write_text("", encoding="utf-8")
-    monkeypatch.setenv("LC_ALL", "C.UTF-8")
-    done = started(tmp_path)
-    assert (done.returncode, done.stdout) == (start.FOREIGN, "")
-    assert done.stderr == f"“app” in {tmp_path / 'app'} is not this program's: install it with pipx or uv tool.\n"
+def started(entry: Path, *words: str, folder: Path = ROOT, **variables: str) -> "subprocess.CompletedProcess[str]":
+    """Run it as an installed command is: nothing but the entry can be imported by its place."""
+    path = os.pathsep.join(filter(None, (variables.pop("PYTHONPATH", ""), str(entry))))
+    environ = {**os.environ, "LC_ALL": "C.UTF-8", "PYTHONPATH": path, **variables}
+    command = [sys.executable, "-P", "-c", START, *words]
+    return subprocess.run(
+        command, cwd=folder, env=environ, capture_output=True, text=True, encoding="utf-8", check=False
+    )
 
 
 @pytest.mark.parametrize("name", ["app", "protocol", "ui"])
-def test_a_package_that_another_program_took_along_is_noticed(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(start.OURS, name, "what_only_another_has.py")
-    assert f"“{name}” in " in (start.foreign_package() or "")
+def test_a_package_of_that_name_on_pythonpath_is_not_taken_for_ours(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text("raise SystemExit('foreign')\n", encoding="utf-8")
+    done = started(ENTRY, "decode", "41", PYTHONPATH=str(tmp_path))
+    assert done.stderr == ""
+    assert done.returncode == 4  # no frame
+
+
+def test_the_ports_are_listed_by_the_programs_own_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "__init__.py").write_text("raise SystemExit('foreign')\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert ports._scan_in_process(60) == ports.scan()
+
+
+@pytest.mark.parametrize("harm", ["another __init__.py", "no ui"])
+def test_a_package_that_another_program_has_overwritten_or_removed_is_one_sentence(harm: str, tmp_path: Path) -> None:
+    for package in (*dps_s_configurator.OURS, "packaging/entry/dps_s_configurator"):
+        target = tmp_path / Path(package).name
+        shutil.copytree(ROOT / package, target, ignore=shutil.ignore_patterns("__pycache__"))
+    if harm == "no ui":
+        shutil.rmtree(tmp_path / "ui")
+    else:
+        (tmp_path / "app" / "__init__.py").write_text("", encoding="utf-8")
+    name = "ui" if harm == "no ui" else "app"
+    done = started(tmp_path, "--version")
+    assert (done.returncode, done.stdout) == (dps_s_configurator.INCOMPLETE, "")
+    assert done.stderr.startswith(f"“{name}” in {tmp_path / name} is not DPS-S Configurator's")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("package", "words"),
+    [
+        ("numpy", ["fired", "flight.csv"]),
+        ("mcap", ["record", "--port", "sim://", "--seconds", "0.2", "session.mcap"]),
+        ("serial", ["read", "--port", "sim://"]),
+        ("PySide6", ["gui", "--demo"]),
+    ],
+)
+def test_a_missing_package_is_named_in_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(f"import sys\nsys.modules[{package!r}] = None\n", encoding="utf-8")
+    done = started(ENTRY, *words, folder=tmp_path, PYTHONPATH=str(tmp_path), QT_QPA_PLATFORM="offscreen")
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == f"The Python package {package} is missing. Install the program again."
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there TZ is not read")
+@pytest.mark.parametrize("words", [["archive", "report"], ["lock", "--port", "sim://", "--yes"]])
+def test_a_time_zone_that_nobody_can_compute_with_stops_nothing(words: list[str], tmp_path: Path) -> None:
+    done = started(ENTRY, *words, folder=tmp_path, TZ="<+99>-99")
+    assert done.returncode == 0, done.stderr
+    assert "The time zone <+99>-99 (TZ) cannot be used. Times are in UTC.\n" in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there a process sends Ctrl-C to its whole group")
@@ -72,10 +101,12 @@ def test_ctrl_c_while_it_is_loaded_or_ends_is_quiet(module: str, tmp_path: Path)
         "    atexit.register(os.kill, os.getpid(), signal.SIGINT)\n",
         encoding="utf-8",
     )
-    command = [sys.executable, "-c", "import sys; from app.start import main; sys.exit(main())", "decode", "41"]
-    done = ran(*command, PYTHONPATH=str(tmp_path), LC_ALL="C.UTF-8")
+    command = [sys.executable, "-c", START, "decode", "41"]
+    done = ran(*command, PYTHONPATH=os.pathsep.join((str(tmp_path), str(ENTRY))), LC_ALL="C.UTF-8")
     assert done.stderr == ""
-    assert done.returncode == (-signal.SIGINT if module == "the end" else start.INTERRUPTED)  # a shell calls both 130
+    assert done.returncode == (
+        -signal.SIGINT if module == "the end" else dps_s_configurator.INTERRUPTED
+    )  # a shell calls both 130
 
 
 @pytest.mark.parametrize("original", [None, "/opt/lib"])
@@ -99,8 +130,7 @@ def test_without_a_console_an_error_is_shown_in_a_box(
     boxes: list[str] = []
     for stream in ("stdout", "stderr"):
         monkeypatch.setattr(sys, stream, None)
-    monkeypatch.setattr("sys.platform", "win32")
-    monkeypatch.setattr(frozen, "_run", run)
-    monkeypatch.setattr(frozen, "_show_error", boxes.append)
-    assert frozen.begin() == code
+    monkeypatch.setattr(dps_s_configurator, "_run", run)
+    monkeypatch.setattr(dps_s_configurator, "_show_error", boxes.append)
+    assert dps_s_configurator.open_window() == code
     assert boxes == shown
