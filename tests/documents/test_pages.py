@@ -15,8 +15,8 @@ from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY
 from protocol.catalogue import COMMANDS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
-from tests.support.line.vectors import VECTORS
 from tests.support.setup_files import generator
+from tests.vendor.frames import VECTORS
 
 ROOT: Final = Path(__file__).parents[2]
 PAGES: Final = tuple(

@@ -10,7 +10,7 @@ from protocol.catalogue import BY_NAME, RECORD_CODE
 from protocol.frame import Frame, Noise, Reason, encode_long, encode_reply
 from protocol.messages import Acknowledgement, EmptySlot, Reading, TriggerRecord, decode
 from protocol.stream import StreamParser
-from tests.support.line.vectors import BY_ID
+from tests.vendor.frames import BY_ID
 
 STATUS = BY_ID["status-example"].raw
 EXAMPLE = BY_ID["trigger-record-example"].raw

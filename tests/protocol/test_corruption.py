@@ -17,7 +17,7 @@ from protocol.catalogue import BY_NAME, COMMANDS, Hazard, Request
 from protocol.frame import Direction, Frame, decode_request
 from protocol.messages import Acknowledgement, Reading, answers, decode
 from protocol.stream import StreamParser
-from tests.support.line.vectors import FROM_MODULE, VALID, Vector
+from tests.vendor.frames import FROM_MODULE, VALID, Vector
 
 
 def corruptions(raw: bytes, bits: int) -> Iterator[bytes]:

@@ -35,7 +35,7 @@ from protocol.frame import (
     module_lengths,
 )
 from tests.support.line.reference_decoder import REPLIES, REQUESTS, sum_is_right
-from tests.support.line.vectors import FROM_HOST, FROM_MODULE, VECTORS, Vector
+from tests.vendor.frames import FROM_HOST, FROM_MODULE, VECTORS, Vector
 
 
 @pytest.mark.parametrize("vector", FROM_HOST, ids=lambda vector: vector.id)

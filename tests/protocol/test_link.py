@@ -26,8 +26,8 @@ from protocol.stale_replies import FENCES
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
 from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.line.reference_decoder import sum_is_right
-from tests.support.line.vectors import BY_ID, FROM_MODULE
 from tests.support.thorough import IS_THOROUGH
+from tests.vendor.frames import BY_ID, FROM_MODULE
 
 
 @pytest.fixture

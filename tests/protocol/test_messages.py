@@ -21,7 +21,7 @@ from protocol.catalogue import (
 from protocol.fields import ValueRefused
 from protocol.frame import encode_long, encode_reply
 from protocol.messages import Acknowledgement, Reading, Source, Status, TriggerRecord, answers, decode, decode_record
-from tests.support.line.vectors import BY_ID, FROM_MODULE, Vector
+from tests.vendor.frames import BY_ID, FROM_MODULE, Vector
 
 EXAMPLE = BY_ID["trigger-record-example"].raw
 VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw

@@ -14,8 +14,8 @@ from protocol.messages import Status
 from protocol.stream import Piece, StreamParser
 from tests.support.line import reference_decoder
 from tests.support.line.nasty_bytes import hostile_bytes, summed
-from tests.support.line.vectors import BY_ID, VALID, Vector
 from tests.support.thorough import IS_THOROUGH
+from tests.vendor.frames import BY_ID, VALID, Vector
 
 VOLTAGE = BY_NAME["cell_voltage"].query()
 RECORDS = BY_NAME["trigger_records"].query()

@@ -24,8 +24,8 @@ from protocol.fields import Flag
 from protocol.frame import Direction, Fault, Frame, Noise, Reason, encode_long, encode_reply
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.line.vectors import BY_ID, VALID, VECTORS, Vector
 from tests.support.records.recordings_made import explained
+from tests.vendor.frames import BY_ID, VALID, VECTORS, Vector
 
 RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
 ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS), max_size=30).map(

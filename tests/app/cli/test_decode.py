@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli_line import Program
-from tests.support.line.vectors import BY_ID
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, running
+from tests.vendor.frames import BY_ID
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 

@@ -6,7 +6,7 @@ from protocol.catalogue import BY_NAME, HEARTBEAT, Command, Request
 from protocol.events import Event, Received, Role
 from protocol.link import Link
 from protocol.messages import Status
-from tests.support.line.vectors import BY_ID
+from tests.vendor.frames import BY_ID
 
 Told = TypeVar("Told")
 

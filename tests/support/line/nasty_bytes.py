@@ -3,7 +3,7 @@
 import random
 
 from protocol.catalogue import BY_CODE
-from tests.support.line.vectors import VALID
+from tests.vendor.frames import VALID
 
 _FRAMES = tuple(vector.raw for vector in VALID)
 _RECORD = next(raw for raw in _FRAMES if len(raw) == 16)
