@@ -255,8 +255,8 @@ GROUPS: Final = {
             option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
                    text=", ".join(THRESHOLDS)),
             option("--column", action="append", default=[], metavar="ROLE=COLUMN", text="CSV: roll_deg=ATT.Roll"),
-            one_of(flag("--must-not", marked("propose thresholds that fire in none")),
-                   flag("--must", marked("propose thresholds that fire in all"))), JSON,
+            one_of(flag("--must-not", marked("do the vendor's defaults fire in none?")),
+                   flag("--must", marked("do the vendor's defaults fire in all, in time?"))), JSON,
         )),
         SubCommand("decode", "decode.run", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44", (
             option("hex", nargs="*", metavar="HEX", text=marked("hex bytes, a capture, or - for standard input")),

@@ -13,7 +13,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import JudgedFlight, LogFiring
 from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
-from app.flight_analysis.proposal import propose
+from app.flight_analysis.proposal import defaults_result
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import NO_TIME, parse_choice
 from app.flight_logs.read_log import find_logs
@@ -190,16 +190,24 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
 
 
 def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:
-    """Thresholds in the form of `dps-s set`, and the flight with the smallest margin."""
-    group = FlightGroup.MUST if is_must else FlightGroup.MUST_NOT
-    proposal = propose((), flights) if is_must else propose(flights, ())
-    nearest = proposal.nearest(group)
-    if proposal.limits is None:
-        lines = [labelled(conflict.name, conflict.why.translated()) for conflict in proposal.conflicts]
-        return ["", tr("No thresholds within the vendor's advice do this."), *lines]
-    if nearest is None:
+    """What the vendor's defaults do in these flights. Flights of one side alone propose no thresholds."""
+    if not flights:
         return []
-    values = " ".join(f"{key}={value}" for key, value in proposal.settings.items())
-    margins = tr("Least margin: {tilt}°, {fall:.2f} s in {file}.",
-                 tilt=nearest.attitude_deg, fall=nearest.freefall_s, file=nearest.name)  # fmt: skip
-    return ["", tr("Proposal: {limits}", limits=values), margins]
+    result = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
+    count, total = len(result.unexpected), result.total
+    lines = ["", "\n".join(result.unexpected)]
+    if is_must and count:
+        lines[0] = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
+    elif is_must:
+        lines[0] = tr("The vendor's defaults fire in all {total}", total=total)
+    elif count:
+        lines[0] = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
+        lines.append(tr("Did it crash? Then it must fire."))
+    elif result.not_judged:
+        lines[0] = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
+    else:
+        lines[0] = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
+    if result.not_judged:
+        names = join_names(result.not_judged)
+        lines.append(tr("Without attitude or acceleration: {names}", names=names))
+    return ["", *filter(None, lines)]

@@ -26,6 +26,8 @@ TIMES_S: Final = TIME_STEPS / CENTISECOND.per_unit
 class FlightGroup(Enum):
     """What a flight is expected to do; the value is the text that is shown."""
 
+    UNSORTED = marked("not sorted yet")
+    """Only a person knows whether it crashed, so a flight is on no side until one chooses."""
     MUST_NOT = marked("must not fire")
     MUST = marked("must fire")
 

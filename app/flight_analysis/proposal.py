@@ -1,7 +1,8 @@
 """Proposes thresholds that separate the flights that must fire from those that must not, with margins.
 
-Thresholds are within the vendor's advice and steps. Under both readings of the vendor's rule no flight fires that must
-not, and each fires before the impact that must.
+A proposal can kill, so it stays within the narrow bounds of this program. Under both readings of the vendor's rule no
+flight fires that must not, and each fires before the impact that must. Flights of one side alone propose nothing: they
+only tell what the vendor's defaults do in them.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,8 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
 from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.summary import FlightSummary
-from app.limits.limits import SETTING_BOUNDS
+from app.flight_logs.module_view import RuleReading
+from app.safety.consequences import SHORT_FALL_S
 from app.text.messages import UserMessage, message
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.fields import Value
@@ -32,10 +34,11 @@ class FlightMargin(NamedTuple):
 
     name: str
     group: FlightGroup
-    attitude_deg: int
+    # None where the log holds no attitude, or no acceleration: of what a log does not hold no margin is known.
+    attitude_deg: int | None
     """Must not fire: threshold minus largest tilt. Must fire: tilt reached in time minus threshold, negative where this
     trigger alone would not fire."""
-    freefall_s: float
+    freefall_s: float | None
     """Must not fire: free-fall time minus longest fall. Must fire: longest fall in time minus free-fall time."""
 
 
@@ -47,13 +50,28 @@ class SeparationConflict(NamedTuple):
     why: UserMessage
 
 
+class DefaultsResult(NamedTuple):
+    """What the vendor's defaults do in the flights of one side, while the other side is empty."""
+
+    group: FlightGroup
+    total: int
+    unexpected: tuple[str, ...]
+    """The flights that fire and must not, or that must and do not fire in time under each reading."""
+    not_judged: tuple[str, ...]
+    """The flights that hold no attitude or no acceleration."""
+
+
 class ThresholdProposal(NamedTuple):
-    """`limits` is None where no thresholds separate the lists; `conflicts` then says why."""
+    """`limits` is None where no thresholds separate the lists; `conflicts` then says why.
+
+    It is None, too, where one side is empty; `defaults` then says what the vendor's defaults do.
+    """
 
     limits: TriggerLimits | None
     margins: tuple[FlightMargin, ...] = ()
     """Per flight, smallest first; those that must not fire before those that must."""
     conflicts: tuple[SeparationConflict, ...] = ()
+    defaults: DefaultsResult | None = None
 
     @property
     def settings(self) -> dict[str, Value]:
@@ -76,6 +94,9 @@ def settings_of(limits: TriggerLimits) -> dict[str, Value]:
 
 def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) -> ThresholdProposal:
     """Takes about 0.1 s for hundreds of flights."""
+    if not must_not or not must:
+        group = FlightGroup.MUST if must else FlightGroup.MUST_NOT
+        return ThresholdProposal(None, defaults=defaults_result(must or must_not, group))
     calm, lost = _Reached.of(must_not, FlightGroup.MUST_NOT), _Reached.of(must, FlightGroup.MUST)
     best = _best(calm, lost)
     if best is None:
@@ -86,6 +107,23 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
         freefall_time_s=best.time / CENTISECOND.per_unit,
     )
     return ThresholdProposal(limits, (*calm.margins(best), *lost.margins(best)))
+
+
+def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> DefaultsResult:
+    """Judges the flights of one side with the vendor's defaults, under both readings."""
+    unexpected: list[str] = []
+    not_judged: list[str] = []
+    for flight in flights:
+        fires = [flight.first_fire(TriggerLimits(), reading) for reading in RuleReading]
+        if group is FlightGroup.MUST:
+            is_expected = all(fire.is_in_time for fire in fires)
+        else:
+            is_expected = not any(fire.sources for fire in fires)
+        if not is_expected:
+            unexpected.append(flight.name)
+        if not (flight.has_attitude and flight.has_acceleration):
+            not_judged.append(flight.name)
+    return DefaultsResult(group, len(flights), tuple(unexpected), tuple(not_judged))
 
 
 class _Thresholds(NamedTuple):
@@ -105,6 +143,8 @@ class _Reached(NamedTuple):
     """Shape (flights,)."""
     fall: Steps
     """Shape (flights, 16): largest free-fall time, by acceleration threshold."""
+    has_attitude: tuple[bool, ...]
+    has_acceleration: tuple[bool, ...]
 
     @classmethod
     def of(cls, flights: Sequence[FlightSummary], group: FlightGroup) -> "_Reached":
@@ -123,6 +163,8 @@ class _Reached(NamedTuple):
             tuple(flight.name for flight in flights),
             np.array(tilts, np.int64),
             np.array(falls, np.int64).reshape(-1, MAX_ACCELERATION_STEPS + 1),
+            tuple(flight.has_attitude for flight in flights),
+            tuple(flight.has_acceleration for flight in flights),
         )
 
     def margins(self, thresholds: _Thresholds) -> list[FlightMargin]:
@@ -132,7 +174,12 @@ class _Reached(NamedTuple):
         worse = np.minimum if self.group is FlightGroup.MUST_NOT else np.maximum
         nearness = worse(tilt / FULL_TILT_STEPS, fall / FULL_TIME_STEPS)
         return [
-            FlightMargin(self.names[flight], self.group, int(tilt[flight]), int(fall[flight]) / CENTISECOND.per_unit)
+            FlightMargin(
+                self.names[flight],
+                self.group,
+                int(tilt[flight]) if self.has_attitude[flight] else None,
+                int(fall[flight]) / CENTISECOND.per_unit if self.has_acceleration[flight] else None,
+            )
             for flight in np.argsort(nearness, kind="stable").tolist()
         ]
 
@@ -141,14 +188,20 @@ FULL_TILT_STEPS: Final = FULL_MARGIN_DEG * DEGREE.per_unit
 FULL_TIME_STEPS: Final = round(FULL_MARGIN_S * CENTISECOND.per_unit)
 
 
-def _advised(key: str, per_unit: int) -> Steps:
-    bound = SETTING_BOUNDS[key]
-    return np.arange(steps_of(bound.advised_low, per_unit), steps_of(bound.advised_high, per_unit) + 1)
+def _steps_between(low: float, high: float, per_unit: int) -> Steps:
+    return np.arange(steps_of(low, per_unit), steps_of(high, per_unit) + 1)
 
 
-TILTS: Final = _advised("attitude_threshold_deg", DEGREE.per_unit)
-ACCELERATIONS: Final = _advised("freefall_acceleration_g", TENTH_G.per_unit)
-TIMES: Final = _advised("freefall_time_s", CENTISECOND.per_unit)
+# The bounds of a proposal are this program's. The vendor's table says less: 55° and up, below 0.7 g, and the defaults.
+LEAST_TILT_DEG: Final = 55
+MOST_TILT_DEG: Final = 80
+LEAST_ACCELERATION_G: Final = 0.3
+MOST_ACCELERATION_G: Final = 0.6
+LEAST_FALL_S: Final = SHORT_FALL_S
+MOST_FALL_S: Final = 2.0
+TILTS: Final = _steps_between(LEAST_TILT_DEG, MOST_TILT_DEG, DEGREE.per_unit)
+ACCELERATIONS: Final = _steps_between(LEAST_ACCELERATION_G, MOST_ACCELERATION_G, TENTH_G.per_unit)
+TIMES: Final = _steps_between(LEAST_FALL_S, MOST_FALL_S, CENTISECOND.per_unit)
 
 
 def _best(must_not: _Reached, must: _Reached) -> _Thresholds | None:
@@ -202,9 +255,9 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
-            why = message(marked("Tilts to {tilt}°, above every threshold."), tilt=tilt)
+            why = message(marked("Tilts to {tilt}°: too far for a proposal."), tilt=tilt)
         elif int(falls[ACCELERATIONS].min()) >= most_s:
-            why = message(marked("Falls longer than every free-fall time."))
+            why = message(marked("Falls for too long for a proposal."))
         else:
             continue
         conflicts.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))

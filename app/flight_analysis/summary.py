@@ -150,6 +150,9 @@ class FlightSummary:
     not_judged_s: float
     tilt_max_deg: float
     """As measured, of the judged rows; NaN without any."""
+    has_attitude: bool
+    """The log holds an attitude while it is judged."""
+    has_acceleration: bool
     curves: Mapping[RuleReading, FiringCurves]
     loss_s: float | None
     """Estimated loss of control; None: not lost, or unknown."""
@@ -197,6 +200,8 @@ def summarise(log: FlightLog) -> FlightSummary:
         duration_s=log.duration_s,
         not_judged_s=log.not_judged_s,
         tilt_max_deg=float(tilts.max()) if len(tilts) else math.nan,
+        has_attitude=len(tilts) > 0,
+        has_acceleration=bool((log.is_judged & np.isfinite(log.specific_force_g)).any()),
         curves={reading: firing_curves(log, reading) for reading in RuleReading},
         loss_s=lost.loss_s,
         impact_s=lost.impact_s,

@@ -262,6 +262,10 @@
         <translation>激活的模块在倾覆或坠落时会开伞。</translation>
     </message>
     <message>
+        <source>An ordinary flight: it must not fire.</source>
+        <translation>普通飞行：不得触发。</translation>
+    </message>
+    <message>
         <source>An unexplained trigger can happen again.</source>
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
@@ -782,6 +786,10 @@
         <translation>诊断</translation>
     </message>
     <message>
+        <source>Did it crash? Then it must fire.</source>
+        <translation>坠机了吗？那么必须触发。</translation>
+    </message>
+    <message>
         <source>Dimmed with an age: stale. Hatched: never reported.</source>
         <translation>变淡并注明时间：已过时。斜纹：从未上报。</translation>
     </message>
@@ -1030,8 +1038,8 @@
         <translation>坠落</translation>
     </message>
     <message>
-        <source>Falls longer than every free-fall time.</source>
-        <translation>坠落时间长于所有失重时间。</translation>
+        <source>Falls for too long for a proposal.</source>
+        <translation>失重时间过长，无法给出建议。</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1286,6 +1294,10 @@
         <translation>完成日期不能晚于今天。</translation>
     </message>
     <message>
+        <source>It crashed: it must fire.</source>
+        <translation>已坠机：必须触发。</translation>
+    </message>
+    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>
@@ -1496,10 +1508,6 @@
     <message>
         <source>Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.</source>
         <translation>最后一次收到数值：{time}。此后无响应：{lost} / {asked}。串口处于打开状态。</translation>
-    </message>
-    <message>
-        <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>
-        <translation>最小裕量：{tilt}°、{fall:.2f} s（{file}）。</translation>
     </message>
     <message>
         <source>Leave it ACTIVE</source>
@@ -1742,6 +1750,10 @@
         <translation>消息</translation>
     </message>
     <message>
+        <source>Missed</source>
+        <translation>漏掉</translation>
+    </message>
+    <message>
         <source>Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass.</source>
         <translation>在 {tilt}°、{acceleration:.1f} g、{time:.2f} s（其他飞行不触发）时漏触发。</translation>
     </message>
@@ -1796,14 +1808,6 @@
     <message>
         <source>Mouse or space bar</source>
         <translation>鼠标或空格键</translation>
-    </message>
-    <message>
-        <source>Move</source>
-        <translation>移动</translation>
-    </message>
-    <message>
-        <source>Move to the other list</source>
-        <translation>移到另一个列表</translation>
     </message>
     <message>
         <source>Mute</source>
@@ -2038,6 +2042,14 @@
         <translation>暂无建议</translation>
     </message>
     <message>
+        <source>No proposal: no flight is on the side “must fire”.</source>
+        <translation>没有建议：“必须触发”一侧没有飞行日志。</translation>
+    </message>
+    <message>
+        <source>No proposal: no flight is on the side “must not fire”.</source>
+        <translation>没有建议：“不得触发”一侧没有飞行日志。</translation>
+    </message>
+    <message>
         <source>No protection in free fall.</source>
         <translation>失重时没有保护。</translation>
     </message>
@@ -2114,10 +2126,6 @@
         <translation>没有阈值能区分两个列表</translation>
     </message>
     <message>
-        <source>No thresholds within the vendor's advice do this.</source>
-        <translation>厂家建议范围内没有满足条件的阈值。</translation>
-    </message>
-    <message>
         <source>No trusted station has this fingerprint.</source>
         <translation>没有使用此指纹的可信站点。</translation>
     </message>
@@ -2188,6 +2196,10 @@
     <message>
         <source>Not shared: {count}. Last: {time}.</source>
         <translation>未共享：{count} 条。上次：{time}。</translation>
+    </message>
+    <message>
+        <source>Not sorted</source>
+        <translation>未分类</translation>
     </message>
     <message>
         <source>Not testable at {threshold:.1f} g: rest and fall cannot be told apart.</source>
@@ -2262,6 +2274,10 @@
         <translation>已离线 {time}</translation>
     </message>
     <message>
+        <source>On neither side</source>
+        <translation>不属于任何一侧</translation>
+    </message>
+    <message>
         <source>On the first visit continue; otherwise compare the count by hand.</source>
         <translation>首次连接可继续，否则请人工核对次数。</translation>
     </message>
@@ -2292,10 +2308,6 @@
     <message>
         <source>Only if the rule is read so: {reading}.</source>
         <translation>仅当规则按此理解时：{reading}。</translation>
-    </message>
-    <message>
-        <source>Only one list has flights.</source>
-        <translation>只有一个列表有飞行日志。</translation>
     </message>
     <message>
         <source>Only the record in the report is signed.</source>
@@ -2878,8 +2890,8 @@
         <translation>请选择一行。</translation>
     </message>
     <message>
-        <source>Select flights and press M</source>
-        <translation>选中飞行日志后按 M</translation>
+        <source>Select flights and press {key}</source>
+        <translation>选中飞行日志后按 {key}</translation>
     </message>
     <message>
         <source>Send no commands during the check.</source>
@@ -3454,6 +3466,26 @@
         <translation>厂家建议不要更改。</translation>
     </message>
     <message>
+        <source>The vendor's defaults fire in 0 of {total}, as far as judged</source>
+        <translation>在能够判断的范围内，厂家默认值在 {total} 个中的 0 个触发</translation>
+    </message>
+    <message>
+        <source>The vendor's defaults fire in all {total}</source>
+        <translation>厂家默认值在全部 {total} 个中触发</translation>
+    </message>
+    <message>
+        <source>The vendor's defaults fire in {count} of {total}</source>
+        <translation>厂家默认值在 {total} 个中的 {count} 个触发</translation>
+    </message>
+    <message>
+        <source>The vendor's defaults hold: they fire in 0 of {total}</source>
+        <translation>厂家默认值合适：{total} 个中有 0 个触发</translation>
+    </message>
+    <message>
+        <source>The vendor's defaults miss {count} of {total}</source>
+        <translation>厂家默认值漏掉 {total} 个中的 {count} 个</translation>
+    </message>
+    <message>
         <source>Theme</source>
         <translation>主题</translation>
     </message>
@@ -3480,6 +3512,10 @@
     <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
+    </message>
+    <message>
+        <source>This program proposes {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to {most_fall:.2f} s. The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.</source>
+        <translation>本程序只建议 {least_tilt}° 至 {most_tilt}°、{least_force} g 至 {most_force} g、{least_fall:.2f} s 至 {most_fall:.2f} s。厂家规定：55° 以上，低于 0.7 g；默认值 60°、0.5 g、1.60 s。</translation>
     </message>
     <message>
         <source>This station: {fingerprint}</source>
@@ -3534,8 +3570,8 @@
         <translation>倾角：稳定</translation>
     </message>
     <message>
-        <source>Tilts to {tilt}°, above every threshold.</source>
-        <translation>倾斜到 {tilt}°，超过所有阈值。</translation>
+        <source>Tilts to {tilt}°: too far for a proposal.</source>
+        <translation>倾斜到 {tilt}°：过大，无法给出建议。</translation>
     </message>
     <message>
         <source>Time</source>
@@ -3872,6 +3908,10 @@
     <message>
         <source>Without a serial number its name identifies it</source>
         <translation>没有序列号，由名称识别</translation>
+    </message>
+    <message>
+        <source>Without attitude or acceleration: {names}</source>
+        <translation>缺少姿态或加速度：{names}</translation>
     </message>
     <message>
         <source>Without reply</source>
@@ -4304,6 +4344,14 @@
     <message>
         <source>do not fly</source>
         <translation>检查未通过</translation>
+    </message>
+    <message>
+        <source>do the vendor's defaults fire in all, in time?</source>
+        <translation>厂家默认值是否在全部中及时触发？</translation>
+    </message>
+    <message>
+        <source>do the vendor's defaults fire in none?</source>
+        <translation>厂家默认值是否在任何一个中都不触发？</translation>
     </message>
     <message>
         <source>done</source>
@@ -4858,6 +4906,10 @@
         <translation>未发送：{why}</translation>
     </message>
     <message>
+        <source>not sorted yet</source>
+        <translation>未分类</translation>
+    </message>
+    <message>
         <source>not tested</source>
         <translation>未测试</translation>
     </message>
@@ -5020,14 +5072,6 @@
     <message>
         <source>program error</source>
         <translation>程序出错</translation>
-    </message>
-    <message>
-        <source>propose thresholds that fire in all</source>
-        <translation>推荐全部触发的阈值</translation>
-    </message>
-    <message>
-        <source>propose thresholds that fire in none</source>
-        <translation>推荐全部不触发的阈值</translation>
     </message>
     <message>
         <source>psycopg is not installed: {command}</source>
@@ -5672,6 +5716,10 @@
     <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
+    </message>
+    <message>
+        <source>{names}: did it crash? Then it must fire.</source>
+        <translation>{names}：坠机了吗？那么必须触发。</translation>
     </message>
     <message>
         <source>{name} is empty.</source>

@@ -225,6 +225,7 @@ def flights(studio: Studio) -> None:
         page = studio.page("flights", FlightsPage)
         page.open_paths([*surveys, *crashes])
         studio.until(lambda: not page.work.task.is_running, "the logs were not read")
+        page.work.move([str(one) for one in surveys], FlightGroup.MUST_NOT)
         page.work.move([str(one) for one in crashes], FlightGroup.MUST)
         studio.until(lambda: not page.work.is_proposing, "nothing was proposed")
         studio.run(0.3)

@@ -75,7 +75,8 @@ class Preferences:
     """Paths of profiles, the last used first."""
     recent_files = _Entry("files/recent", _lines, "\n".join)
     """Paths of files of any type, the last opened first."""
-    flight_lists = _Entry("flights/lists", _lines, "\n".join)
+    # Not "flights/lists": that entry had flights on a side that no person had chosen.
+    flight_lists = _Entry("flights/sides", _lines, "\n".join)
     """Flights of the Flight logs page, each with its list."""
     who = _Entry("preflight/who", _text)
     """Who checked last."""

@@ -34,7 +34,7 @@ def crash(name: str = "crash") -> FlightLog:
 
 def test_the_map_counts_the_outcome_of_each_flight() -> None:
     random = np.random.default_rng(5)
-    must_not, must = ([summarise(random_flight(random)) for _ in range(7)] for _ in FlightGroup)
+    must_not, must = ([summarise(random_flight(random)) for _ in range(7)] for _ in range(2))
     must.append(summarise(crash()))
     cells = list(product((0, 15, 30, 60, len(TILTS_DEG) - 1), (0, 16, 28, len(TIMES_S) - 1)))
     for reading in RuleReading:

@@ -64,8 +64,8 @@ def test_two_hundred_flights_with_known_outcome() -> None:
     random = np.random.default_rng(200)
     separable = 0
     for number in range(SETS):
-        tilt, acceleration = int(random.integers(57, 88)), int(random.integers(1, 7)) / 10
-        time_s = int(random.integers(60, 220)) / 100
+        tilt, acceleration = int(random.integers(57, 78)), int(random.integers(3, 7)) / 10
+        time_s = int(random.integers(60, 190)) / 100
         harmless = [
             Event(random.uniform(5, tilt - 2), random.uniform(0, acceleration), random.uniform(0, time_s - 0.2)),
             Event(random.uniform(5, tilt - 2), acceleration + 0.1, random.uniform(0, 3)),
@@ -115,17 +115,19 @@ def test_an_acceleration_step_alone_can_separate() -> None:
     """Both fall for two seconds, one of them less deep."""
     calm = [flown("calm", Event(5, 0.35, 2.2), hits_the_ground=False)]
     crash = [flown("crash", Event(5, 0.05, 2.2), hits_the_ground=True)]
+    assert proposed(calm, []).limits is None
     limits = proposed(calm, crash).limits
     assert limits is not None
     assert is_right(limits, calm, crash)
 
 
 def test_an_inverted_flight_excludes_every_attitude_threshold() -> None:
-    proposal = proposed([flown("aerobatics", Event(178.2, 1.0, 0.5), hits_the_ground=False)], [])
+    fell = flown("fell", Event(5, 0.1, 2.2), hits_the_ground=True)
+    proposal = proposed([flown("aerobatics", Event(178.2, 1.0, 0.5), hits_the_ground=False)], [fell])
     assert proposal.limits is None
     (conflict,) = proposal.conflicts
     assert (conflict.name, conflict.group) == ("aerobatics", FlightGroup.MUST_NOT)
-    assert conflict.why.in_english() == "Tilts to 178°, above every threshold."
+    assert conflict.why.in_english() == "Tilts to 178°: too far for a proposal."
 
 
 @pytest.mark.parametrize("lies_on_its_side", [True, False])
@@ -136,23 +138,77 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
         log.tilt_deg[-30:] = 95.0
     assert (summarise(log).impact_s is not None) is lies_on_its_side
     assert bool(judge_flight(log, TriggerLimits()).firings) is lies_on_its_side
-    proposal = proposed([], [log])
+    proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
     assert proposal.limits is None
     assert [conflict.name for conflict in proposal.conflicts] == ["crash"]
 
 
 def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> None:
     log = flown("lost over the sea", Event(85, 1.0, 0.5), hits_the_ground=False)
-    nearest = proposed([], [log]).nearest(FlightGroup.MUST)
+    proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
+    nearest, limits = proposal.nearest(FlightGroup.MUST), proposal.limits
     assert nearest is not None
-    limits = proposed([], [log]).limits
     assert limits is not None
     assert nearest.attitude_deg == 85 - limits.attitude_threshold_deg
+    assert nearest.freefall_s is not None
     assert nearest.freefall_s < 0
 
 
-def test_without_flights_the_vendors_defaults_stay() -> None:
-    assert proposed([], []) == ThresholdProposal(TriggerLimits())
+ORDINARY = Event(5, 1.0, 0.5)
+LOST = Event(88, 1.0, 0.5)
+
+
+def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_them() -> None:
+    """A crash among the flights that must not fire once led to a proposal of 89°."""
+    calm, crash = flown("calm", ORDINARY, hits_the_ground=False), flown("crash", LOST, hits_the_ground=True)
+    found = proposed([calm, crash], [])
+    assert found.limits is None
+    assert found.settings == {}
+    assert found.defaults is not None
+    assert (found.defaults.group, found.defaults.unexpected) == (FlightGroup.MUST_NOT, ("crash",))
+    found = proposed([], [calm, crash])
+    assert found.limits is None
+    assert found.defaults is not None
+    assert (found.defaults.group, found.defaults.unexpected) == (FlightGroup.MUST, ("calm",))
+    assert proposed([], []).limits is None
+
+
+def test_defaults_that_hold_only_as_far_as_a_log_is_judged_say_so() -> None:
+    without = flown("tilt only", ORDINARY, hits_the_ground=False)
+    without.specific_force_g[:] = np.nan
+    found = proposed([without, flown("whole", ORDINARY, hits_the_ground=False)], []).defaults
+    assert found is not None
+    assert (found.unexpected, found.not_judged) == ((), ("tilt only",))
+
+
+def test_no_margin_is_claimed_for_what_a_log_does_not_hold() -> None:
+    calm, crash = flown("calm", ORDINARY, hits_the_ground=False), flown("crash", LOST, hits_the_ground=True)
+    calm.specific_force_g[:] = np.nan
+    nearest = proposed([calm], [crash]).nearest(FlightGroup.MUST_NOT)
+    assert nearest is not None
+    assert nearest.attitude_deg is not None
+    assert nearest.freefall_s is None
+    calm = flown("calm", ORDINARY, hits_the_ground=False)
+    calm.tilt_deg[:] = np.nan
+    nearest = proposed([calm], [crash]).nearest(FlightGroup.MUST_NOT)
+    assert nearest is not None
+    assert nearest.attitude_deg is None
+    assert nearest.freefall_s is not None
+
+
+def test_no_proposal_is_outside_its_bounds() -> None:
+    random = np.random.default_rng(8)
+    count = 0
+    for _ in range(60):
+        events = [Event(random.uniform(0, 100), random.uniform(0, 1), random.uniform(0, 2.5)) for _ in range(2)]
+        must_not, must = (flown("a", event, hits_the_ground=bool(way)) for way, event in enumerate(events))
+        limits = proposed([must_not], [must]).limits
+        if limits is not None:
+            assert 55 <= limits.attitude_threshold_deg <= 80
+            assert 0.3 <= limits.freefall_acceleration_g <= 0.6
+            assert 0.5 <= limits.freefall_time_s <= 2.0
+            count += 1
+    assert count > 10
 
 
 ATTITUDE, FREEFALL, SERIAL, PWM = Source.ATTITUDE, Source.FREEFALL, Source.SERIAL, Source.PWM

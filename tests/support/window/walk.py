@@ -174,7 +174,9 @@ class Walk(Rig):
         page.open_paths(write_logs(self.folder / "logs"))
         self.until(lambda: not page.work.task.is_running)
         yield self._stop("flights, one not read")
-        page.work.move(list(page.work.flights)[:1], FlightGroup.MUST)
+        first, second, *_ = page.work.flights
+        page.work.move([first], FlightGroup.MUST)
+        page.work.move([second], FlightGroup.MUST_NOT)
         self.until(lambda: not page.work.is_proposing)
         page.on_escape()
         page.lists.of[FlightGroup.MUST].table.selectRow(0)
@@ -185,7 +187,7 @@ class Walk(Rig):
         yield self._stop("flights, one flight")
         page.flight.close_flight()
         page.open_flight(
-            next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.flight.why_not)
+            next(row for row in page.lists.of[FlightGroup.UNSORTED].table.filter.shown() if row.flight.why_not)
         )
         page.form.read.click()
         yield self._stop("flights, columns")

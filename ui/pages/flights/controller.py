@@ -23,7 +23,7 @@ from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 
 Settle = Callable[[], object]
-GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
+GROUPS: Final = tuple(FlightGroup)
 
 
 class Flight(NamedTuple):
@@ -31,7 +31,7 @@ class Flight(NamedTuple):
 
     name: str
     """Its path."""
-    group: FlightGroup = FlightGroup.MUST_NOT
+    group: FlightGroup = FlightGroup.UNSORTED
     columns: CsvColumns | None = None
     """With which it was read; None: recognised by name."""
     summary: FlightSummary | None = None
@@ -92,7 +92,7 @@ class Reading:
         ):
             running.share = None
             head = () if log.flight else _head_of(log.path)
-            self.done.append(Flight(str(log.path), FlightGroup.MUST_NOT, self._columns, log.flight, log.why_not, head))
+            self.done.append(Flight(str(log.path), FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, head))
 
 
 def _head_of(path: Path) -> tuple[str, ...]:
@@ -203,7 +203,7 @@ class FlightsWork(QObject):
         """Reads the flights of the last start into their lists."""
         for line in kept:
             word, _, name = line.partition(" ")
-            group = FlightGroup.MUST if word == FlightGroup.MUST.name else FlightGroup.MUST_NOT
+            group = FlightGroup.__members__.get(word, FlightGroup.UNSORTED)
             self.flights[name] = Flight(name, group)
         if self.flights:
             self.open(map(Path, self.flights))

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum, IntEnum
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics
@@ -39,8 +40,24 @@ READING_WORDS: Final = {
 THRESHOLD_KEYS: Final = TriggerLimits._fields[:3]
 """Of the settings, in the order of the sliders."""
 _TRIGGER_KEYS: Final = ("attitude_trigger", "freefall_trigger")
-MOVE_WORD: Final = marked("Move to the other list")
-OTHER_LIST: Final = {FlightGroup.MUST_NOT: FlightGroup.MUST, FlightGroup.MUST: FlightGroup.MUST_NOT}
+
+
+class Side(NamedTuple):
+    """How a person puts flights on a side."""
+
+    word: str
+    tip: str
+    key: str
+    picture: Icon
+
+
+SIDES: Final = {
+    FlightGroup.UNSORTED: Side(marked("Not sorted"), marked("On neither side"), "U", Icon.UNKNOWN),
+    FlightGroup.MUST_NOT: Side(
+        marked("Must not fire"), marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED
+    ),
+    FlightGroup.MUST: Side(marked("Must fire"), marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
+}
 
 
 def assumed_text(values: Mapping[str, Value]) -> str:
@@ -87,7 +104,7 @@ def appearance_of(group: FlightGroup, verdict: Verdict) -> StateStyle:
         case Verdict.LATE:
             return StateStyle(Icon.CLOCK, Meaning.DANGER)
         case Verdict.FIRES:
-            return StateStyle(Icon.PARACHUTE, None if group is FlightGroup.MUST else Meaning.DANGER)
+            return StateStyle(Icon.PARACHUTE, Meaning.DANGER if group is FlightGroup.MUST_NOT else None)
         case Verdict.HOLDS if group is FlightGroup.MUST:
             return StateStyle(Icon.CROSS, Meaning.DANGER)
         case _:
@@ -174,9 +191,10 @@ def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str
     total, name = len(outcomes), capitalised(tr(group.value))
     if not total:
         return name, None
-    if group is FlightGroup.MUST_NOT:
+    if group is not FlightGroup.MUST:
         count = sum(bool(outcome.direct.sources or outcome.damped.sources) for outcome in outcomes)
-        text, is_bad = tr("{count} of {total} fire", count=count, total=total), count > 0
+        text = tr("{count} of {total} fire", count=count, total=total)
+        is_bad = group is FlightGroup.MUST_NOT and count > 0
     else:
         count = sum(outcome.direct.is_in_time and outcome.damped.is_in_time for outcome in outcomes)
         text, is_bad = tr("{count} of {total} fire in time", count=count, total=total), count < total
@@ -186,7 +204,7 @@ def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str
 def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     """How many flights depend on the reading, and the largest delay."""
     if not outcomes:
-        return tr("Select flights and press M")
+        return tr("Select flights and press {key}", key=SIDES[group].key)
     parts = []
     different = sum(outcome.is_different for outcome in outcomes)
     if different:
@@ -206,7 +224,11 @@ def limits_text(limits: TriggerLimits) -> str:
     return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
 
 
-_NAMES: Final = {FlightGroup.MUST_NOT: "flights_must_not", FlightGroup.MUST: "flights_must"}
+_NAMES: Final = {
+    FlightGroup.UNSORTED: "flights_unsorted",
+    FlightGroup.MUST_NOT: "flights_must_not",
+    FlightGroup.MUST: "flights_must",
+}
 _ICON_PX: Final = 16
 _ROW_PX: Final = 28
 
@@ -303,21 +325,30 @@ class FlightList(QWidget):
         self.picture = IconLabel(f"{name}_icon", _ICON_PX)
         self.caption = named(QLabel(), f"{name}_caption", "strong")
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
-        moving = Icon.CHEVRON_DOWN if group is FlightGroup.MUST_NOT else Icon.CHEVRON_UP
-        self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORD, key="M",
-                                   picture=moving, slot=self.move_chosen)  # fmt: skip
+        targets = [target for target in SIDES if target is not group]
+        self.move_buttons: dict[FlightGroup, QPushButton] = {}
         head = in_row(self.picture, self.caption, spacing=Space.XS)
         head.addSpacing(Space.XS)
         head.addWidget(self.detail, 1)
-        head.addWidget(self.move_button)
+        for target in targets:
+            side = SIDES[target]
+            button = control(QPushButton(), texts, f"{name}_to_{target.name.lower()}", side.word, tip=side.tip,
+                             key=side.key, slot=partial(self.move_chosen, target))  # fmt: skip
+            self.move_buttons[target] = button
+            head.addWidget(button)
         in_column(head, (self.table, 1), of=self, spacing=Space.XS, margins=0)
         table.opened.connect(self._open)
         table.remove_wanted.connect(self._remove)
         self.opening = self._add_action("open", marked("Open"), Icon.LIVE, self._open)
-        self.moving = self._add_action("move", MOVE_WORD, moving, self.move_chosen)
-        self.moving.setShortcut("M")
-        self.moving.setAutoRepeat(False)
-        self.moving.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        self.moving: list[QAction] = []
+        for target in targets:
+            side = SIDES[target]
+            move = partial(self.move_chosen, target)
+            action = self._add_action(f"to_{target.name.lower()}", side.word, side.picture, move)
+            action.setShortcut(side.key)
+            action.setAutoRepeat(False)
+            action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+            self.moving.append(action)
         self.removing = self._add_action("remove", marked("Remove"), Icon.CROSS, self._remove)
         table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         table.selectionModel().selectionChanged.connect(self._refresh_actions)
@@ -335,15 +366,15 @@ class FlightList(QWidget):
         text, meaning = list_caption(self.group, outcomes)
         self.caption.setText(text)
         self.detail.setText(list_detail(self.group, outcomes))
-        good = Icon.NOT_TRIGGERED if self.group is FlightGroup.MUST_NOT else Icon.PARACHUTE
+        good = SIDES[self.group].picture
         bad = Icon.PARACHUTE if self.group is FlightGroup.MUST_NOT else Icon.CROSS
         self.picture.show_icon(good if meaning is None else bad, meaning)
         self._refresh_actions()
 
-    def move_chosen(self) -> None:
+    def move_chosen(self, target: FlightGroup) -> None:
         names = self._names()
         if names:
-            self.move_wanted.emit(names, OTHER_LIST[self.group])
+            self.move_wanted.emit(names, target)
 
     def _names(self) -> list[str]:
         return [row.name for row in self.table.chosen()]
@@ -359,8 +390,10 @@ class FlightList(QWidget):
     def _refresh_actions(self) -> None:
         count = len(self.table.chosen())
         self.opening.setEnabled(count == 1)
-        for action in (self.moving, self.removing, self.move_button):
+        for action in (*self.moving, self.removing):
             action.setEnabled(count > 0)
+        for button in self.move_buttons.values():
+            button.setEnabled(count > 0)
 
 
 class FlightLists(QWidget):

@@ -20,7 +20,7 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded, Settle
 from ui.pages.flights.lists import FlightLists, assumed_text, limits_text, short_name
-from ui.pages.flights.proposal_bar import ProposalBar
+from ui.pages.flights.proposal_bar import ProposalBar, bounds_text
 from ui.pages.flights.thresholds import FireMapView, ThresholdPanel
 from ui.pages.flights.views import ColumnForm, FlightView
 from ui.services.context import Services
@@ -139,7 +139,7 @@ class FlightsPage(Page):
 
     def _explain(self) -> None:
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
-        text = "".join(f"<p>{tr(rule)}</p>" for rule in rules)
+        text = "".join(f"<p>{sentence}</p>" for sentence in (*map(tr, rules), bounds_text()))
         QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def open_flight(self, row: FlightRow) -> None:

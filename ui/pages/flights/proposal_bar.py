@@ -8,11 +8,21 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
-from app.flight_analysis.proposal import FlightMargin
+from app.flight_analysis.fire_map import FlightGroup
+from app.flight_analysis.proposal import (
+    LEAST_ACCELERATION_G,
+    LEAST_FALL_S,
+    LEAST_TILT_DEG,
+    MOST_ACCELERATION_G,
+    MOST_FALL_S,
+    MOST_TILT_DEG,
+    DefaultsResult,
+    FlightMargin,
+)
 from app.settings.profile_file import save_or_say_why_not
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_sentences, labelled
+from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import GROUPS, FlightsWork
@@ -28,7 +38,7 @@ from ui.widgets.notice_bar import NoticeBar
 
 SUFFIX: Final = ".toml"
 _ICON_PX: Final = 20
-_LINES: Final = 2
+_LINES: Final = 3
 
 
 class ProposalBar(QFrame):
@@ -81,16 +91,44 @@ class ProposalBar(QFrame):
             self._say(Icon.CLOCK, tr("Looking for thresholds…"))
         elif proposal is None or not (must_not or must):
             self._say(Icon.INFORMATION, tr("No proposal yet"))
+        elif proposal.defaults is not None:
+            self._say_defaults(proposal.defaults)
         elif limits is None:
             lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
             self._say(Icon.WARNING, tr("No thresholds separate the lists"), lines, Meaning.ATTENTION)
         else:
             lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest(group)) is not None]
-            if not (must_not and must):
-                lines.append(tr("Only one list has flights."))
+            lines.append(bounds_text())
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use())
+
+    def _say_defaults(self, defaults: DefaultsResult) -> None:
+        """With flights on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
+        count, total = len(defaults.unexpected), defaults.total
+        names = join_names(short_name(name) for name in defaults.unexpected)
+        lines: list[str] = []
+        if defaults.group is FlightGroup.MUST:
+            if count:
+                head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
+                lines.append(labelled(tr("Missed"), names))
+            else:
+                head = tr("The vendor's defaults fire in all {total}", total=total)
+            lines.append(tr("No proposal: no flight is on the side “must not fire”."))
+        else:
+            if count:
+                head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
+                lines.append(tr("{names}: did it crash? Then it must fire.", names=names))
+            elif defaults.not_judged:
+                head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
+            else:
+                head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
+            lines.append(tr("No proposal: no flight is on the side “must fire”."))
+        if defaults.not_judged:
+            unknown = join_names(short_name(name) for name in defaults.not_judged)
+            lines.insert(0, tr("Without attitude or acceleration: {names}", names=unknown))
+        picture = Icon.WARNING if count else Icon.CHECK
+        self._say(picture, head, lines, Meaning.ATTENTION if count else None)
 
     def _say(self, picture: Icon, head: str, lines: Sequence[str] = (), meaning: Meaning | None = None) -> None:
         self.picture.show_icon(picture, meaning, is_muted=meaning is None)
@@ -152,7 +190,24 @@ class ProposalBar(QFrame):
 
 def _margin_text(margin: FlightMargin) -> str:
     """Smallest margin of a list."""
-    parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
-    parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
+    parts: list[str] = []
+    if margin.attitude_deg is not None and margin.attitude_deg >= 0:
+        parts.append(f"{margin.attitude_deg}°")
+    if margin.freefall_s is not None and margin.freefall_s >= 0:
+        parts.append(f"{margin.freefall_s:.2f} s")
     return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
               name=short_name(margin.name))  # fmt: skip
+
+
+def bounds_text() -> str:
+    """Which limits of a proposal are this program's, and which the vendor's."""
+    return tr(
+        "This program proposes {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to "
+        "{most_fall:.2f} s. The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.",
+        least_tilt=LEAST_TILT_DEG,
+        most_tilt=MOST_TILT_DEG,
+        least_force=LEAST_ACCELERATION_G,
+        most_force=MOST_ACCELERATION_G,
+        least_fall=LEAST_FALL_S,
+        most_fall=MOST_FALL_S,
+    )

@@ -14,7 +14,7 @@ from app.flight_analysis.summary import FirstFire, summarise
 from protocol.messages import Source
 from tests.support.flights.made_flights import write_csv, write_logs
 from tests.support.window.steps import press
-from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
+from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, UNSORTED, Desk, desk, opened, tilted
 from ui.pages.flights import controller, lists
 
 __all__ = ["desk"]
@@ -57,12 +57,12 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     desk.page.open_paths([write_csv(tmp_path / "waits.csv", tilted("", 20))])
     press(desk.qtbot, desk.page.strip.button("cancel_flights"))  # without waiting
     assert desk.notice() == "Cancelled. 1 of 3 logs"
-    assert desk.shown(MUST_NOT) == [str(paths[0])]
+    assert desk.shown(UNSORTED) == [str(paths[0])]
     may_end.set()
     assert has_ended.wait(30)
     QApplication.processEvents()
     desk.page.work.poll()
-    assert desk.shown(MUST_NOT) == [str(paths[0])]
+    assert desk.shown(UNSORTED) == [str(paths[0])]
 
 
 def test_what_is_said_of_missing_columns_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -85,11 +85,11 @@ def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplica
         desk.page.open_paths([path])
         desk.wait_read()
         path.unlink()
-        desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
+        desk.page.open_flight(desk.page.lists.of[UNSORTED].table.filter.row_at(0))
         waiting = desk.page.flight.chart.waiting
         qtbot.waitUntil(lambda: "No such file" in waiting.text())
         desk.assembly.language_switch.use("zh_CN")
-        assert "不得触发" in desk.page.flight.name.text()
+        assert "未分类" in desk.page.flight.name.text()
         assert waiting.text().startswith("gone.csv：")
 
 
@@ -99,6 +99,7 @@ def test_lists_and_their_flights_are_there_at_the_next_start(qtbot: QtBot, qapp:
     with opened(qtbot, qapp, tmp_path) as desk:
         desk.page.open_paths(paths)
         desk.wait_read()
+        desk.page.work.move([str(paths[0])], MUST_NOT)
         desk.page.work.move([str(paths[1])], MUST)
         desk.page.work.remove([str(paths[2])])
     with opened(qtbot, qapp, tmp_path) as desk:
