@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
 from app.terminal.arguments import Parser, translate_argparse
-from app.terminal.left_active import notify_left_active
+from app.terminal.left_active import say_left_active
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import UserError
@@ -119,9 +119,10 @@ def _run(words: list[str]) -> int:
     if getattr(args, "json", False):
         _write_utf8()
     args.printer = _print_pages
-    with notify_left_active(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock") as args.run:
-        module, _, name = args.function.rpartition(".")
-        code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
+    if entry.name != "lock":  # which waits for no file
+        say_left_active(ports, getattr(args, "module", None) or "")
+    module, _, name = args.function.rpartition(".")
+    code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
     return code
 
 

@@ -1,7 +1,8 @@
 """`dps-s activate | lock | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
 
-Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met. LOCK is
-sent at once, whether or not the module answers, and repeated until the module reports that it is locked.
+Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met. LOCK
+needs no --yes. It is sent at once, whether or not the module answers and whatever the disk does, and repeated until the
+module reports that it is locked.
 Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
 """
 
@@ -16,11 +17,14 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.terminal import console
-from app.terminal.command_journal import records_of
+from app.terminal.command_journal import records_beside, records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
-from app.terminal.left_active import end_left_active
+from app.terminal.left_active import end_left_active, say_left_by_others
 from app.text.i18n import tr
+
+STORE_LIMIT_S = 2.5
+"""How long the store may take once the module has been locked."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -29,32 +33,45 @@ def run(args: argparse.Namespace) -> int:
         console.write_lines([tr(EFFECTS[act])])
         return console.refuse_without("--yes")
 
-    done: Performed | Locked
-    is_lock = act is Act.LOCK  # sent without waiting for an answer
+    done: Performed
     with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
-        with (
-            records_of(args.port, args.run) as records,
-            connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
-        ):
-            reading = None if is_lock else conversation.run(read_one_module())
+        with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
+            reading = conversation.run(read_one_module())
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
             try:
-                if is_lock:
-                    done = conversation.run(lock(records.journal, is_attended=False))
-                    if done.is_locked and records.store is not None and (args.module is not None or args.same_module):
-                        end_left_active(conversation, records.store, args)
-                elif isinstance(reading, Refusal):
+                if isinstance(reading, Refusal):
                     done = Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(reading,))
                 else:
                     done = conversation.run(perform(act, records.journal, permit=permit))
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise
-        code = exit_code(done)
-        if code == console.SUCCESS:
-            console.write_lines([done.sentence])
-        else:
-            console.notify(done.sentence)
+        return _tell(done)
+
+
+def run_lock(args: argparse.Namespace) -> int:
+    """LOCK is sent before any file is opened, and its exit code does not depend on one."""
+    with Interruption(), records_beside(args.port, STORE_LIMIT_S) as records:
+        try:
+            with connected(args.port, args.baud, is_greeted=False) as conversation:
+                done = conversation.run(lock(records.journal, is_attended=False))
+                code = _tell(done)
+                if done.is_locked:
+                    end_left_active(conversation, records, args)
+        except KeyboardInterrupt:
+            console.notify(tr("Interrupted; may have been carried out."))
+            raise
+        finally:
+            say_left_by_others(records, args)
+    return code
+
+
+def _tell(done: Performed | Locked) -> int:
+    code = exit_code(done)
+    if code == console.SUCCESS:
+        console.write_lines([done.sentence])
+    else:
+        console.notify(done.sentence)
     return code
 
 

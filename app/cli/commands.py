@@ -133,6 +133,11 @@ def _act(name: str, summary: str, *more: Describe) -> SubCommand:
     return SubCommand(name, "act.run", summary, f"{name} --yes", (*PORT, YES, *more, _effect))
 
 
+def _needs_no_yes(parser: Parser) -> None:
+    """It is accepted: whoever is in a hurry must not be told to type more."""
+    parser.set_defaults(yes=True)
+
+
 GROUPS: Final = {
     marked("Module"): (
         SubCommand("ports", "ports.run", marked("List serial ports"), "ports", (
@@ -169,8 +174,10 @@ GROUPS: Final = {
     ),
     marked("Commands"): (
         _act("activate", marked("Activate")),
-        _act("lock", marked("Lock"), module_of(marked("Module")),
-             flag("--same-module", marked("it is the module that was left ACTIVE here"))),
+        SubCommand("lock", "act.run_lock", marked("Lock"), "lock", (
+            *PORT, YES, module_of(marked("Module")),
+            flag("--same-module", marked("it is the module that was left ACTIVE here")), _effect, _needs_no_yes,
+        )),
         _act("zero", marked("Zero the sensor")),
         _act("shutdown", marked("Shut down")),
     ),

@@ -1,7 +1,8 @@
 """Store of modules, snapshots, audit log and pending changes of baud rate."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,18 +57,35 @@ class PendingBaud(NamedTuple):
 class Store:
     """Every method may be called from any thread and raises `StoreTrouble`."""
 
-    def __init__(self, database: Database) -> None:
-        self.database = database
-        self.facts = Facts(database)
+    def __init__(self, database: Database | Callable[[], Database]) -> None:
+        """A function opens it in the store's thread, so that nobody waits for the disk."""
         self.queue = WriteQueue()
         """For callers that must not wait for the disk."""
+        if isinstance(database, Database):
+            self._opened = Future[Database]()
+            self._opened.set_result(database)
+        else:
+            self._opened = self.queue.submit(database)
+
+    @property
+    def database(self) -> Database:
+        """Waits for the opening, but in the store's own thread, where it is done."""
+        return self._opened.result()
+
+    @property
+    def facts(self) -> Facts:
+        return Facts(self.database)
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is queued, then close; returns how many pieces were not written within `limit_s`. Never raises."""
-        left = self.queue.close(limit_s, self.database.close)
+        left = self.queue.close(limit_s, self._close_database)
         if left:
             _log.warning("Not written when the store was closed: %s", left)
         return left
+
+    def _close_database(self) -> None:
+        if self._opened.done() and not self._opened.cancelled() and self._opened.exception() is None:
+            self._opened.result().close()
 
     # Modules
 
@@ -189,3 +207,8 @@ def former_entry(entry: Sequence[Any]) -> AuditEntry:
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     """Raises `StoreTrouble`."""
     return Store(open_database(folder or data_folder(), STORE, clock=clock))
+
+
+def opening_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
+    """The store at once; it opens in its own thread, and whoever reads from it waits for that or gets its trouble."""
+    return Store(lambda: open_database(folder or data_folder(), STORE, clock=clock))

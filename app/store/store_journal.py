@@ -9,6 +9,7 @@ from app.safety.acts import Act
 from app.safety.journal import Entry, Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
+from app.text.messages import UserMessage
 
 _log = logging.getLogger(__name__)
 
@@ -42,13 +43,22 @@ class StoreJournal:
     """The journal of one connection, written by the store's own thread, which also finds the `adapter`."""
 
     def __init__(
-        self, store: Store, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = UNNAMED
+        self,
+        store: Store,
+        *,
+        port: str,
+        origin: str,
+        adapter: Adapter = "",
+        known_as: KnownAs = UNNAMED,
+        on_trouble: Callable[[UserMessage], object] = bool,
     ) -> None:
+        """`on_trouble` is called in the store's thread with the reason why an entry could not be written."""
         self._store = store
         self._port = port
         self._origin = origin
         self._adapter = adapter
         self._known_as = known_as
+        self._on_trouble = on_trouble
 
     @property
     def is_ready(self) -> bool:
@@ -64,6 +74,7 @@ class StoreJournal:
                 return self._store.begin(act, frame, kept, port=self._port, origin=self._origin)
             except StoreTrouble as error:
                 _log.warning("The audit log cannot be written: %s", error)
+                self._on_trouble(error.message)
                 raise
 
         return self._store.queue.submit(write)

@@ -1,10 +1,10 @@
 """What an earlier run left ACTIVE: every command that opens a port says it, and a `lock` that is confirmed ends it."""
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.target import is_simulated
 from app.system.folders import data_folder
@@ -12,52 +12,37 @@ from app.terminal.console import note, notify
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, join_sentences
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.store.left_active import LeftActive
     from app.store.store import Store
+    from app.terminal.command_journal import Records
     from app.terminal.connection import Conversation
 
-
-@contextmanager
-def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[str]:
-    """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`, whose
-    own entries have the run that this yields, "" for others."""
-    ports = [port for port in ports if not is_simulated(port)]
-    run = ""
-    if ports and is_locking:
-        from app.store.store_journal import new_run
-
-        run = new_run()
-    elif ports:
-        _say(ports, module)
-    try:
-        yield run
-    finally:
-        if ports and is_locking and _say(ports, module, but_run=run):
-            note(tr("If it is this module, add {option}.", option="--same-module"))
+READ_LIMIT_S = 1.0
+Result = TypeVar("Result")
 
 
-def _say(ports: Sequence[str], module: str, *, but_run: str | None = None) -> bool:
-    """What was left, but by this run, which says its own. Whether there is any."""
-    if not data_folder().exists():  # nothing of the store is loaded where there is none
-        return False
+def say_left_active(ports: Sequence[str], module: str) -> None:
+    """Before anything is sent."""
+    real = [port for port in ports if not is_simulated(port)]
+    if not real or not data_folder().exists():  # nothing of the store is loaded where there is none
+        return
     from app.store.database import StoreTrouble
     from app.terminal.command_journal import existing_store
 
     store = existing_store()
     if store is None:
-        return False
+        return
     try:
         with closing(store):
-            entries = dict.fromkeys(left for port in ports for left in left_here(store, port, module))
+            entries = dict.fromkeys(left for port in real for left in left_here(store, port, module))
     except StoreTrouble as error:
         notify(error.sentence)
-        return False
-    earlier = [left for left in entries if left.known_as.run != but_run]
-    for left in earlier:
+        return
+    for left in entries:
         notify(left.sentence)
-    return bool(earlier)
 
 
 def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...]:
@@ -77,24 +62,65 @@ def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...
     return tuple(filter(is_here, entries))
 
 
-def end_left_active(conversation: "Conversation", store: "Store", args: argparse.Namespace) -> None:
+def say_left_by_others(records: "Records", args: argparse.Namespace) -> None:
+    """After LOCK; waits for the store for a limited time."""
+    left = () if is_simulated(args.port) else _left_by_others(records, args)
+    for one in left:
+        notify(one.sentence)
+    if left and not args.same_module:
+        note(tr("If it is this module, add {option}.", option="--same-module"))
+
+
+def end_left_active(conversation: "Conversation", records: "Records", args: argparse.Namespace) -> None:
     """The module reports LOCKED, and a person says by --module or --same-module which one it is. A name does not say
     that it is also the one without a name that was left here."""
-    from app.store.database import StoreTrouble
     from app.store.left_active import note_locked
     from app.terminal.command_journal import ORIGIN
-    from app.terminal.connection import LinkTrouble
-    from app.terminal.stored_history import differences_from
 
-    name, against = clean((args.module or "").strip()), None
+    store, name = records.store, clean((args.module or "").strip())
+    if store is None or not (args.same_module or name):
+        return
+    left = _left_by_others(records, args)
+    if left and (args.same_module or _is_it(conversation, records, name)):
+        for one in left:
+            if args.same_module or one.known_as.name == name:
+                store.queue.submit(partial(note_locked, store, one, ORIGIN))
+
+
+def _left_by_others(records: "Records", args: argparse.Namespace) -> tuple["LeftActive", ...]:
+    """What this run left is said by itself."""
+
+    def read(store: "Store") -> tuple["LeftActive", ...]:
+        left = left_here(store, args.port, clean((args.module or "").strip()))
+        return tuple(one for one in left if one.known_as.run != records.run)
+
+    return _in_time(records, read) or ()
+
+
+def _is_it(conversation: "Conversation", records: "Records", name: str) -> bool:
+    """Whether nothing speaks against the name; what does is said."""
+    from app.terminal.connection import LinkTrouble
+    from app.terminal.stored_history import evidence_of, refuted
+
+    known = _in_time(records, lambda store: evidence_of(store, name))
+    against: list[str] | None = None
+    with LinkTrouble():
+        against = refuted(conversation, known)
+    if against:
+        other = tr("This may be another module: {differences}.", differences=join_names(against))
+        notify(join_sentences((other, tr("If it is this module, add {option}.", option="--same-module"))))
+    return against == []
+
+
+def _in_time(records: "Records", read: Callable[["Store"], Result]) -> Result | None:
+    """None where the store is in trouble, which is said at the end, or too slow."""
+    store = records.store
+    if store is None:
+        return None
     try:
-        with LinkTrouble():
-            against = [] if args.same_module else differences_from(conversation, store, name)
-        if against:
-            other = tr("This may be another module: {differences}.", differences=join_names(against))
-            notify(join_sentences((other, tr("If it is this module, add {option}.", option="--same-module"))))
-        for left in left_here(store, args.port, name) if against == [] else ():
-            if args.same_module or left.known_as.name == name:
-                store.queue.submit(partial(note_locked, store, left, ORIGIN))
-    except StoreTrouble as error:
-        notify(error.sentence)
+        return store.queue.submit(partial(read, store)).result(READ_LIMIT_S)
+    except TimeoutError:
+        return None
+    except UserError as error:
+        records.troubles.append(error.message)
+        return None

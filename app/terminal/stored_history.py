@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from contextlib import closing
 
+from app.engine.identity import IdentityEvidence
 from app.procedures.settings_reading import read_settings
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 from app.store.database import StoreTrouble
@@ -29,8 +30,15 @@ def may_be_another(conversation: Conversation, store: Store | None, module: str)
 
 def differences_from(conversation: Conversation, store: Store, module: str) -> list[str]:
     """What refutes that it is the module of this name, in the language in use. Raises `StoreTrouble`."""
-    name = clean(module.strip())
-    known = store.evidence(name) if store.module_named(name) is not None else None
+    return refuted(conversation, evidence_of(store, clean(module.strip())))
+
+
+def evidence_of(store: Store, name: str) -> IdentityEvidence | None:
+    """None: there is no module of this name. Raises `StoreTrouble`."""
+    return store.evidence(name) if store.module_named(name) is not None else None
+
+
+def refuted(conversation: Conversation, known: IdentityEvidence | None) -> list[str]:
     return [] if known is None else refuted_by(known, conversation.run(read_settings()).evidence)
 
 

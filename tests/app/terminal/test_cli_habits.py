@@ -95,7 +95,7 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
-@pytest.mark.parametrize("words", [["set", "freefall_time_s=1.4"], ["activate", "--yes"], ["lock", "--yes"]])
+@pytest.mark.parametrize("words", [["set", "freefall_time_s=1.4"], ["activate", "--yes"]])
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:

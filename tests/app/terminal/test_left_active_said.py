@@ -131,7 +131,7 @@ def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
     leave(line)
     monkeypatch.setattr("app.store.left_active.left_active", fail)
     said = dps_s(["lock", "--yes", "--port", line]).err
-    assert said.endswith(" cannot be used.\n")
+    assert said.endswith(" cannot be used.\nThe audit log is incomplete.\n")
     assert "--same-module" not in said
 
 

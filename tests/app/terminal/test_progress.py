@@ -203,7 +203,7 @@ def test_a_check_takes_it_too_unless_it_is_refused_without_yes(
          "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"),
         (["read"], (), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
         (["read"], (BOARD,), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
-        (["lock"], (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
+        (["zero"], (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
     ],
 )  # fmt: skip
 def test_without_the_only_adapter_none_is_taken(

@@ -1,0 +1,88 @@
+"""`dps-s lock` waits for no disk: the module is locked whatever becomes of the store."""
+
+import os
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.store.database import FILE_NAME
+from app.system.folders import data_folder
+from tests.support.patience import in_time
+from tests.support.processes import PROGRAM, RunningModule, ran, ran_code, run_module
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows"),
+    pytest.mark.usefixtures("user_files"),
+]
+ENDS_WITHIN_S = 8.0
+"""The contract says 5 s after the confirmation; the start of the program and a busy machine come on top."""
+BLOCKED = """
+import sqlite3, sys, threading
+sqlite3.connect = lambda *words, **options: threading.Event().wait()
+from app.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def module() -> Iterator[RunningModule]:
+    with run_module("--active", "yes") as one:
+        yield one
+
+
+def locked(printed: "subprocess.CompletedProcess[str]") -> str:
+    """What it says beside "LOCKED"; its exit code is LOCK's."""
+    assert (printed.returncode, printed.stdout) == (0, "The module reports LOCKED.\n"), printed.stderr
+    return printed.stderr
+
+
+def test_it_needs_no_yes_and_leaves_its_entry(module: RunningModule) -> None:
+    assert locked(ran(*PROGRAM, "lock", "--port", module.port)) == ""
+    assert locked(ran(*PROGRAM, "lock", "--yes", "--port", module.port)) == ""
+
+
+def test_a_store_that_another_program_holds(module: RunningModule) -> None:
+    locked(ran(*PROGRAM, "lock", "--port", module.port))
+    with closing(sqlite3.connect(data_folder() / FILE_NAME, isolation_level=None)) as other:
+        other.execute("PRAGMA locking_mode = EXCLUSIVE")
+        other.execute("BEGIN EXCLUSIVE")
+        with in_time(ENDS_WITHIN_S):
+            assert "The audit log is incomplete." in locked(ran(*PROGRAM, "lock", "--port", module.port))
+
+
+def test_a_disk_that_never_answers(module: RunningModule) -> None:
+    with in_time(ENDS_WITHIN_S):
+        assert "The audit log is incomplete." in locked(ran_code(BLOCKED, "lock", "--port", module.port))
+
+
+def test_the_first_frame_does_not_wait_for_the_store(module: RunningModule) -> None:
+    """The module is locked long before the command gives up on the store."""
+    began = time.monotonic()
+    code = BLOCKED.replace("sys.exit(main", "print(flush=True) or sys.exit(main")
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "lock", "--port", module.port, "-v"], stdout=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        process.stdout.readline()
+        started = time.monotonic()
+        assert process.stdout.readline() == "The module reports LOCKED.\n"
+        said_after_s = time.monotonic() - started
+        assert process.wait() == 0
+    assert said_after_s < (time.monotonic() - began) / 2
+
+
+def test_a_folder_that_may_not_be_entered(module: RunningModule, tmp_path: Path) -> None:
+    """A loop of links is refused to every user, also to root."""
+    data_folder().parent.mkdir(parents=True)
+    data_folder().symlink_to(data_folder().name)
+    said = locked(ran(*PROGRAM, "lock", "--port", module.port))
+    assert said.endswith("The audit log is incomplete.\n")
+    assert str(data_folder()) in said
+    assert "Unexpected" not in said
