@@ -246,10 +246,6 @@
         <translation>全部飞行日志</translation>
     </message>
     <message>
-        <source>All records</source>
-        <translation>所有记录</translation>
-    </message>
-    <message>
         <source>Already armed: {what}.</source>
         <translation>已预备：{what}。</translation>
     </message>
@@ -334,10 +330,6 @@
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
     </message>
     <message>
-        <source>At {time} the other trigger was met; the record does not name it.</source>
-        <translation>{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
-    </message>
-    <message>
         <source>Attention: {count}</source>
         <translation>需处理：{count}</translation>
     </message>
@@ -396,10 +388,6 @@
     <message>
         <source>Below the threshold</source>
         <translation>低于阈值的时间</translation>
-    </message>
-    <message>
-        <source>Beside a flight log…</source>
-        <translation>与飞行日志对照…</translation>
     </message>
     <message>
         <source>Beyond it the parachute counts as ejected.</source>
@@ -644,10 +632,6 @@
     <message>
         <source>Confirm again: {why}.</source>
         <translation>请重新确认：{why}。</translation>
-    </message>
-    <message>
-        <source>Confirm this moment as:</source>
-        <translation>将此时刻确认为：</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -1790,10 +1774,6 @@
         <translation>模块</translation>
     </message>
     <message>
-        <source>Moments that match: {count}.</source>
-        <translation>符合的时刻：{count}。</translation>
-    </message>
-    <message>
         <source>More</source>
         <translation>更多</translation>
     </message>
@@ -1970,14 +1950,6 @@
         <translation>没有有效的状态数据。</translation>
     </message>
     <message>
-        <source>No flight in this log.</source>
-        <translation>此日志中没有飞行时段。</translation>
-    </message>
-    <message>
-        <source>No flight log shows this cause: {cause}.</source>
-        <translation>飞行日志中看不到此原因：{cause}。</translation>
-    </message>
-    <message>
         <source>No flight log.</source>
         <translation>没有飞行日志。</translation>
     </message>
@@ -2012,10 +1984,6 @@
     <message>
         <source>No modules yet</source>
         <translation>还没有模块</translation>
-    </message>
-    <message>
-        <source>No moment of this log matches: {what}.</source>
-        <translation>此日志中没有符合的时刻：{what}。</translation>
     </message>
     <message>
         <source>No new flight logs.</source>
@@ -2306,10 +2274,6 @@
         <translation>{port} 上只有回显。</translation>
     </message>
     <message>
-        <source>Only if the rule is read so: {reading}.</source>
-        <translation>仅当规则按此理解时：{reading}。</translation>
-    </message>
-    <message>
         <source>Only the record in the report is signed.</source>
         <translation>报告中只有记录带签名。</translation>
     </message>
@@ -2544,10 +2508,6 @@
     <message>
         <source>Program</source>
         <translation>程序</translation>
-    </message>
-    <message>
-        <source>Proposal: at {time} the log shows {what}.</source>
-        <translation>建议：日志在 {time} 时为 {what}。</translation>
     </message>
     <message>
         <source>Proposal: {limits}</source>
@@ -3374,10 +3334,6 @@
         <translation>模块已关机。</translation>
     </message>
     <message>
-        <source>The module was then powered on at {seconds:.0f} s of the log.</source>
-        <translation>据此，模块在日志的 {seconds:.0f} s 开机。</translation>
-    </message>
-    <message>
         <source>The parachute is spent.</source>
         <translation>降落伞已用完。</translation>
     </message>
@@ -3632,10 +3588,6 @@
     <message>
         <source>Trigger</source>
         <translation>触发状态</translation>
-    </message>
-    <message>
-        <source>Trigger record beside {log}</source>
-        <translation>触发记录与 {log} 对照</translation>
     </message>
     <message>
         <source>Trigger record: {what}</source>
@@ -4630,10 +4582,6 @@
         <translation>越长误触发越少，损失高度越多</translation>
     </message>
     <message>
-        <source>longest free fall below {force:.1f} g: {seconds:.2f} s</source>
-        <translation>低于 {force:.1f} g 的最长失重：{seconds:.2f} s</translation>
-    </message>
-    <message>
         <source>lost</source>
         <translation>已丢失</translation>
     </message>
@@ -5350,14 +5298,6 @@
         <translation>本电脑不信任其证书</translation>
     </message>
     <message>
-        <source>tilt and free fall never together</source>
-        <translation>倾角与失重从未同时达到</translation>
-    </message>
-    <message>
-        <source>tilt at most {tilt:.0f}°</source>
-        <translation>最大倾角 {tilt:.0f}°</translation>
-    </message>
-    <message>
         <source>time is up</source>
         <translation>十秒已过</translation>
     </message>
@@ -5388,10 +5328,6 @@
     <message>
         <source>trigger ended</source>
         <translation>触发结束</translation>
-    </message>
-    <message>
-        <source>trigger record?</source>
-        <translation>触发记录？</translation>
     </message>
     <message>
         <source>trigger records reviewed; without an answer: a new module</source>
@@ -5652,10 +5588,6 @@
     <message>
         <source>{limit}; {known}</source>
         <translation>{limit}；{known}</translation>
-    </message>
-    <message>
-        <source>{log} at {time}: {what}</source>
-        <translation>{log}，{time}：{what}</translation>
     </message>
     <message>
         <source>{lost} of {asked}</source>

@@ -83,10 +83,6 @@ def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     _open_file_dialog(_dialog(parent, tr("Open…"), folder, _LOGS, QFileDialog.FileMode.ExistingFiles), then)
 
 
-def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open…"), _LOGS, then)
-
-
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     dialog = _dialog(parent, tr("Open…"), folder, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)

@@ -133,12 +133,6 @@ class Walk(Rig):
         self.until(lambda: not page.work.is_busy)
         page.table.selectRow(0)
         yield self._stop("triggers, chosen")
-        rows = page.work.rows
-        row = next((one for one in rows if "attitude" in one.record.sources), rows[0])
-        page.open_beside(row, write_logs(self.folder / "log")[0])
-        self.until(lambda: page.beside.match is not None)
-        yield self._stop("triggers, beside a log")
-        page.beside.close_log()
 
     def _on_preflight(self) -> Iterator[Stop]:
         page = self.find(PreflightPage)

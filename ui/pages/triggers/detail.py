@@ -181,7 +181,6 @@ class TriggersDetail(QFrame):
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
             self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
                                               is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
-        self.beside = control(QToolButton(), texts, "triggers_beside", "Beside a flight log…", picture=Icon.MAP)
         self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
         self.note.setMaxLength(MAX_NOTE_LENGTH)
         texts.bind(self.note.setPlaceholderText, "Note")
@@ -196,7 +195,7 @@ class TriggersDetail(QFrame):
     def show_rows(self, rows: Sequence[TriggerRow]) -> None:
         """The selected rows; several are judged at once."""
         self._rows, row = rows, rows[0] if len(rows) == 1 else None
-        for widget in (self.facts, self.raw, self.note, self.seen, self.beside):
+        for widget in (self.facts, self.raw, self.note, self.seen):
             widget.setVisible(row is not None)
         self.picture.setVisible(row is not None and self._has_picture)
         self.bytes.setVisible(row is not None and self.raw.isChecked())
@@ -218,7 +217,6 @@ class TriggersDetail(QFrame):
         self.bytes.setFont(fixed_font(Size.SMALL))
         self.seen.setText(self._seen_text(row))
         self.note.setEnabled(row.is_stored)
-        self.beside.setEnabled(row.is_stored)
         if self._note_of != row.seen.id or not self.note.hasFocus():
             self.note.setText(row.seen.note)
         self._note_of = row.seen.id
@@ -250,7 +248,7 @@ class TriggersDetail(QFrame):
         self.picture.setVisible(self._row is not None and self._has_picture)
 
     def _lay_out(self) -> None:
-        judging, tools = FlowRow(*self.buttons.values()), FlowRow(self.beside, right=(self.raw,))
+        judging, tools = FlowRow(*self.buttons.values()), FlowRow(right=(self.raw,))
         in_column(
             self.picture,
             self.cause,
