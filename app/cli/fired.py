@@ -9,14 +9,14 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import JudgedFlight, LogFiring
-from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
-from app.flight_analysis.proposal import defaults_result
-from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.csv_columns import NO_TIME, parse_choice
-from app.flight_logs.read_log import find_logs
+from app.flights.columns import NO_TIME, parse_choice
+from app.flights.curves import JudgedFlight, LogFiring
+from app.flights.fire_map import FlightGroup
+from app.flights.judge import TriggerLimits
+from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flights.proposal import defaults_result
+from app.flights.read_log import find_logs
+from app.flights.summary import FlightSummary
 from app.terminal import console
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr

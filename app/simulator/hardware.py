@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from app.firing.judge import NOTHING, Judge, SensorSample
+from app.flights.judge import NOTHING, Judge, SensorSample
 from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.setup import Setup

@@ -4,7 +4,7 @@ import random
 from collections import deque
 from dataclasses import dataclass, field
 
-from app.firing.judge import TriggerLimits
+from app.flights.judge import TriggerLimits
 from protocol.catalogue import BAUD, CENTISECOND, INVERTED, MAX_RECORDS, QUERY, RECORD_CODE, RECORD_PARTS, TENTH_G
 from protocol.frame import encode_long
 from protocol.messages import Source, encode_record_data

@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 
 from app.cli.commands import ENTRIES
 from app.engine import ports
-from app.flight_analysis.many_logs import FEW_LOGS
+from app.flights.many_logs import FEW_LOGS
 from app.recordings.library import recordings_folder
 from tests.packages.programs import ROOT, Program, check_reading, check_window, simulated
 from tests.support.flights import log_bytes as made

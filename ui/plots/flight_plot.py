@@ -11,10 +11,10 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QWidget
 
-from app.firing.judge import MAX_GAP_S, TriggerLimits
-from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import FlightLog, Floats
-from app.flight_logs.read_log import read_flight_log
+from app.flights.columns import CsvColumns
+from app.flights.flight_log import FlightLog, Floats
+from app.flights.judge import MAX_GAP_S, TriggerLimits
+from app.flights.read_log import read_flight_log
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text

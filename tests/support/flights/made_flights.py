@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from app.engine.device import StatusSample
-from app.flight_analysis.summary import FlightSummary, summarise
-from app.flight_logs.flight_log import REPORT_HZ, FlightLog
+from app.flights.flight_log import REPORT_HZ, FlightLog
+from app.flights.summary import FlightSummary, summarise
 from app.recordings.markers import Marker, MarkerKind
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
 

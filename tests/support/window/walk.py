@@ -13,7 +13,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.flight_analysis.fire_map import FlightGroup
+from app.flights.fire_map import FlightGroup
 from tests.support.check_pace import hurry_check
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places

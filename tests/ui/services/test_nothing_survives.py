@@ -13,7 +13,7 @@ from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Cancelled, Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch
-from app.firing.judge import TriggerLimits
+from app.flights.judge import TriggerLimits
 from app.records.filing import Filed
 from app.safety.acts import Act
 from app.settings.profiles import Profile

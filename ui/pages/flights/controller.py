@@ -7,15 +7,15 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
-from app.flight_analysis.many_logs import LogOrder, summarise_logs
-from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
-from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.csv_log import read_head
-from app.flight_logs.module_view import RuleReading
-from app.flight_logs.read_log import find_logs, is_csv
+from app.flights.columns import CsvColumns
+from app.flights.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
+from app.flights.judge import TriggerLimits
+from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.module_view import RuleReading
+from app.flights.proposal import ThresholdProposal, propose, settings_of
+from app.flights.read_log import find_logs, is_csv
+from app.flights.summary import FlightSummary
+from app.flights.table import read_head
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from app.text.user_error import UserError

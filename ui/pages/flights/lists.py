@@ -11,10 +11,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
-from app.flight_analysis.summary import FirstFire, moment_text
-from app.flight_logs.module_view import RuleReading
+from app.flights.fire_map import FlightGroup, FlightOutcome
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.summary import FirstFire, moment_text
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.text.durations import stopwatch
 from app.text.i18n import tr

@@ -9,9 +9,9 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QPushButton, QStackedWidget, QWhatsThis, QWidget
 
-from app.firing.judge import ASSUMPTIONS, RULES, TriggerLimits
-from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.read_log import SUFFIXES
+from app.flights.columns import CsvColumns
+from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
+from app.flights.read_log import SUFFIXES
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences, labelled

@@ -8,8 +8,8 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
-from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.proposal import (
+from app.flights.fire_map import FlightGroup
+from app.flights.proposal import (
     LEAST_ACCELERATION_G,
     LEAST_FALL_S,
     LEAST_TILT_DEG,

@@ -7,9 +7,9 @@ from typing import Final
 from PySide6.QtCore import QStringListModel, Qt, Signal
 from PySide6.QtWidgets import QComboBox, QFormLayout, QFrame, QLabel, QPushButton, QWidget
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.fire_map import FlightOutcome
-from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole
+from app.flights.columns import TIMES, CsvColumns, CsvRole
+from app.flights.fire_map import FlightOutcome
+from app.flights.judge import TriggerLimits
 from app.recordings.markers import Marker
 from app.text.i18n import tr
 from app.text.messages import clean

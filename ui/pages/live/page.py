@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
-from app.firing.judge import TriggerLimits
+from app.flights.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
 from app.system.wall_clock import WallClock

@@ -13,12 +13,12 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.fire_map import FireMap, FlightGroup, outcome_of
-from app.flight_analysis.summary import summarise
-from app.flight_logs.csv_columns import CsvRole
-from app.flight_logs.flight_log import FlightLog
-from app.flight_logs.module_view import RuleReading
+from app.flights.columns import CsvRole
+from app.flights.fire_map import FireMap, FlightGroup, outcome_of
+from app.flights.flight_log import FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.summary import summarise
 from app.recordings.markers import STATE_LOST, Marker
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile

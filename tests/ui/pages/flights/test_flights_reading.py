@@ -9,8 +9,8 @@ import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
-from app.flight_analysis.many_logs import SummarisedLog
-from app.flight_analysis.summary import FirstFire, summarise
+from app.flights.many_logs import SummarisedLog
+from app.flights.summary import FirstFire, summarise
 from protocol.messages import Source
 from tests.support.flights.made_flights import write_csv, write_logs
 from tests.support.window.steps import press

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import NEVER, firing_curves, judge_flight
-from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
-from app.flight_analysis.summary import LossOfControl, loss_of_control, moment_text, summarise
-from app.flight_logs.flight_log import FlightLog
-from app.flight_logs.module_view import RuleReading
+from app.flights.curves import NEVER, firing_curves, judge_flight
+from app.flights.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
+from app.flights.flight_log import FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.summary import LossOfControl, loss_of_control, moment_text, summarise
 from app.simulator.hardware import Hardware
 from app.simulator.memory import Memory
 from app.simulator.physics import SENSOR_PERIOD_S, Physics, SensedMotion

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
-from app.flight_logs.module_view import RuleReading
+from app.flights.judge import TriggerLimits
+from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flights.module_view import RuleReading
 from tests.support.flights import log_bytes as made
 from tests.support.processes import ran
 
@@ -84,7 +84,7 @@ class EndsProcess:
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from app.flight_analysis.many_logs import summarise_logs
+from app.flights.many_logs import summarise_logs
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])

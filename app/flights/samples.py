@@ -1,4 +1,4 @@
-"""Judges whole arrays of samples at once, by the rules of `app.firing.judge.Judge`; `tests/app/firing/test_judge.py`
+"""Judges whole arrays of samples at once, by the rules of `app.flights.judge.Judge`; `tests/app/flights/test_judge.py`
 compares the two sample by sample. Time without reports counts as not judged."""
 
 from collections.abc import Iterable, Sequence
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
+from app.flights.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
 from protocol.messages import Source
 
 MAX_FIRINGS: Final = 500

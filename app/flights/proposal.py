@@ -11,11 +11,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
-from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.module_view import RuleReading
+from app.flights.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
+from app.flights.fire_map import FlightGroup
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.summary import FlightSummary
 from app.safety.consequences import SHORT_FALL_S
 from app.text.messages import UserMessage, message
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Flags, Floats
+from app.flights.flight_log import Flags, Floats
 from app.text.messages import UserMessage
 
 STANDARD_GRAVITY_M_S2: Final = 9.80665

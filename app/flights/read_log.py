@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from app.flight_logs.assembly import assembled, flight_of_reports
-from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Progress, unreadable
+from app.flights.assembly import assembled, flight_of_reports
+from app.flights.columns import CsvColumns
+from app.flights.flight_log import NO_PROGRESS, FlightLog, Progress, unreadable
 from app.text.messages import message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -28,17 +28,17 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: 
     try:
         start = _start_of(path)
         if start.startswith(_ULOG):
-            from app.flight_logs.ulog import read_ulog
+            from app.flights.ulog import read_ulog
 
             return assembled(read_ulog(path))
         if start.startswith(_DATAFLASH):
-            from app.flight_logs.dataflash import read_dataflash
+            from app.flights.dataflash import read_dataflash
 
             return assembled(read_dataflash(path))
         if start.startswith(_SESSION):
             return _read_session(path)
         if is_csv(path):
-            from app.flight_logs.csv_log import read_csv
+            from app.flights.table import read_csv
 
             return read_csv(path, columns, on_progress)
     except OSError as error:

@@ -11,13 +11,13 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import JudgedFlight, judge_flight
-from app.flight_analysis.summary import FlightSummary, summarise
-from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import NO_PROGRESS, Progress, unreadable
-from app.flight_logs.module_view import RuleReading
-from app.flight_logs.read_log import read_flight_log
+from app.flights.columns import CsvColumns
+from app.flights.curves import JudgedFlight, judge_flight
+from app.flights.flight_log import NO_PROGRESS, Progress, unreadable
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.read_log import read_flight_log
+from app.flights.summary import FlightSummary, summarise
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from protocol.translatable import marked

@@ -10,10 +10,10 @@ from typing import Final, TextIO
 
 import numpy as np
 
-from app.flight_logs.assembly import assembled, flight_of_reports
-from app.flight_logs.csv_columns import ATTITUDES, FORCES, TIMES, CsvColumns, CsvRole, recognised
-from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
+from app.flights.assembly import assembled, flight_of_reports
+from app.flights.columns import ATTITUDES, FORCES, TIMES, CsvColumns, CsvRole, recognised
+from app.flights.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
+from app.flights.raw_log import Channel, FlagChannel, RawLog
 from app.recordings.excerpt import HEAD
 from app.recordings.markers import STATE_LOST, Marker
 from app.text.messages import clean

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import MAX_GAP_S
+from app.flights.judge import MAX_GAP_S
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.translatable import marked

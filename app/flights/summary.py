@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.firing.judge import TriggerLimits
-from app.firing.samples import runs
-from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves, steps_of
-from app.flight_logs.flight_log import Flags, FlightLog, Floats
-from app.flight_logs.module_view import RuleReading
+from app.flights.curves import NEVER, FiringCurves, firing_curves, steps_of
+from app.flights.flight_log import Flags, FlightLog, Floats
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.samples import runs
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import UserMessage

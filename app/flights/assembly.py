@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import MAX_GAP_S
-from app.firing.samples import runs
-from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
-from app.flight_logs.module_view import averaged
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
+from app.flights.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
+from app.flights.judge import MAX_GAP_S
+from app.flights.module_view import averaged
+from app.flights.raw_log import Channel, FlagChannel, RawLog
+from app.flights.samples import runs
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked

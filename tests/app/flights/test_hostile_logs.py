@@ -13,10 +13,10 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.flight_analysis.many_logs import summarise_log
-from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.flight_log import FlightLog
-from app.flight_logs.read_log import read_flight_log
+from app.flights.flight_log import FlightLog
+from app.flights.many_logs import summarise_log
+from app.flights.read_log import read_flight_log
+from app.flights.summary import FlightSummary
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.text.user_error import UserError

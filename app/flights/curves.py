@@ -7,10 +7,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
-from app.firing.samples import Samples, firing_places, judge_samples, runs
-from app.flight_logs.flight_log import FlightLog, Floats
-from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view, to_steps
+from app.flights.flight_log import FlightLog, Floats
+from app.flights.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
+from app.flights.module_view import RuleReading, attitude_view, freefall_view, to_steps
+from app.flights.samples import Samples, firing_places, judge_samples, runs
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 

@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S
-from app.firing.samples import Samples
-from app.flight_logs.flight_log import FlightLog, Floats
+from app.flights.flight_log import FlightLog, Floats
+from app.flights.judge import MAX_GAP_S, ROUNDING_S
+from app.flights.samples import Samples
 from protocol.catalogue import DEGREE, TENTH_G
 from protocol.translatable import marked
 
@@ -20,7 +20,7 @@ class RuleReading(Enum):
     """Interpretation of what the vendor's rule leaves open; the value describes it."""
 
     DIRECT = marked("angle at once, acceleration unfiltered")
-    """As `app.firing.judge.Judge` and the simulated module do."""
+    """As `app.flights.judge.Judge` and the simulated module do."""
     DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
 
 

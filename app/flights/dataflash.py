@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
-from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
+from app.flights.flight_log import Floats, unreadable
+from app.flights.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
+from app.flights.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
 from app.text.messages import message
 from protocol.translatable import marked
 

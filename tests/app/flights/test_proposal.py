@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import judge_flight
-from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.proposal import ThresholdProposal, propose
-from app.flight_analysis.summary import summarise
-from app.flight_logs.flight_log import REPORT_HZ, FlightLog
-from app.flight_logs.module_view import RuleReading
+from app.flights.curves import judge_flight
+from app.flights.fire_map import FlightGroup
+from app.flights.flight_log import REPORT_HZ, FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.proposal import ThresholdProposal, propose
+from app.flights.summary import summarise
 from tests.support.flights.made_flights import made_flight
 
 SETS, FLIGHTS_A_SET = 40, 5

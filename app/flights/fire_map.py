@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, MAX_TIME_STEPS, steps_of
-from app.flight_analysis.summary import FirstFire, FlightSummary
-from app.flight_logs.module_view import RuleReading
+from app.flights.curves import MAX_ACCELERATION_STEPS, MAX_TIME_STEPS, steps_of
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.summary import FirstFire, FlightSummary
 from protocol.catalogue import CENTISECOND, TENTH_G
 from protocol.translatable import marked
 

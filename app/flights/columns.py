@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.raw_log import STANDARD_GRAVITY_M_S2, force_of_axes, tilt_of_quaternion, tilt_of_roll_and_pitch
+from app.flights.flight_log import Floats, unreadable
+from app.flights.raw_log import STANDARD_GRAVITY_M_S2, force_of_axes, tilt_of_quaternion, tilt_of_roll_and_pitch
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked

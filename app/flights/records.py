@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, unreadable
+from app.flights.flight_log import Floats, unreadable
 from protocol.translatable import marked
 
 MAX_BYTES: Final = 1 << 30

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import judge_flight
-from app.flight_logs.assembly import ascending, assembled, flight_of_reports
-from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
-from app.flight_logs.csv_log import PAUSE_S
-from app.flight_logs.flight_log import FlightLog
-from app.flight_logs.module_view import RuleReading
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
-from app.flight_logs.read_log import find_logs, read_flight_log
+from app.flights.assembly import ascending, assembled, flight_of_reports
+from app.flights.columns import CsvColumns, CsvRole, parse_choice
+from app.flights.curves import judge_flight
+from app.flights.flight_log import FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading
+from app.flights.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
+from app.flights.read_log import find_logs, read_flight_log
+from app.flights.table import PAUSE_S
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.recordings.session_format import Opening

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S, Judge, SensorSample, TriggerLimits
-from app.firing.samples import MAX_FIRINGS, Samples, judge_samples
+from app.flights.judge import MAX_GAP_S, ROUNDING_S, Judge, SensorSample, TriggerLimits
+from app.flights.samples import MAX_FIRINGS, Samples, judge_samples
 from protocol.messages import Source
 
 STEP_S = 0.01

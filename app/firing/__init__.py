@@ -1,1 +1,0 @@
-"""Would it have fired? The rules, for one sample after the other or for whole arrays."""

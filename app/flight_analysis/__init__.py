@@ -1,1 +1,0 @@
-"""Thresholds from flights: first firing by threshold, map over thresholds, proposals."""
