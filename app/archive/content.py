@@ -150,6 +150,7 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.PROVISIONED.value: {**_OF_MODULE, "name": _is_name},
     FactKind.AUDIT.value: {**_OF_MODULE, "entry": _is_entry, "previous": _is_text, "hash": _is_text},
     FactKind.ACT.value: {**_OF_MODULE, "act": _is_text, "frame": _is_text},
+    FactKind.FIRED.value: {"module": _is_name, "port": _is_text},
     FactKind.OUTCOME.value: {**_OF_MODULE, "of": _is_text, "outcome": _is_text},
     FactKind.SETTLEMENT.value: {
         "modules": _is_pair, "is_same": _is_a(bool), "name": _is_name_or_none,

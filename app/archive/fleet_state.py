@@ -11,11 +11,15 @@ from app.archive.archive import Archive
 from app.archive.chains import in_chain_order
 from app.archive.facts import Fact
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
+from app.engine.target import is_simulated
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest, stored_test
-from app.limits.service import ServiceKind, due_services
+from app.limits.service import ServiceKind, due_services, repack_due
 from app.records.check_store import CheckLine, check_line, number_of
 from app.records.verification import verify
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.store.facts import FactKind
+from app.store.fired import Fired
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
@@ -84,8 +88,8 @@ def fleet_state(
         everything = [fact for group in mine.values() for fact in group]
         state.last_at = max((fact.made_at for fact in everything), default="")
         state.checks = len(mine[FactKind.CHECK])
-        last = _last_check(mine[FactKind.CHECK])
-        state.last_check = line_of(last) if last is not None else None
+        last, fired = _last_check(mine[FactKind.CHECK]), fired_in(everything)
+        state.last_check = line_of(last, fired) if last is not None else None
         records = _records(mine[FactKind.TRIGGER_RECORD])
         state.trigger_records = len(set(records.values()))
         state.unjudged = len(set(records.values()) - _judged(mine[FactKind.JUDGEMENT], records))
@@ -95,15 +99,33 @@ def fleet_state(
                       key=lambda fact: (fact.content["on"], fact.made_at, fact.id))  # fmt: skip
         due = due_services((fact.content for fact in done), today)
         state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], records, done)
-        state.due += [Due(DueKind.SERVICE, service.text) for service in due]
+        services = [(fact.made_at, fact.content) for fact in done]
+        repack = repack_due(max((one.at for one in fired if not one.is_simulated), default=None), services)
+        state.due += [Due(DueKind.SERVICE, service.text) for service in (*filter(None, (repack,)), *due)]
     return states
 
 
-def line_of(fact: Fact) -> CheckLine:
-    """Of a fact `CHECK`; its record is verified, and has to be of the module that the fact names."""
+def fired_in(facts: Iterable[Fact]) -> list[Fired]:
+    """When a deploy left or a TRIGGERED was seen, of all facts about one module."""
+    facts = list(facts)
+    outcomes = [fact for fact in facts if fact.kind == FactKind.OUTCOME.value]
+    not_sent = {(fact.station, fact.content["of"]) for fact in outcomes
+                if fact.content["outcome"] == Outcome.NOT_SENT.value}  # fmt: skip
+    fired = []
+    for fact in facts:
+        is_deploy = fact.kind == FactKind.ACT.value and fact.content["act"] == Act.DEPLOY.value
+        has_left = is_deploy and (fact.station, fact.hash) not in not_sent
+        if has_left or fact.kind == FactKind.FIRED.value:
+            fired.append(Fired(fact.made_at, is_simulated(str(fact.content.get("port")))))
+    return fired
+
+
+def line_of(fact: Fact, fired: Iterable[Fired] = ()) -> CheckLine:
+    """Of a fact `CHECK`; its record is verified, and has to be of the module that the fact names. `fired`: when the
+    module may have."""
     record = fact.record
     is_altered = verify(record).state.is_false or record.get("module") != fact.module
-    return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered)
+    return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered).after(fired)
 
 
 def _by_module(archive: Archive, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
@@ -183,7 +205,9 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
     if check is None or check.is_simulated:
         due.append(Due(DueKind.NO_CHECK, message(marked("No pre-flight check yet."))))
     elif not check.holds:
-        due.append(Due(DueKind.NO_GO, message(marked("The last check is not GO."))))
+        since = marked("Since the last check it fired, or was told to.")
+        text = since if check.is_fired_since else marked("The last check is not GO.")
+        due.append(Due(DueKind.NO_GO, message(text)))
     elif (age := age_days(check.at, now)) is None or age > check_days:
         text = marked("No check within the last {days} days.")
         due.append(Due(DueKind.OLD_CHECK, message(text, days=check_days)))

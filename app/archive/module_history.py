@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from app.archive.archive import Archive
 from app.archive.facts import Fact
-from app.archive.fleet_state import line_of
+from app.archive.fleet_state import fired_in, line_of
 from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
@@ -17,6 +17,7 @@ from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.setting_texts import value_message
 from app.settings.values import field_of, fitting
 from app.store.facts import FORMER_ENTRY, FactKind
+from app.store.fired import Fired
 from app.store.store import AuditEntry, audit_entry, former_entry
 from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
@@ -72,7 +73,7 @@ def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
     ]
     decisions = archive.of_kind(FactKind.SETTLEMENT)
     history += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
-    acts = _acts(history)
+    acts, fired = _acts(history), fired_in(history)
     history = [fact for fact in history if fact.kind not in _OF_ACTS or fact in acts]
     order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
     history.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
@@ -81,18 +82,18 @@ def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
         for name, value in check.measured.items():
             values.setdefault(name, []).append(ValuePoint(check.at, check.station, value))
     points = {name: tuple(series) for name, series in sorted(values.items())}
-    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in history), points)
+    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts, fired)) for fact in history), points)
 
 
-def fact_text(fact: Fact, acts: Mapping[Fact, AuditEntry | None]) -> UserMessage:
-    """A fact as text; for an unknown kind only its kind."""
+def fact_text(fact: Fact, acts: Mapping[Fact, AuditEntry | None], fired: Sequence[Fired] = ()) -> UserMessage:
+    """A fact as text; for an unknown kind only its kind. `fired`: when the module may have."""
     try:
-        return _fact_text(FactKind(fact.kind), fact, acts.get(fact))
+        return _fact_text(FactKind(fact.kind), fact, acts.get(fact), fired)
     except (UserError, ValueError, LookupError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 
-def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessage:
+def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None, fired: Sequence[Fired]) -> UserMessage:
     content = fact.content
     match kind:
         case FactKind.MODULE:
@@ -107,7 +108,7 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
             listed = joined([_setting(key, value) for key, value in settings])
             return message(marked("{value}: {why}."), value=message(marked("Settings")), why=listed)
         case FactKind.CHECK:
-            line = line_of(fact)
+            line = line_of(fact, fired)
             who = UserMessage(line.who) if line.who else message(marked("not named"))
             text = marked("Pre-flight check {number}: {verdict}, checked by: {who}.")
             return message(text, number=line.number, verdict=line.words, who=who)
@@ -121,6 +122,8 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
             if act is None:
                 raise TypeError(content)
             return message(marked("{value}: {why}."), value=_act(act), why=message(_OUTCOMES[act.outcome]))
+        case FactKind.FIRED:
+            return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
         case FactKind.SERVICE:
             return service_of(content).summary()
         case FactKind.SETTLEMENT:

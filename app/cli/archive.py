@@ -287,7 +287,7 @@ def state_json(state: ModuleToday) -> dict[str, object]:
 def _check_json(check: CheckLine) -> dict[str, object]:
     return {
         "at": check.at, "station": shown_station(check.station), "number": check.number, "verdict": check.verdict,
-        "void": check.is_void, "simulated": check.is_simulated,
+        "void": check.is_void or check.is_fired_since, "simulated": check.is_simulated,
         "altered": check.is_altered, "who": check.who, "aircraft": check.aircraft,
         "fingerprint": check.fingerprint, "hash": check.hash,
     }  # fmt: skip

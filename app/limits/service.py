@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import date
+from datetime import date, datetime
 from enum import Enum
 from typing import Any, Final, NamedTuple
 
@@ -65,6 +65,8 @@ class DueService(NamedTuple):
 
     text: UserMessage
     is_overdue: bool
+    is_after_firing: bool = False
+    """The module may have fired: without a repack it is not fit to fly, whatever a profile asks for."""
 
 
 def service_of(content: Mapping[str, Any]) -> Service:
@@ -74,6 +76,20 @@ def service_of(content: Mapping[str, Any]) -> Service:
         kind=ServiceKind(content["service"]), on=date.fromisoformat(content["on"]),
         due=None if due is None else date.fromisoformat(due), who=clean(content["who"]), note=clean(content["note"]),
     )  # fmt: skip
+
+
+def repack_due(fired_at: str | None, services: Iterable[tuple[str, Mapping[str, Any]]]) -> DueService | None:
+    """A module that may have fired has no parachute until a person has packed one. `services`: when each was entered,
+    in UTC, and what. None where nothing fired or a repack was entered since."""
+    if fired_at is None:
+        return None
+    fired_on = datetime.fromisoformat(fired_at).astimezone().date().isoformat()
+    for made_at, content in services:
+        is_repack = content.get("service") == ServiceKind.REPACK.value
+        if is_repack and made_at > fired_at and str(content.get("on")) >= fired_on:
+            return None
+    text = message(marked("It fired, or was told to, on {date}; no repack was entered since."), date=fired_on)
+    return DueService(text, is_overdue=True, is_after_firing=True)
 
 
 def due_services(contents: Iterable[Mapping[str, Any]], today: date) -> list[DueService]:

@@ -1286,6 +1286,10 @@
         <translation>未复位：其他方向未测试。</translation>
     </message>
     <message>
+        <source>It fired, or was told to, on {date}; no repack was entered since.</source>
+        <translation>{date} 已触发或收到开伞指令；此后没有重新叠伞记录。</translation>
+    </message>
+    <message>
         <source>It fired. Level it slowly.</source>
         <translation>已触发。缓慢倾斜回水平。</translation>
     </message>
@@ -1332,6 +1336,10 @@
     <message>
         <source>It only grows; there is no serial number.</source>
         <translation>只增不减；模块没有序列号。</translation>
+    </message>
+    <message>
+        <source>It reported TRIGGERED, or was told to fire before it had this name.</source>
+        <translation>模块曾报告已触发，或在命名之前收到过开伞指令。</translation>
     </message>
     <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
@@ -3008,6 +3016,10 @@
     <message>
         <source>Simulator</source>
         <translation>模拟器</translation>
+    </message>
+    <message>
+        <source>Since the last check it fired, or was told to.</source>
+        <translation>上次检查之后已触发或收到开伞指令。</translation>
     </message>
     <message>
         <source>Size</source>
@@ -5310,6 +5322,10 @@
         <translation>待完成</translation>
     </message>
     <message>
+        <source>told to fire</source>
+        <translation>已发送开伞指令</translation>
+    </message>
+    <message>
         <source>too high</source>
         <translation>过高</translation>
     </message>
@@ -5408,6 +5424,10 @@
     <message>
         <source>void</source>
         <translation>作废</translation>
+    </message>
+    <message>
+        <source>void: fired since</source>
+        <translation>已作废：此后已触发</translation>
     </message>
     <message>
         <source>warning</source>

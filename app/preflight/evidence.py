@@ -33,6 +33,7 @@ class Disturbance(Enum):
     CHANGED = marked("changed")
     UNREAD = marked("not read again")
     TOO_OLD = marked("too old")
+    FIRED = marked("told to fire")
 
 
 class FlagState(Enum):

@@ -205,13 +205,15 @@ def guided_tests(case: Case) -> Finding:
 
 
 def service(case: Case) -> Finding:
-    """What a person has to do to the module: overdue is a warning, or not met where the profile says so."""
+    """What a person has to do to the module: overdue is a warning, or not met where the profile says so. A module that
+    may have fired and was not repacked is never fit."""
     due = case.past.due
     limit = _under_name(case, message(marked("nothing overdue")))
     if case.past.module is None and case.profile.is_service_required:
         return unknown(NOT_NAMED, limit)
     shown = joined([service.text for service in due], between=" ") if due else message(marked("none"))
-    is_against = case.profile.is_service_required and any(service.is_overdue for service in due)
+    is_against = any(service.is_after_firing for service in due)
+    is_against |= case.profile.is_service_required and any(service.is_overdue for service in due)
     result = CheckResult.FAIL if is_against else CheckResult.WARN if due else CheckResult.PASS
     return Finding(result, len(due), shown, limit)
 

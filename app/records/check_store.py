@@ -10,6 +10,7 @@ from app.preflight.verdict import Verdict, verdict_named
 from app.records.record import Record, hash_of
 from app.store.database import Database
 from app.store.facts import FactKind, Facts, Kept, utc_time
+from app.store.fired import Fired, all_fired, has_fired_since
 from app.text.messages import UserMessage, clean, message
 from app.trigger_records.history import Judgement, merge
 from protocol.catalogue import MAX_RECORDS
@@ -79,6 +80,12 @@ class CheckLine(NamedTuple):
     station: str = ""
     is_altered: bool = False
     """The record is false, where that was looked at."""
+    is_fired_since: bool = False
+    """A deploy left or a TRIGGERED was seen after it: what it said of the module is no longer so."""
+
+    def after(self, fired: Iterable[Fired]) -> "CheckLine":
+        """What is left of it after its module may have fired."""
+        return self._replace(is_fired_since=has_fired_since(self.at, fired, simulated=self.is_simulated))
 
     @property
     def words(self) -> UserMessage:
@@ -88,11 +95,18 @@ class CheckLine(NamedTuple):
             return noted(word, marked("record ALTERED"))
         if self.is_simulated:
             return noted(word, marked("simulated"))
+        if self.is_fired_since:
+            return noted(word, marked("void: fired since"))
         return noted(word, marked("void")) if self.is_void else word
 
     @property
-    def holds(self) -> bool:
+    def has_passed(self) -> bool:
+        """When it was made; its settings stay approved."""
         return not self.is_void and not self.is_altered and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+
+    @property
+    def holds(self) -> bool:
+        return self.has_passed and not self.is_fired_since
 
 
 class CheckStore:
@@ -197,7 +211,7 @@ class CheckStore:
             return Past(module=module)
         booted = self._facts.last_visit(module, "boot_count")
         checks = (check for check in self.checks(module) if counts_simulated or not check.is_simulated)
-        go = next((check for check in checks if check.holds), None)
+        go = next((check for check in checks if check.has_passed), None)
         last, last_slots, known = self._last(module)
         merged = None
         if slots is not None and last is not None:
@@ -232,8 +246,9 @@ class CheckStore:
         where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
         facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, _LISTED),
                                    payload="json_remove(payload, '$.record.frames')")  # fmt: skip
-        lines = (check_line(record_of(fact.content), fact.at) for fact in facts)
-        return tuple(line for line in lines if line.hash and line.verdict)
+        lines = [check_line(record_of(fact.content), fact.at) for fact in facts]
+        fired = {name: all_fired(self._facts, name) for name in {line.module for line in lines} if name is not None}
+        return tuple(line.after(fired.get(line.module or "", ())) for line in lines if line.hash and line.verdict)
 
     def aircraft(self) -> tuple[str, ...]:
         """Those of the last checks of all modules, the last checked first. Not for the window's thread."""

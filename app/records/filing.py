@@ -4,7 +4,7 @@ Used by the window and the command line. Where the store fails, the verdict and 
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -14,7 +14,7 @@ from app.engine.identity import IdentityEvidence, went_back
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
-from app.limits.service import DueService, due_services
+from app.limits.service import DueService, due_services, repack_due
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
@@ -26,6 +26,7 @@ from app.stations.known import Stations
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind
+from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
@@ -70,7 +71,7 @@ def file_check(
         try:
             if store is not None and name is not None:
                 with _damage_as_trouble(store):
-                    past = _past(store, name, evidence, at)
+                    past = _past(store, name, evidence, adapter, at)
         except StoreTrouble as error:
             trouble = error
     case = Case(evidence=evidence, profile=profile, past=past, person=replace(person, module=name))
@@ -108,8 +109,9 @@ def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
         return None, trouble
 
 
-def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
+def _past(store: Store, name: str, evidence: Evidence, adapter: str, at: datetime) -> Past:
     """Checks and guided tests of a simulated module never count for a real one."""
+    fired = unnamed_fired(store.facts, port=evidence.port, adapter=adapter)
     history = evidence.history
     slots = None if history is None else [record.raw for record in history.records]
     is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
@@ -122,19 +124,25 @@ def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
         boot_count=known.boot_count if has_newer else past.boot_count,
         settings=known.settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
-        due=service_due(store, name, at),
+        due=service_due(store, name, at, simulated=counts_simulated, more=fired),
     )  # fmt: skip
 
 
-def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
-    """What a person has to do to the module of this name. Raises `StoreTrouble`."""
+def service_due(
+    store: Store, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
+) -> list[DueService]:
+    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
+    not under its name yet. Raises `StoreTrouble`."""
     with _damage_as_trouble(store):
         kept = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
         done = [fact.content for fact in kept]
+        fired = [one.at for one in (*all_fired(store.facts, name), *more) if one.is_simulated is simulated]
+        repack = repack_due(max(fired, default=None), [(fact.at, fact.content) for fact in kept])
         others = store.facts.state(SERVICES.format(module=name)) or {}
         revoked = Stations(store.database.path.parent).revoked()
         done += (content for content in others.get("done", ()) if content.get("station") not in revoked)
-        return due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
+        due = due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
+        return due if repack is None else [repack, *due]
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str) -> Record:
@@ -147,7 +155,10 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
     # The records may be another module's: they must not become part of this one's history.
     is_one_module = assessment.result("undisturbed") is CheckResult.PASS
     is_one_module &= name is None or not checks.is_kept_apart(name, evidence.port)
-    if history is not None and is_one_module and assessment.result("boot_count") is not CheckResult.FAIL:
+    is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
+    if name is not None and is_one_module:
+        claim_fired(store.facts, name, port=evidence.port, adapter=adapter)
+    if history is not None and is_one_module:
         now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
         slots = [record.raw for record in history.records]
         checks.store_visit(

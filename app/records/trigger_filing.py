@@ -13,6 +13,7 @@ from app.procedures.settings_reading import is_another
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
+from app.store.fired import claim_fired
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.user_error import UserError
@@ -85,6 +86,7 @@ def file_triggers(
             if any(against):
                 return PossiblyOther(tuple(dict.fromkeys(chain(*against))))
         store.register_module(name, adapter)
+        claim_fired(store.facts, name, port=port, adapter=adapter)
         if now.is_complete:
             store.store_evidence(name, now)
         return checks.store_visit(

@@ -1,10 +1,11 @@
 """Acts that change the state of a module, and the frame of each."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from types import MappingProxyType
 
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, Request
+from protocol.events import Event, Sent
 from protocol.translatable import marked
 
 
@@ -53,3 +54,9 @@ REQUESTS: Mapping[Act, Request] = MappingProxyType({
     Act.DEPLOY: BY_NAME["deploy"].set(True),
 })  # fmt: skip
 """The acts that are one fixed frame."""
+
+
+def is_deploy_in(events: Iterable[Event]) -> bool:
+    """Whether a deploy left the computer, which nobody can take back, confirmed or not."""
+    deploy = REQUESTS[Act.DEPLOY].encode()
+    return any(isinstance(event, Sent) and event.raw == deploy for event in events)

@@ -43,6 +43,8 @@ class FactKind(Enum):
     """The intent to change the baud rate, as logged before it was an act like the others."""
     OUTCOME = "outcome"
     """What came of an intent."""
+    FIRED = "fired"
+    """The module reported TRIGGERED, or got its name after it may have fired without one."""
     AUDIT = "audit_link"
     """An act as versions before layout 10 logged it: its start, or start and outcome."""
     SETTLEMENT = "settlement"

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 from app.safety.acts import Act
 from app.safety.journal import Entry, Outcome
 from app.store.database import StoreTrouble
+from app.store.fired import forget_unnamed, note_unnamed
 from app.store.store import Store
 from app.text.messages import UserMessage
 
@@ -59,6 +60,7 @@ class StoreJournal:
         self._adapter = adapter
         self._known_as = known_as
         self._on_trouble = on_trouble
+        self._has_noted_deploy = False
 
     @property
     def is_ready(self) -> bool:
@@ -71,6 +73,8 @@ class StoreJournal:
             adapter = self._adapter if isinstance(self._adapter, str) else self._adapter()
             kept = {**detail_of(self._known_as, adapter), **given}
             try:
+                if act is Act.DEPLOY and not self._known_as.name:
+                    self._has_noted_deploy = note_unnamed(self._store.facts, port=self._port, adapter=adapter)
                 return self._store.begin(act, frame, kept, port=self._port, origin=self._origin)
             except StoreTrouble as error:
                 _log.warning("The audit log cannot be written: %s", error)
@@ -88,6 +92,10 @@ class StoreJournal:
                 return
             try:
                 self._store.settle(entry.result(), outcome, kept)
+                if self._has_noted_deploy and outcome is Outcome.NOT_SENT:
+                    adapter = self._adapter if isinstance(self._adapter, str) else self._adapter()
+                    forget_unnamed(self._store.facts, port=self._port, adapter=adapter)
+                self._has_noted_deploy = False
             except StoreTrouble as error:
                 _log.warning("The outcome of an act is not in the audit log: %s", error)
 

@@ -5,6 +5,7 @@ is handled. The port is always closed properly.
 """
 
 import queue
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -35,6 +36,7 @@ CANCEL_OFFLINE_LIMIT_S = 0.3
 """The same if the module does not answer: one attempt."""
 STOP_LIMIT_S = 1.0
 _WAIT_S = 0.1
+_KEEP_LIMIT_S = 2.0
 
 Result = TypeVar("Result")
 
@@ -67,6 +69,7 @@ class Conversation:
         self.device = DeviceView()
         self.link: LinkView | None = None
         """Its last state while the port was open."""
+        self.has_seen_triggered = False
 
     def open(self, port: str, baud_rate: int) -> None:
         """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
@@ -143,6 +146,9 @@ class Conversation:
         if batch.link is not None:
             self.link = batch.link
         self.device = batch.device
+        triggered = batch.device.values.get("triggered")
+        is_reported = triggered is not None and triggered.value is True
+        self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
         if self._trace is not None:
             self._trace.on_batch(batch)
         if self._on_batch is not None:
@@ -200,6 +206,29 @@ def connected(
         finally:
             # No signal raises here any more.
             conversation.close()
+            if conversation.has_seen_triggered:
+                _keep_triggered(port)
+
+
+def _keep_triggered(port: str) -> None:
+    """For the next module that is named at this port: whatever was said of it before does not hold any more. A store
+    that hangs is not waited for."""
+    from app.store.database import StoreTrouble
+    from app.store.fired import note_unnamed
+    from app.terminal.command_journal import adapter_of, closing_store, open_store_or_notify
+
+    def keep() -> None:
+        store = open_store_or_notify()
+        try:
+            with closing_store(store):
+                if store is not None:
+                    note_unnamed(store.facts, port=port, adapter=adapter_of(port))
+        except StoreTrouble as error:
+            notify(error.sentence)
+
+    thread = threading.Thread(target=keep, name="dps-s triggered", daemon=True)
+    thread.start()
+    thread.join(_KEEP_LIMIT_S)
 
 
 def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> None:

@@ -1,6 +1,7 @@
 """All that belongs to one connection, and all connections, one of which the pages show. Widgets use this, never the
 worker."""
 
+import logging
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -17,6 +18,8 @@ from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.safety.journal import Journal
+from app.store.fired import claim_fired, note_triggered
+from app.store.store import Store
 from app.store.store_journal import KnownAs
 from protocol.link_states import Presence
 from ui.core.module_memory import PortView
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
     from app.settings.profiles import Profile
     from ui.services.port_check import PortCheck
 
+_log = logging.getLogger(__name__)
 TICK_MS = 250
 SETTLE_MS = 1000
 """How long a switch to another module waits for running procedures to end."""
@@ -59,6 +63,10 @@ class Port(PortConnection):
         self.check: PortCheck | None = None
         """The last one of this module, whoever began it."""
         self.invalidated.connect(self._drop_check)
+        self._triggered_as: set[tuple[str, str]] = set()
+        """By connection and name of the modules whose TRIGGERED is in the store."""
+        self.batch.connect(self._note_triggered)
+        self.module.changed.connect(self._claim_fired)
 
     def expected_at(self, target: Target) -> Expected | None:
         return self.module.expected_at(target)
@@ -73,6 +81,32 @@ class Port(PortConnection):
     def journal(self) -> Journal:
         """With what the module is known by now."""
         return self._storage.journal(self.target, self.known_as)
+
+    def _note_triggered(self, batch: Batch) -> None:
+        """A TRIGGERED that was seen stays with the module: no verdict before it holds."""
+        known = batch.device.values.get("triggered")
+        is_reported = known is not None and known.value is True and not known.is_stale
+        is_reported = is_reported or any(sample.triggered for sample in batch.samples)
+        if self.is_open and is_reported:
+            self._keep_triggered(self.module.name)
+
+    def _keep_triggered(self, name: str) -> None:
+        store, target, seen = self._storage.store, self.target, (self.kept.run, name)
+        if not isinstance(store, Store) or target is None or seen in self._triggered_as:
+            return
+        self._triggered_as.add(seen)
+        note = partial(note_triggered, store.facts, name, port=target.device, adapter=target.identity)
+        store.queue.submit(note).add_done_callback(_log_trouble)
+
+    def _claim_fired(self) -> None:
+        """What fired here without a name was the module that a person names now."""
+        store, target, name = self._storage.store, self.target, self.module.name
+        if not name or not isinstance(store, Store) or target is None:
+            return
+        if (self.kept.run, "") in self._triggered_as:
+            self._triggered_as.add((self.kept.run, name))
+        claim = partial(claim_fired, store.facts, name, port=target.device, adapter=target.identity)
+        store.queue.submit(claim).add_done_callback(_log_trouble)
 
     def keep_as_found(self) -> Callable[[Snapshot], Future[int] | None] | None:
         """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
@@ -104,6 +138,12 @@ class Port(PortConnection):
         check, self.check = self.check, None
         if check is not None:
             check.drop()
+
+
+def _log_trouble(written: Future[None]) -> None:
+    error = None if written.cancelled() else written.exception()
+    if error is not None:
+        _log.warning("That a module may have fired is not kept: %s", error)
 
 
 class Ports(QObject):

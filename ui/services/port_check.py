@@ -19,6 +19,7 @@ from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import Record
+from app.safety.acts import is_deploy_in
 from app.safety.interlocks import interlock_inputs
 from app.safety.journal import Journal
 from app.settings.profiles import Profile
@@ -87,6 +88,8 @@ class PortCheck(QObject):
         self._is_port_broken = False
         self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
         self._rereading: Job[StateReading] | None = None
+        self._is_stated_anew = False
+        """What a person entered differs from what is being filed."""
         self._by_verdict: dict[Verdict, Filed] = {}
         """Records of this check: activated, READY becomes GO; locked again, READY."""
         self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
@@ -121,8 +124,9 @@ class PortCheck(QObject):
 
     @property
     def record(self) -> Record | None:
-        """What may be exported: None unless the check still holds."""
-        return self.filed.record if self.filed is not None and self.standing in _STANDINGS.values() else None
+        """What may be exported: None unless the check still holds, and while the next record of it is being kept."""
+        has_record = self.filed is not None and not self.is_busy and self.standing in _STANDINGS.values()
+        return self.filed.record if self.filed is not None and has_record else None
 
     @property
     def held(self) -> HeldVerdict | None:
@@ -146,6 +150,22 @@ class PortCheck(QObject):
     def cancel(self) -> None:
         if self._job is not None:
             self._job.cancel()
+
+    def state_again(self, person: Person) -> None:
+        """What is only written on the record voids nothing. A module that got its name after the check is judged again
+        by what is kept under that name."""
+        if person == self.person or self.void is not None:
+            return
+        is_named_now = person.module != self.person.module
+        self.person = person
+        if self._filing.is_running:
+            self._is_stated_anew = True
+            return
+        if self.filed is None:
+            return  # it is filed with this when it ends
+        self._by_verdict.clear()
+        self._file(self.evidence, None if is_named_now else self.filed.assessment.case.past)
+        self.changed.emit()
 
     def set_void(self, void: Void) -> None:
         if self.void is None:
@@ -190,6 +210,8 @@ class PortCheck(QObject):
             self.progress = report
 
     def _on_batch(self, batch: Batch) -> None:
+        if is_deploy_in(batch.events):  # whatever comes of it
+            self.set_void(Void(Disturbance.FIRED))
         if self._job is not None:
             self.evidence.listen(batch.events)
         else:
@@ -202,7 +224,10 @@ class PortCheck(QObject):
 
     def _on_name(self) -> None:
         """The signal also comes when the same module is recognised again."""
-        if (self._module.name or None) != self.person.module:
+        name = self._module.name or None
+        if self.person.module is None:
+            self.state_again(replace(self.person, module=name))
+        elif name != self.person.module:
             self.set_void(ENTRIES)
 
     def _follow_activation(self) -> None:
@@ -268,6 +293,11 @@ class PortCheck(QObject):
 
     def _end_filing(self, filed: Filed, trouble: StoreTrouble | None = None) -> None:
         self.trouble = trouble or filed.trouble
+        if self._is_stated_anew:
+            self._is_stated_anew = False
+            self._by_verdict.clear()
+            self._file(filed.assessment.case.evidence)
+            return
         self._by_verdict[filed.assessment.verdict] = filed
         is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:

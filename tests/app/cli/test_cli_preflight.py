@@ -167,6 +167,8 @@ def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_f
     bench.module.activate(is_active=False)
     bench.set_bay(is_open=False)
     assert result(named, 1)[0] == "unknown"  # the word ended with the trigger
+    assert result([*named, "--records-reviewed"], 1)[0] == "warn"  # it fired: without a repack there is no READY
+    dps_s(["archive", "service", "M-07", "--what", "repack", "--who", "Li Wei"], 0)
     assert result([*named, "--records-reviewed"], 0)[0] == "warn"
     bench.change(mute_codes=frozenset())
     answers = ["preflight", "--port", port, *named[3:], "--records-reviewed"]

@@ -1,5 +1,7 @@
 """Controller of the Pre-flight page: begins checks, and says what can be done with the module that the pages show."""
 
+from dataclasses import replace
+
 from PySide6.QtCore import QObject, Signal
 
 from app.diagnosis.link_state import Phase, link_text
@@ -103,10 +105,13 @@ class PreflightController(QObject):
         if self.last is not None:
             self.last.cancel()
 
-    def enter(self) -> None:
-        """An entry of the record changed: the check, also a running one, is void."""
+    def enter(self, profile: Profile, *, who: str, aircraft: str) -> None:
+        """An entry changed. Where it decides (the profile, a manual item), the check is void, also a running one; what
+        is only written on the record is written on it."""
         if self.last is not None:
-            self.last.set_void(ENTRIES)
+            if profile != self.last.profile:
+                self.last.set_void(ENTRIES)
+            self.last.state_again(replace(self.last.person, who=who, aircraft=aircraft))
         self.changed.emit()
 
     def poll(self) -> None:

@@ -121,6 +121,8 @@ class PreflightPage(Page):
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
         )
+        self._is_print_wanted = False
+        """Once the record with the last entries is kept."""
         self._announced = Standing.NOT_CHECKED
         """What was announced last."""
         self._stack = QStackedLayout(self)
@@ -226,10 +228,12 @@ class PreflightPage(Page):
         self.check()
 
     def print(self) -> None:
-        """Export the check that is shown, while it holds."""
+        """Export the check that is shown, while it holds; with what was entered just now."""
         self.form.commit_edits()
         self.work.poll()
         record = self.work.record
+        last = self.work.last
+        self._is_print_wanted = record is None and last is not None and last.is_busy and last.void is None
         if record is not None:
             self.files.print_record(record)
 
@@ -269,7 +273,11 @@ class PreflightPage(Page):
 
     def _on_form(self) -> None:
         self.list.use_profile(self.form.profile)
-        self.work.enter()
+        self._enter()
+
+    def _enter(self) -> None:
+        who, aircraft = self.form.committed
+        self.work.enter(self.list.answered(), who=who, aircraft=aircraft)
 
     def _reset_module(self) -> None:
         """Ticks and aircraft are those of another module, unless this one only got its name."""
@@ -295,6 +303,8 @@ class PreflightPage(Page):
     def _on_work(self) -> None:
         self._timer.refresh_seen()
         self._announce()
+        if self._is_print_wanted and self.work.record is not None:
+            self.print()
         standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
         if trouble is not None and standing in (*PASSED, Standing.NO_GO):
             self.result.notify(Meaning.ATTENTION, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
@@ -328,7 +338,7 @@ class PreflightPage(Page):
         buttons.history.clicked.connect(self.show_history)
         buttons.verify.triggered.connect(self.files.choose_and_verify)
         self.list.mend_wanted.connect(self.mend)
-        self.list.ticked.connect(work.enter)
+        self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
         self.form.edit_wanted.connect(self.edit_profile)
         self.editor.saved.connect(self._use_profile)

@@ -207,6 +207,7 @@ def test_a_check_that_could_not_be_stored_says_why(
 def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk) -> None:
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
+    connection.module.choose("M-1")
     desk.click(desk.page.check)
     assert connection.check is not None
     evidence = connection.check.evidence
@@ -215,7 +216,7 @@ def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk)
     worker.end_jobs()
     desk.wait(lambda: not desk.page.checks.is_running)
     member = desk.page.checks.results[connection]
-    assert (member.name, member.verdict, member.trouble) == ("", None, ENTRIES.message)  # void, as its card says
+    assert (member.name, member.verdict, member.trouble) == ("M-1", None, ENTRIES.message)  # void, as its card says
     assert connection.check.void == ENTRIES
     store = store_of(desk.services.storage)
     assert store.facts.select(FactKind.CHECK) == []

@@ -144,13 +144,14 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, quick: None, rig: O
 
 def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, full_rig: OnBench) -> None:
     page = full_rig.preflight
+    name_module(full_rig, "M-08")
     full_rig.click(page.buttons.enable)
     full_rig.triggers.module.setFocus()
     qtbot.keyClicks(full_rig.find(QLineEdit, "triggers_module_edit"), "M-09")
     qtbot.keyClick(full_rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
     full_rig.wait_standing(*VERDICTS)
     assert page.work.standing is Standing.VOID
-    assert kept(full_rig, "M-09") == kept(full_rig) == []
+    assert kept(full_rig, "M-09") == kept(full_rig, "M-08") == kept(full_rig) == []
 
 
 def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(

@@ -13,10 +13,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.engine.worker import Batch
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
+from app.safety.acts import REQUESTS, Act
 from app.simulator import bench as benches
+from app.store.fired import all_fired, note_triggered
 from app.trigger_records.history import Judgement
+from protocol.events import Sent
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
 from tests.support.window.fakes_ui import store_of
@@ -34,13 +38,18 @@ def type_another_name(bench: OnBench) -> None:
     bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
 
 
+def deploying(bench: OnBench) -> Batch:
+    """A batch in which a deploy left the computer; the module says nothing of it."""
+    last, request = bench.assembly.connector.current.last, REQUESTS[Act.DEPLOY]
+    return last._replace(events=(Sent(request.encode(), request, 1, last.at),), samples=(), finished=())
+
+
 @pytest.mark.parametrize(
     ("act", "why"),
     [
         (lambda bench: bench.bench.unplug(), "Port lost"),
         (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging"),
-        (type_another_name, "Changed: entries"),
-        (lambda bench: name_module(bench, "M-08"), "Changed: entries"),
+        (lambda bench: bench.assembly.connector.current.bridge.batch.emit(deploying(bench)), "Told to fire"),
     ],
 )
 def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
@@ -61,6 +70,42 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     assert page.work.record is None
     assert rig.assembly.connector.current.check is rig.last  # the card on Fleet says the same
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
+
+
+def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBench) -> None:
+    """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
+    new is not forgotten."""
+    rig.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
+    rig.wait_standing(Standing.READY)
+    type_another_name(rig)
+    name_module(rig, "M-08")
+    rig.until(lambda: rig.preflight.work.record is not None)
+    record = given(rig.preflight.work.record)
+    assert (record["who"], record["module"]) == ("Li Wei", "M-08")
+    assert rig.preflight.work.standing is Standing.READY
+    assert kept(rig, "M-08") == ["READY"]
+    assert rig.last.person.are_records_reviewed
+    name_module(rig, "M-09")  # now another one is meant
+    rig.wait_standing(Standing.VOID)
+
+
+def test_a_name_under_which_something_is_against_it_ends_ready(quick: None, rig: OnBench) -> None:
+    note_triggered(store_of(rig.assembly.storage).facts, "M-08", port=rig.url)
+    assert rig.check() is Standing.READY
+    name_module(rig, "M-08")
+    rig.wait_standing(Standing.NO_GO)
+    assert given(rig.preflight.work.assessment).result("service") is CheckResult.FAIL
+
+
+def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(quick: None, rig: OnBench) -> None:
+    facts = store_of(rig.assembly.storage).facts
+    connector = rig.assembly.connector
+    rig.bench.module.activate(is_active=True)
+    rig.bench.set_tilt(90)
+    rig.until(lambda: connector.current.device.reported[0] is True)
+    name_module(rig, "M-08")
+    rig.until(lambda: bool(all_fired(facts, "M-08")))
+    assert len(all_fired(facts, "M-08")) == 1
 
 
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(

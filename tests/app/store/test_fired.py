@@ -1,0 +1,165 @@
+"""A deploy that left, and a TRIGGERED that was seen, end every earlier verdict, in store, archive and check."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from app.archive.archive import Archive
+from app.archive.fleet_state import ModuleToday, fleet_state
+from app.archive.module_history import module_history
+from app.archive.module_names import names_of
+from app.preflight.findings import CheckResult, Person
+from app.preflight.verdict import Verdict
+from app.records.check_store import CheckStore
+from app.records.filing import Filed, file_check
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.settings.profiles import NO_PROFILE
+from app.store.facts import FactKind
+from app.store.fired import claim_fired, note_triggered
+from app.store.store import Store, open_store
+from app.store.store_journal import KnownAs, StoreJournal
+from tests.support.records.preflight_rig import check
+
+PORT, ADAPTER = "/dev/ttyUSB0", "0403:6001 A1"
+
+
+class Bench:
+    """A store and its archive. Its clock is a minute later at each question."""
+
+    def __init__(self, folder: Path) -> None:
+        self.now = datetime.now(UTC) - timedelta(hours=2)
+        self.store: Store = open_store(folder, clock=self.tick)
+
+    def tick(self) -> datetime:
+        self.now += timedelta(seconds=1)
+        return self.now
+
+    def file(self, name: str | None = "M-07", port: str = PORT) -> Filed:
+        evidence = check().assessment.case.evidence
+        evidence.port = port
+        person = Person(module=name, are_records_reviewed=True, is_same_module=True)
+        return file_check(evidence, NO_PROFILE, person, store=self.store, adapter=ADAPTER)
+
+    def deploy(self, outcome: Outcome | None, name: str = "M-07", port: str = PORT) -> None:
+        """As the window does it; None: the program ended before it knew what came of it."""
+        known_as = KnownAs(name, "run")
+        journal = StoreJournal(self.store, port=port, origin="window", adapter=ADAPTER, known_as=known_as)
+        entry = journal.begin(Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {})
+        entry.result(5.0)
+        if outcome is not None:
+            journal.settle(entry, outcome, {})
+        self.store.queue.submit(lambda: None).result(5.0)
+
+    def today(self) -> ModuleToday:
+        with closing(Archive(self.store)) as archive:
+            archive.collect()
+            (state,) = fleet_state(archive, names_of(archive), datetime.now(UTC))
+            return state
+
+    def told(self) -> list[str]:
+        with closing(Archive(self.store)) as archive:
+            archive.collect()
+            (module,) = names_of(archive).named("M-07")
+            return [event.text.in_english() for event in module_history(archive, module).events]
+
+    def repack(self) -> None:
+        content = {"service": "repack", "on": datetime.now().astimezone().date().isoformat(), "due": None,
+                   "who": "Li Wei", "note": ""}  # fmt: skip
+        self.store.facts.add(FactKind.SERVICE, content, module="M-07", at=_later())
+
+
+def _later() -> str:
+    return (datetime.now(UTC) + timedelta(minutes=5)).isoformat(timespec="milliseconds")
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    made = Bench(tmp_path)
+    made.now = datetime.now(UTC) + timedelta(seconds=2)  # a check has the computer's own time
+    yield made
+    made.store.close()
+
+
+def due_of(bench: Bench) -> str:
+    return " ".join(due.text.in_english() for due in bench.today().due)
+
+
+@pytest.mark.parametrize("outcome", [Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN, None])
+def test_a_deploy_that_left_ends_the_verdict_whatever_came_of_it(bench: Bench, outcome: Outcome | None) -> None:
+    assert bench.file().assessment.verdict is Verdict.READY
+    assert "fired" not in due_of(bench)
+    bench.deploy(outcome)
+    state = bench.today()
+    assert state.last_check is not None
+    assert not state.last_check.holds
+    assert "READY" not in state.last_check.words.in_english().replace("READY (void", "")
+    assert "no repack" in due_of(bench)
+    (line,) = CheckStore(bench.store.database).checks("M-07")
+    assert not line.holds
+    assert any("READY (void" in text for text in bench.told())
+
+
+def test_a_deploy_that_never_left_ends_nothing(bench: Bench) -> None:
+    bench.file()
+    bench.deploy(Outcome.NOT_SENT)
+    state = bench.today()
+    assert state.last_check is not None
+    assert state.last_check.holds
+    assert "repack" not in due_of(bench)
+
+
+def test_a_triggered_that_was_seen_ends_the_verdict(bench: Bench) -> None:
+    bench.file()
+    note_triggered(bench.store.facts, "M-07", port=PORT)
+    state = bench.today()
+    assert state.last_check is not None
+    assert not state.last_check.holds
+    assert "no repack" in due_of(bench)
+    assert any("TRIGGERED" in text for text in bench.told())
+
+
+def test_after_it_fired_no_check_passes_until_it_was_repacked(bench: Bench) -> None:
+    """Also where it restarted meanwhile and reports nothing of it."""
+    bench.file()
+    bench.deploy(Outcome.UNKNOWN)
+    again = bench.file()
+    assert again.assessment.result("service") is CheckResult.FAIL
+    assert again.assessment.verdict is Verdict.NO_GO
+    bench.repack()
+    assert bench.file().assessment.verdict is Verdict.READY
+    assert "repack" not in due_of(bench)
+
+
+@pytest.mark.parametrize("is_deployed", [True, False])
+def test_what_fired_without_a_name_is_of_the_next_name_said_at_that_port(bench: Bench, is_deployed: bool) -> None:
+    bench.file()
+    if is_deployed:
+        bench.deploy(Outcome.UNKNOWN, name="")
+    else:
+        note_triggered(bench.store.facts, "", port=PORT, adapter=ADAPTER)
+    assert "repack" not in due_of(bench)
+    claim_fired(bench.store.facts, "M-07", port="/dev/ttyUSB5", adapter="another")
+    assert "repack" not in due_of(bench)
+    assert bench.file().assessment.result("service") is CheckResult.FAIL  # it says the name
+    assert "no repack" in due_of(bench)
+    claim_fired(bench.store.facts, "M-08", port=PORT, adapter=ADAPTER)
+    assert not bench.store.facts.select(FactKind.FIRED, "AND module = ?", ("M-08",))
+
+
+def test_an_unnamed_deploy_that_never_left_is_of_nobody(bench: Bench) -> None:
+    bench.deploy(Outcome.NOT_SENT, name="")
+    claim_fired(bench.store.facts, "M-07", port=PORT, adapter=ADAPTER)
+    assert not bench.store.facts.select(FactKind.FIRED)
+
+
+def test_a_simulated_module_of_the_same_name_says_nothing_of_the_real_one(bench: Bench) -> None:
+    bench.file()
+    bench.deploy(Outcome.CONFIRMED, port="sim://M-07")
+    state = bench.today()
+    assert state.last_check is not None
+    assert state.last_check.holds
+    assert "repack" not in due_of(bench)
