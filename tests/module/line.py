@@ -7,16 +7,17 @@ import termios
 import threading
 import time
 import tty
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from tests.module.module import Module
+from tests.module.wire import RATES
 
 LONGEST_WAIT_S = 0.02
 CHUNK = 4096
+now = time.monotonic
+"""The clock of all modules on lines."""
 _SPEED = 4
 """Where `tcgetattr` has the rate of what is received."""
 
@@ -28,7 +29,8 @@ class Line:
     """
 
     def __init__(self, *modules: Module, keeps_rate: bool = True, link: str | None = None) -> None:
-        self.modules: Sequence[Module] = modules
+        self.modules = modules
+        """A test may put others in their place while it runs, as somebody who moves the plug."""
         self._keeps_rate = keeps_rate
         self._random = random.Random(1)
         self._host, self._slave = os.openpty()
@@ -48,18 +50,10 @@ class Line:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._ended.set()
-        self._thread.join()
+    def __exit__(self, *_: object) -> None:
         self.unplug()
         if self._link is not None:
             Path(self._link).unlink()
-
-    @staticmethod
-    def now() -> float:
-        return time.monotonic()
 
     def unplug(self) -> None:
         """Take the adapter away; the host's reads and writes fail from then on."""
@@ -73,22 +67,23 @@ class Line:
 
     def host_rate(self) -> int | None:
         """Return the rate that the host set last, None for one that has no name here."""
-        speeds = {getattr(termios, f"B{rate}"): rate for rate in (4800, 9600, 19200, 38400, 57600, 115200)}
-        return speeds.get(termios.tcgetattr(self._slave)[_SPEED])
+        speeds = {getattr(termios, f"B{rate}"): rate for rate in RATES.values()}
+        return speeds.get(self.host_termios()[_SPEED])
 
-    def host_termios(self) -> list[object]:
+    def host_termios(self) -> list[Any]:
         """Return what the host set, as `termios.tcgetattr` gives it."""
-        return list(termios.tcgetattr(self._slave))
+        return termios.tcgetattr(self._slave)
 
     def _run(self) -> None:
         while not self._ended.is_set():
-            now = self.now()
-            times = [at for module in self.modules if (at := module.next_at()) is not None]
-            wait_s = min([LONGEST_WAIT_S, *(max(0.0, at - now) for at in times)])
+            wait_s = LONGEST_WAIT_S
+            for module in self.modules:
+                wait_s = max(0.0, min(wait_s, module.next_at() - now()))
             ready, _, _ = select.select([self._host], [], [], wait_s)
             if ready:
                 self._hear()
-            self._speak()
+            if not self._ended.is_set():
+                self._speak()
 
     def _hear(self) -> None:
         try:
@@ -96,11 +91,12 @@ class Line:
         except OSError:  # nobody has opened it
             return
         for module in self.modules:
-            module.hear(self._garbled(module, data), self.now())
+            if self._is_plugged:  # the one before may have pulled it
+                module.hear(self._garbled(module, data), now())
 
     def _speak(self) -> None:
         for module in self.modules:
-            if said := module.speak(self.now()):
+            if said := module.speak(now()):
                 # What nobody reads is lost, as on a real line.
                 with suppress(BlockingIOError):
                     os.write(self._host, self._garbled(module, said))

@@ -1,10 +1,11 @@
 """The module itself: bytes and `now` in, bytes out. It has no clock and no thread; `line.py` gives it both."""
 
 import heapq
+import itertools
+import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from threading import RLock
 from typing import TextIO
 
 from tests.module.log import GOT, NOT_A_FRAME, SENT, Entry, Log
@@ -14,13 +15,9 @@ from tests.module.wire import FROM_MODULE, HEARTBEAT_BODY, RATES, Ear, Question,
 HEARTBEAT_GAP_S = 0.05
 MOST_RECORDS = 9
 HEARTBEAT, ACTIVATION, DEPLOY, SHUT_DOWN, OUTPUT, LIGHT, LIGHT_THRESHOLD = 0x01, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15
-ATTITUDE_OFF, FREEFALL_OFF, ATTITUDE, ACCELERATION, TIME = 0x16, 0x17, 0x20, 0x21, 0x22
-BOOTS, BAUD, ZERO, IS_ACTIVE, HAS_FIRED, STATUS, CHARGING, CELL, RECORDS = (
-    0x23, 0x24, 0x25, 0x30, 0x31, 0x32, 0x33, 0x34, 0x35,
-)  # fmt: skip
+ATTITUDE_OFF, FREEFALL_OFF, ATTITUDE, ACCELERATION, TIME, BOOTS = 0x16, 0x17, 0x20, 0x21, 0x22, 0x23
+BAUD, ZERO, ACTIVE, TRIGGERED, STATUS, CHARGING, CELL, RECORDS = 0x24, 0x25, 0x30, 0x31, 0x32, 0x33, 0x34, 0x35
 BY_SERIAL, BY_ATTITUDE, BY_PWM, BY_FALL = 0x01, 0x02, 0x04, 0x08
-KEPT = (LIGHT_THRESHOLD, ATTITUDE, ACCELERATION, TIME, BAUD)
-FLAGS = (ACTIVATION, OUTPUT, ATTITUDE_OFF, FREEFALL_OFF)
 
 
 @dataclass
@@ -36,7 +33,11 @@ class Readings:
 
 
 class Module:
-    """One DPS-S module. `settings` holds D4 by code: {0x20: 60, 0x16: 0 …}, also those that cannot be read."""
+    """One DPS-S module, as delivered.
+
+    `settings` holds D4 by code, {0x20: 60, 0x16: 0 …}, also of what cannot be read. All that happens to it happens in
+    `hear` and `speak`; what a test does from outside is done by the next `speak`.
+    """
 
     def __init__(
         self,
@@ -50,101 +51,90 @@ class Module:
         self.options = options or Options()
         self.name = name
         self.log = Log(copy)
-        self.settings = {
-            ACTIVATION: 0, OUTPUT: 0, LIGHT_THRESHOLD: 0x12, ATTITUDE_OFF: 0, FREEFALL_OFF: 0, ATTITUDE: 60,
-            ACCELERATION: 5, TIME: 160, BAUD: 6,
-        }  # fmt: skip
+        self.settings = {ACTIVATION: 0, OUTPUT: 0, ATTITUDE_OFF: 0, FREEFALL_OFF: 0, BAUD: 6}
+        self.settings |= {LIGHT_THRESHOLD: 0x12, ATTITUDE: 60, ACCELERATION: 5, TIME: 160}
         self.readings = Readings()
         self.triggered = False
-        self.forbidden = False
         self.records: list[bytes] = []
         """Oldest first, each from D2 to the last byte before the sum."""
         self.rate = RATES[self.settings[BAUD]]
-        self._lock = RLock()
+        self.is_on = True
+        self.at_frame: Callable[[Question], None] | None = None
+        """Called with each frame before anything is done with it: the place for what happens in the middle."""
         self._random = random.Random(seed)
         self._ear = Ear()
-        self._began_at = now
-        self._switched_on_at = now
-        self._heard_at = -1e9
-        self._silent_until = -1e9
-        self._free_at = now
-        self._is_off = False
+        self._due: list[tuple[float, int, Callable[[float], bytes | None]]] = []
+        self._order = itertools.count()
+        self._out = b""
+        self._began_at = self._switched_on_at = self._free_at = self._streamed_at = self._beat_at = now
+        self._heard_at = self._silent_until = -math.inf
+        self._forbidden = False
         self._next_record = 0
-        self._falling_since: float | None = None
-        self._due: list[tuple[float, int, Callable[[float], bytes]]] = []
-        self._number = 0
-        self._streamed_at = now
-        self._beat_at = now
+        self._falling_since = math.inf
 
     # What the line calls.
 
     def hear(self, data: bytes, now: float) -> None:
         """Take what the host sent; the answers come out of `speak`."""
-        with self._lock:
-            if self._is_off:
-                return
-            heard = self._worn(data)
-            for question in self._ear.hear(heard):
-                self._note_junk(now)
-                self._take(question, now)
-            self._note_junk(now)
+        self._advance(now)
+        if not self.is_on:
+            return
+        for question in self._ear.hear(self._worn(data)):
+            self._take(question, now)
+        if self._ear.dropped:
+            self._note(NOT_A_FRAME, bytes(self._ear.dropped), now)
+            self._ear.dropped.clear()
 
     def speak(self, now: float) -> bytes:
         """Return what leaves the module until `now`."""
-        with self._lock:
-            self._repeat(now)
-            out = b""
-            while self._due and self._due[0][0] <= now:
-                _, _, say = heapq.heappop(self._due)
-                out += say(now)
-            self._fall(now)
-            return out
+        self._advance(now)
+        out = self._out
+        self._out = b""
+        return out
 
-    def next_at(self) -> float | None:
-        """Return when `speak` has something of its own, None if only a question brings it."""
-        with self._lock:
-            times = [self._due[0][0]] if self._due else []
-            if self.options.heartbeat_every_s:
-                times.append(self._beat_at + self.options.heartbeat_every_s)
-            if self._streams:
-                times.append(self._streamed_at + 1 / self.options.stream_hz)
-            if self._falling_since is not None:
-                times.append(self._falling_since + self.settings[TIME] / 100)
-            return min(times, default=None)
+    def _advance(self, now: float) -> None:
+        self._repeat(now)
+        self._fall(now)
+        while self._due and self._due[0][0] <= now:
+            _, _, act = heapq.heappop(self._due)
+            self._out += act(now) or b""
+
+    def next_at(self) -> float:
+        """Return when `speak` has something of its own, infinity if only a question brings it."""
+        at = min(self._due[0][0] if self._due else math.inf, self._falling_since + self.settings[TIME] / 100)
+        if self.options.heartbeat_every_s:
+            at = min(at, self._beat_at + self.options.heartbeat_every_s)
+        if self._streams:
+            at = min(at, self._streamed_at + 1 / self.options.stream_hz)
+        return at
 
     # What a person does to it.
 
     def restart(self, now: float, *, off_s: float = 0.3, heartbeats: int = 2, boots: int = 1) -> None:
         """Switch it off and on again, as by a brown-out; `boots` is what its count grows by."""
-        with self._lock:
-            self._switch_off(now)
-            self._later(now + off_s, lambda at: self._switch_on(at, boots))
+
+        def off(at: float) -> None:
+            self._switch_off(at)
+            self._later(now + off_s, lambda on_at: self._switch_on(on_at, boots))
             for number in range(heartbeats):
                 self._later(now + off_s + number * HEARTBEAT_GAP_S, self._beat)
 
+        self._later(now, off)
+
     def be_silent(self, now: float, for_s: float) -> None:
         """Neither hear nor say anything for a while, as with the plug pulled."""
-        with self._lock:
-            self._silent_until = now + for_s
-
-    def move(self, now: float, *, tilt_deg: int | None = None, acceleration: int | None = None) -> None:
-        """Turn it, or let it fall (`acceleration` in 0.1 g); it fires by itself where it should."""
-        with self._lock:
-            if tilt_deg is not None:
-                self.readings.tilt_deg = tilt_deg
-            if acceleration is not None:
-                self.readings.acceleration = acceleration
-            self._fall(now)
+        self._silent_until = now + for_s
 
     def trigger(self, now: float, source: int) -> None:
         """Fire, and keep a record."""
-        with self._lock:
-            self.triggered = True
-            self.records = [*self.records, self._record(now, source)][-MOST_RECORDS:]
+        self.triggered = True
+        self.records = [*self.records, self._record(now, source)][-MOST_RECORDS:]
 
     # Questions.
 
     def _take(self, question: Question, now: float) -> None:
+        if self.at_frame is not None:
+            self.at_frame(question)
         if now < self._silent_until:
             self._note(GOT, question.frame, now, "silent")
             return
@@ -157,46 +147,38 @@ class Module:
 
     def _take_set(self, question: Question, now: float, pause_s: float) -> None:
         code = question.code
+        value = question.value
+        options = self.options
         if code not in (DEPLOY, SHUT_DOWN) and code not in self.settings:
             self._note(GOT, question.frame, now, "unknown")
             return
-        if pause_s < self.options.set_needs_pause_s or self._counts(self.options.lost_sets, code):
+        if pause_s < options.set_needs_pause_s or self._counts(options.lost_sets, code):
             self._note(GOT, question.frame, now, "lost")
             return
-        is_ignored = self._counts(self.options.ignored_sets, code)
-        is_unanswered = self._counts(self.options.lost_answers, code)
+        is_ignored = self._counts(options.ignored_sets, code)
+        is_unanswered = self._counts(options.lost_answers, code)
         self._note(GOT, question.frame, now, "ignored" if is_ignored else "unanswered" if is_unanswered else "")
-        value = question.value
-        if code == ATTITUDE and value < self.options.lowest_attitude_deg:
+        if code == ATTITUDE and value < options.lowest_attitude_deg:
             value = self.settings[ATTITUDE]
-        before_rate = self.rate
-        if not is_ignored:
-            self._do(code, value, now)
-        if is_unanswered or (code == BAUD and self.options.baud_answer == "none"):
-            return
-        said = 0x01 if code in self.options.acknowledged_by_one else value
-        frame = answer(self.options.freefall_code if code == FREEFALL_OFF else code, bytes((0x01, said)))
         at = self._answer_at(code, now)
-        if code == BAUD and self.options.baud_answer == "old":
-            rate = self.rate
-            self.rate = before_rate
-            self._later(at + 0.01, lambda _: self._use_rate(rate))
+        if not is_ignored:
+            self._do(code, value, now, at)
+        if is_unanswered or (code == BAUD and options.baud_answer == "none"):
+            return
+        said = 0x01 if code in options.acknowledged_by_one else value
+        frame = answer(options.freefall_code if code == FREEFALL_OFF else code, bytes((0x01, said)))
         self._say(at, frame)
-        for after_s in self.options.copies.get(code, ()):
+        for after_s in options.copies.get(code, ()):
             self._say(at + after_s, frame, "again")
-        if code == SHUT_DOWN and not is_ignored:
-            self._later(at + 0.001, self._switch_off)
 
     def _take_query(self, question: Question, now: float) -> None:
         code = question.code
         body = self._body(code)
-        if body is None and code != RECORDS:
-            self._note(GOT, question.frame, now, "unknown")
+        is_known = body is not None or code == RECORDS
+        is_heard = is_known and not self._counts(self.options.lost_queries, code)
+        self._note(GOT, question.frame, now, "" if is_heard else "lost" if is_known else "unknown")
+        if not is_heard:
             return
-        if self._counts(self.options.lost_queries, code):
-            self._note(GOT, question.frame, now, "lost")
-            return
-        self._note(GOT, question.frame, now)
         if code == ZERO:
             self.readings.tilt_deg = 0
         at = self._answer_at(code, now)
@@ -221,31 +203,21 @@ class Module:
 
     def _body(self, code: int) -> bytes | None:
         """Return what stands between code and sum in the answer to a query; None for what it does not know."""
+        readings = self.readings
+        active = self.settings[ACTIVATION]
         if code == HEARTBEAT:
             return HEARTBEAT_BODY
         if code == STATUS:
-            return self._status()
-        values = {
-            LIGHT: self._light,
-            BOOTS: self.readings.boots,
-            ZERO: 1,
-            IS_ACTIVE: self.settings[ACTIVATION],
-            HAS_FIRED: int(self.triggered),
-            CHARGING: self.readings.charging,
-            CELL: self.readings.cell,
-        }
-        for setting in (LIGHT_THRESHOLD, ATTITUDE, ACCELERATION, TIME):
-            values[setting] = self.settings[setting]
+            return bytes((readings.tilt_deg, readings.acceleration, int(self.triggered), active))
         # E8: 13, 16, 17 and 24 can be set and not asked.
+        values = {one: self.settings[one] for one in (LIGHT_THRESHOLD, ATTITUDE, ACCELERATION, TIME)}
+        values |= {LIGHT: self._light, BOOTS: readings.boots, ZERO: 1, ACTIVE: active, TRIGGERED: int(self.triggered)}
+        values |= {CHARGING: readings.charging, CELL: readings.cell}
         return bytes((0x01, values[code])) if code in values else None
 
     @property
     def _light(self) -> int:
         return self.options.light_open if self.readings.bay_open else self.options.light_closed
-
-    def _status(self) -> bytes:
-        readings = self.readings
-        return bytes((readings.tilt_deg, readings.acceleration, int(self.triggered), self.settings[ACTIVATION]))
 
     def _record(self, now: float, source: int) -> bytes:
         uptime_s = min(0xFFFF, int(now - self._switched_on_at))
@@ -275,87 +247,75 @@ class Module:
 
     # What it does.
 
-    def _do(self, code: int, value: int, now: float) -> None:
-        if code == DEPLOY:
-            self.forbidden = self.options.forbidding_holds_back and value == 0
-            if value == 1:
-                self.trigger(now, BY_SERIAL)
-            return
+    def _do(self, code: int, value: int, now: float, answered_at: float) -> None:
+        if code == DEPLOY and value == 1 and self.settings[ACTIVATION] == 1 and not self._forbidden:
+            self.trigger(now, BY_SERIAL)
+        if code == DEPLOY and value == 0:
+            self._forbidden = self.options.forbidding_holds_back
         if code == SHUT_DOWN:
+            self._later(answered_at + 0.001, self._switch_off)
+        if code not in self.settings:
             return
         before = self.settings[code]
         self.settings[code] = value
         if code == OUTPUT:
             self._streamed_at = now
         if code == BAUD and self.options.baud_at_once:
-            self._use_rate(RATES.get(value, self.rate))
+            # Queued before the answer: at the same time it comes first.
+            leaves_s = 0.01 if self.options.baud_answer == "old" else 0.0
+            self._later(answered_at + leaves_s, lambda _: setattr(self, "rate", RATES.get(value, self.rate)))
         if code in self.options.reverts:
             after_s, other = self.options.reverts[code]
             returns_to = before if other is None else other
-            self._later(now + after_s, lambda _: self._revert(code, returns_to))
-        self._fall(now)
-
-    def _revert(self, code: int, value: int) -> bytes:
-        self.settings[code] = value
-        return b""
-
-    def _use_rate(self, rate: int) -> bytes:
-        self.rate = rate
-        return b""
+            self._later(now + after_s, lambda _: self.settings.update({code: returns_to}))
 
     def _fall(self, now: float) -> None:
         """Fire by itself, if it is active, by the flags and thresholds that hold."""
-        may_fire = not (self._is_off or self.triggered or self.forbidden) and self.settings[ACTIVATION] == 1
-        if may_fire and self.settings[ATTITUDE_OFF] == 0 and self.readings.tilt_deg >= self.settings[ATTITUDE]:
+        settings = self.settings
+        may_fire = self.is_on and settings[ACTIVATION] == 1 and not (self.triggered or self._forbidden)
+        if may_fire and settings[ATTITUDE_OFF] == 0 and self.readings.tilt_deg >= settings[ATTITUDE]:
             self.trigger(now, BY_ATTITUDE)
-            return
-        is_falling = self.readings.acceleration < self.settings[ACCELERATION]
-        if not (may_fire and is_falling and self.settings[FREEFALL_OFF] == 0):
-            self._falling_since = None
-        elif self._falling_since is None:
-            self._falling_since = now
-        elif now - self._falling_since >= self.settings[TIME] / 100:
-            self._falling_since = None
-            self.trigger(now, BY_FALL)
+        elif not may_fire or settings[FREEFALL_OFF] == 1 or self.readings.acceleration >= settings[ACCELERATION]:
+            self._falling_since = math.inf
+        else:
+            self._falling_since = min(self._falling_since, now)
+            if now - self._falling_since >= settings[TIME] / 100:
+                self.trigger(now, BY_FALL)
 
-    def _switch_off(self, now: float) -> bytes:
-        self._is_off = True
+    def _switch_off(self, now: float) -> None:
+        self.is_on = False
         self._due.clear()
         self._ear.forget()
-        return b""
+        self._free_at = now
 
-    def _switch_on(self, now: float, boots: int) -> bytes:
-        self._is_off = False
+    def _switch_on(self, now: float, boots: int) -> None:
+        options = self.options
+        self.is_on = True
+        self.triggered = self._forbidden = False
         self._switched_on_at = now
         self.readings.boots = (self.readings.boots + boots) % 256
-        self.triggered = False
-        self.forbidden = False
-        if not self.options.activation_survives:
-            self.settings[ACTIVATION] = 0
-        if not self.options.output_survives:
-            self.settings[OUTPUT] = 0
-        if not self.options.flags_survive:
-            self.settings[ATTITUDE_OFF] = 0
-            self.settings[FREEFALL_OFF] = 0
         self.rate = RATES.get(self.settings[BAUD], self.rate)
-        return b""
+        if not options.activation_survives:
+            self.settings[ACTIVATION] = 0
+        if not options.output_survives:
+            self.settings[OUTPUT] = 0
+        if not options.flags_survive:
+            self.settings |= {ATTITUDE_OFF: 0, FREEFALL_OFF: 0}
 
     # What it says, and when.
 
     @property
     def _streams(self) -> bool:
-        return self.settings[OUTPUT] == 1 and not self._is_off and self.options.stream_hz > 0
+        return self.settings[OUTPUT] == 1 and self.is_on and self.options.stream_hz > 0
 
     def _repeat(self, now: float) -> None:
-        """Bring what it says without being asked: the stream, and heartbeats of a strange module."""
-        if self._streams:
-            step_s = 1 / self.options.stream_hz
-            self._streamed_at = max(self._streamed_at, now - 1.0)
-            while self._streamed_at + step_s <= now:
-                self._streamed_at += step_s
-                self._say(self._streamed_at, self._short_or_status(STATUS, self._status()), "stream")
+        """Queue what it says without being asked: the stream, and heartbeats of a strange module."""
+        self._streamed_at = max(self._streamed_at, now - 1.0)
+        while self._streams and self._streamed_at + 1 / self.options.stream_hz <= now:
+            self._streamed_at += 1 / self.options.stream_hz
+            self._say(self._streamed_at, self._short_or_status(STATUS, self._body(STATUS) or b""), "stream")
         every_s = self.options.heartbeat_every_s
-        if every_s and not self._is_off and now - self._beat_at >= every_s:
+        if every_s and now - self._beat_at >= every_s:
             self._beat_at = now
             self._later(now, self._beat)
 
@@ -374,28 +334,22 @@ class Module:
         self._later(at, lambda now: self._leave(frame, now, note))
 
     def _leave(self, frame: bytes, now: float, note: str) -> bytes:
-        if now < self._silent_until or self._is_off:
+        if now < self._silent_until or not self.is_on:
             return b""
         worn = self._worn(frame)
         self._note(SENT, frame, now, note if worn == frame else f"{note} garbled".strip())
         return worn
 
-    def _later(self, at: float, say: Callable[[float], bytes]) -> None:
-        self._number += 1
-        heapq.heappush(self._due, (at, self._number, say))
+    def _later(self, at: float, act: Callable[[float], bytes | None]) -> None:
+        heapq.heappush(self._due, (at, next(self._order), act))
 
     def _worn(self, data: bytes) -> bytes:
         """Return `data` as a bad line leaves it."""
-        if not (self.options.lose or self.options.flip):
-            return data
         worn = bytearray()
         for byte in data:
-            if self._random.random() < self.options.lose:
-                continue
-            if self._random.random() < self.options.flip:
-                worn.append(byte ^ 1 << self._random.randrange(8))
-            else:
-                worn.append(byte)
+            flipped = byte ^ 1 << self._random.randrange(8) if self._random.random() < self.options.flip else byte
+            if self._random.random() >= self.options.lose:
+                worn.append(flipped)
         return bytes(worn)
 
     def _counts(self, times: Times, code: int) -> bool:
@@ -407,8 +361,3 @@ class Module:
 
     def _note(self, kind: str, frame: bytes, now: float, note: str = "") -> None:
         self.log.add(Entry(now - self._began_at, kind, frame, note, self.name))
-
-    def _note_junk(self, now: float) -> None:
-        if self._ear.dropped:
-            self._note(NOT_A_FRAME, bytes(self._ear.dropped), now)
-            self._ear.dropped.clear()

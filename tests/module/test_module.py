@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.module.line import Line
+from tests.module.line import Line, now
 from tests.module.log import NOT_A_FRAME
 from tests.module.module import BY_ATTITUDE, Module
 from tests.module.options import Options
@@ -124,7 +124,7 @@ def dps_s(line: Line, *words: str) -> "subprocess.CompletedProcess[str]":
 
 
 def test_read() -> None:
-    module = Module(now=Line.now())
+    module = Module(now=now())
     module.settings.update({0x20: 65, 0x21: 6, 0x22: 150, 0x15: 20})
     with Line(module) as line:
         ended = dps_s(line, "read", "--json")
@@ -140,7 +140,7 @@ def test_read() -> None:
 
 
 def test_set() -> None:
-    module = Module(now=Line.now())
+    module = Module(now=now())
     with Line(module) as line:
         ended = dps_s(line, "set", "freefall_time_s=0.90", "freefall_trigger=false", "--accept-risk")
     assert ended.returncode == 0, ended.stderr
@@ -151,13 +151,13 @@ def test_set() -> None:
 
 
 def test_a_set_that_is_only_acknowledged_is_not_verified() -> None:
-    with Line(Module(Options(ignored_sets={0x22: -1}), now=Line.now())) as line:
+    with Line(Module(Options(ignored_sets={0x22: -1}), now=now())) as line:
         ended = dps_s(line, "set", "freefall_time_s=0.90")
     assert ended.returncode == 1, ended.stderr
 
 
 def test_lock() -> None:
-    module = Module(now=Line.now())
+    module = Module(now=now())
     module.settings[0x10] = 1
     with Line(module) as line:
         ended = dps_s(line, "lock", "--yes")
@@ -166,8 +166,8 @@ def test_lock() -> None:
 
 
 def test_history() -> None:
-    module = Module(now=Line.now())
-    module.trigger(Line.now() + 108, BY_ATTITUDE)
+    module = Module(now=now())
+    module.trigger(now() + 108, BY_ATTITUDE)
     with Line(module) as line:
         ended = dps_s(line, "history", "--json")
     assert ended.returncode == 0, ended.stderr
@@ -177,7 +177,7 @@ def test_history() -> None:
 
 
 def test_monitor() -> None:
-    module = Module(now=Line.now())
+    module = Module(now=now())
     module.readings.tilt_deg = 12
     with Line(module) as line:
         ended = dps_s(line, "monitor", "--seconds", "0.5", "--json")
@@ -188,7 +188,7 @@ def test_monitor() -> None:
 
 
 def test_preflight() -> None:
-    module = Module(now=Line.now())
+    module = Module(now=now())
     with Line(module) as line:
         ended = dps_s(line, "preflight", "--json")
         checks = {check["id"]: check["result"] for check in json.loads(ended.stdout)["checks"]}

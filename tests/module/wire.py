@@ -49,18 +49,13 @@ class Ear:
         """Return the frames that are complete now; what was no frame is added to `dropped`."""
         self._waiting += data
         found: list[Question] = []
-        while self._waiting:
-            if not FROM_HOST.startswith(bytes(self._waiting[:2])):
-                self.dropped.append(self._waiting.pop(0))
-                continue
-            if len(self._waiting) < HOST_FRAME_BYTES:
-                break
+        while len(self._waiting) >= HOST_FRAME_BYTES:
             frame = bytes(self._waiting[:HOST_FRAME_BYTES])
-            if with_sum(frame[:-1]) != frame:
+            if frame[:2] == FROM_HOST and with_sum(frame[:-1]) == frame:
+                found.append(Question(frame[2], frame[3], frame[4]))
+                del self._waiting[:HOST_FRAME_BYTES]
+            else:
                 self.dropped.append(self._waiting.pop(0))
-                continue
-            found.append(Question(frame[2], frame[3], frame[4]))
-            del self._waiting[:HOST_FRAME_BYTES]
         return found
 
     def forget(self) -> None:
