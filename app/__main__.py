@@ -24,9 +24,10 @@ from app.terminal.arguments import Parser, translate_argparse
 from app.terminal.left_active import say_left_active
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 
 if TYPE_CHECKING:
+    from app.engine.transport import PortError
     from app.records.labels import Paper
 
 DEBUG = "DPS_S_DEBUG"
@@ -61,6 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
+        _say_interrupted(words)
     except BrokenPipeError:
         console.discard_output()  # the reader has ended
         command = next((word for word in words if word in BY_NAME), WINDOW)
@@ -70,19 +72,31 @@ def main(argv: Sequence[str] | None = None) -> int:
         console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTIAL
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
-        code = _explain(error)
+        code = _explain(words, error)
     return code
 
 
 def _run_or_refuse(words: list[str]) -> int:
     console.set_verbosity(argparse.Namespace())
+    console.expect_result()
     try:
         return _run(words)
-    except SystemExit as end:  # from argparse: help, or wrong usage
+    except SystemExit as end:  # from argparse, which printed the help
         return end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except UserError as error:
-        console.notify(error.sentence)
-        return error.exit_code
+        return _fail(words, error.code, error.sentence, what=error.what, hint=error.hint)
+
+
+def _fail(words: Sequence[str], code: ErrorCode, sentence: str, *, what: str = "", hint: str = "") -> int:
+    """Say why there is no result, with --json also as an object; returns the exit code. `what`: the sentence without
+    its hint, where it has one."""
+    console.notify(sentence)
+    if "--json" in words and not console.has_result():
+        from app.cli.results import ErrorJson, FailureJson
+
+        failure = FailureJson(code=code, message=what or sentence, hint=hint)
+        console.write_lines([console.as_json(ErrorJson(error=failure))])
+    return code.exit_code
 
 
 def _run(words: list[str]) -> int:
@@ -137,9 +151,9 @@ def _choose_port() -> str:
     try:
         adapters = [port for port in list_ports() if port.vid is not None]
     except UserError as error:
-        raise console.Refused(error.message, console.NO_LINK) from error
+        raise console.Refused(error.message, ErrorCode.NO_PORT) from error
     if not adapters:
-        raise console.Refused(tr("There is no USB adapter. Plug it in, or give --port."), console.NO_LINK)
+        raise console.Refused(tr("There is no USB adapter. Plug it in, or give --port."), ErrorCode.NO_PORT)
     if len(adapters) > 1:
         names = join_names(port.device for port in adapters)
         raise console.Refused(tr("There are several adapters: {names}. Give --port.", names=names))
@@ -267,7 +281,33 @@ def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
         logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
 
 
-def _explain(error: Exception) -> int:
+def _say_interrupted(words: Sequence[str]) -> None:
+    """Only where an object is expected: who pressed Ctrl-C knows."""
+    if "--json" not in words or console.has_result():
+        return
+    from app.terminal.interruption import print_after_signal
+
+    with print_after_signal():
+        _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
+
+
+def _code_of(error: "PortError") -> ErrorCode:
+    from app.engine.transport import PortTrouble
+
+    match error.trouble:
+        case PortTrouble.MISSING | PortTrouble.UNUSABLE:
+            return ErrorCode.NO_PORT
+        case PortTrouble.BUSY:
+            return ErrorCode.BUSY
+        case PortTrouble.NOT_ALLOWED:
+            return ErrorCode.NO_PERMISSION
+        case PortTrouble.UNSUPPORTED:
+            return ErrorCode.USAGE
+        case _:
+            return ErrorCode.NO_LINK
+
+
+def _explain(words: Sequence[str], error: Exception) -> int:
     if os.environ.get(DEBUG) == "1":
         import traceback
 
@@ -275,17 +315,18 @@ def _explain(error: Exception) -> int:
     if isinstance(error, ImportError):
         sentence = _why_not_loaded(error)
         if sentence is not None:
-            console.notify(sentence)
-            return console.ANSWER_NO
+            return _fail(words, ErrorCode.INTERNAL, sentence)
     from app.diagnosis.causes import explain
+    from app.engine.transport import PortError
     from app.terminal.connection import link_trouble
 
-    sentence = link_trouble(error)
-    if sentence is not None:
-        console.notify(sentence)
-        return console.NO_LINK
-    console.notify(explain(error).terminal_sentence)
-    return console.ANSWER_NO
+    explanation = explain(error)
+    code = ErrorCode.INTERNAL
+    if isinstance(error, PortError):
+        code = _code_of(error)
+    elif link_trouble(error) is not None:
+        code = ErrorCode.INTERRUPTED
+    return _fail(words, code, explanation.terminal_sentence, what=explanation.what, hint=explanation.next_step)
 
 
 def _why_not_loaded(error: ImportError) -> str | None:

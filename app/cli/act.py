@@ -9,6 +9,7 @@ Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 wit
 import argparse
 import time
 
+from app.cli.results import ActJson
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
 from app.procedures.settings_reading import read_one_module
@@ -30,8 +31,9 @@ STORE_LIMIT_S = 2.5
 def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
-        console.write_lines([tr(EFFECTS[act])])
-        return console.refuse_without("--yes")
+        if not args.json:
+            console.write_lines([tr(EFFECTS[act])])
+        console.refuse_without("--yes")
 
     done: Performed
     with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
@@ -46,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise
-        return _tell(done)
+        return _tell(args, act, done)
 
 
 def run_lock(args: argparse.Namespace) -> int:
@@ -55,7 +57,7 @@ def run_lock(args: argparse.Namespace) -> int:
         try:
             with connected(args.port, args.baud, is_greeted=False) as conversation:
                 done = conversation.run(lock(records.journal, is_attended=False))
-                code = _tell(done)
+                code = _tell(args, Act.LOCK, done)
                 if done.is_locked:
                     end_left_active(conversation, records, args)
         except KeyboardInterrupt:
@@ -66,11 +68,13 @@ def run_lock(args: argparse.Namespace) -> int:
     return code
 
 
-def _tell(done: Performed | Locked) -> int:
+def _tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
     code = exit_code(done)
-    if code == console.SUCCESS:
-        console.write_lines([done.sentence])
-    else:
+    is_done = code == console.SUCCESS
+    if args.json or is_done:
+        result = ActJson(act=act.value, outcome=done.outcome.value, sentence=done.sentence)
+        console.emit(args, result, [done.sentence])
+    if not is_done:
         console.notify(done.sentence)
     return code
 

@@ -41,7 +41,7 @@ from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
 SHOWN_REFUSALS = 20
@@ -131,24 +131,24 @@ def run_sync(args: argparse.Namespace) -> int:
     shown = server_url(url).shown
     if args.remember:
         store_server(folder, url)
-    return _exchange(args, "server", shown, partial(sync, url=url), console.NO_LINK)
+    return _exchange(args, "server", shown, partial(sync, url=url), ErrorCode.NO_LINK)
 
 
 def run_export(args: argparse.Namespace) -> int:
-    return _exchange(args, "file", str(args.file), partial(export_facts, path=args.file), console.PARTIAL)
+    return _exchange(args, "file", str(args.file), partial(export_facts, path=args.file), ErrorCode.REFUSED)
 
 
 def run_import(args: argparse.Namespace) -> int:
-    return _exchange(args, "file", str(args.file), partial(import_facts, path=args.file), console.USAGE_ERROR)
+    return _exchange(args, "file", str(args.file), partial(import_facts, path=args.file), ErrorCode.UNREADABLE)
 
 
-def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[..., Exchanged], failed: int) -> int:
+def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[..., Exchanged], failed: ErrorCode) -> int:
     with opened_archive() as archive:
         try:
             done = act(archive, on_page=lambda done: console.show_progress(_counts(done)))
         except UserError as error:
             is_no_archive = error.message.text == CANNOT_READ
-            raise console.Refused(error.message, console.USAGE_ERROR if is_no_archive else failed) from error
+            raise console.Refused(error.message, ErrorCode.UNREADABLE if is_no_archive else failed) from error
         finally:
             console.clear_progress()
     console.emit(args, {
@@ -192,7 +192,7 @@ def run_settle(args: argparse.Namespace) -> int:
         try:
             settlement = settle(archive, first, second, is_same=args.same, name=args.name, who=args.who)
         except UserError as error:
-            raise console.Refused(error.message, console.ANSWER_NO) from error
+            raise console.Refused(error.message, ErrorCode.REFUSED) from error
     console.write_lines([decision_text(settlement).translated()])
     return console.SUCCESS
 

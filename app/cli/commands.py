@@ -36,7 +36,6 @@ from app.text.i18n import LANGUAGES, tr
 from protocol.translatable import marked
 
 WINDOW: Final = "gui"
-SCHEMAS: Final = Path(__file__).parent / "reference" / "schemas"
 SERVER: Final = "postgresql://USER@HOST/DATABASE"
 THRESHOLDS: Final = (
     "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
@@ -110,7 +109,9 @@ def _own(module: str) -> Describe:
 
 
 def _schemas(parser: Parser) -> None:
-    parser.add_argument("name", choices=sorted(path.stem for path in SCHEMAS.glob("*.json")))
+    from app.cli.results import NAMES
+
+    parser.add_argument("name", choices=NAMES)
 
 
 _FILE = option("file", type=Path, metavar="FILE")
@@ -130,7 +131,7 @@ _archive, _recordings = partial(_under, "archive"), partial(_under, "recordings"
 
 
 def _act(name: str, summary: str, *more: Describe) -> SubCommand:
-    return SubCommand(name, "act.run", summary, f"{name} --yes", (*PORT, YES, *more, _effect))
+    return SubCommand(name, "act.run", summary, f"{name} --yes", (*PORT, YES, JSON, *more, _effect))
 
 
 def _needs_no_yes(parser: Parser) -> None:
@@ -163,7 +164,7 @@ GROUPS: Final = {
         )),
         SubCommand("save", "settings.save.run", marked("Save as profile"), "save M-07.toml", (
             option("file", type=Path, metavar="FILE.toml", text=marked("profile, or - for standard output")),
-            module_of(marked("name of the profile")), _FORCE, *PORT,
+            module_of(marked("name of the profile")), _FORCE, *PORT, JSON,
         )),
         SubCommand("diff", "settings.save.run_diff", marked("Compare settings; exit code 1: they differ"),
                    "diff M-07.toml -p /dev/ttyUSB0", (
@@ -175,7 +176,7 @@ GROUPS: Final = {
     marked("Commands"): (
         _act("activate", marked("Activate")),
         SubCommand("lock", "act.run_lock", marked("Lock"), "lock", (
-            *PORT, YES, module_of(marked("Module")),
+            *PORT, YES, JSON, module_of(marked("Module")),
             flag("--same-module", marked("it is the module that was left ACTIVE here")), _effect, _needs_no_yes,
         )),
         _act("zero", marked("Zero the sensor")),
@@ -208,7 +209,7 @@ GROUPS: Final = {
             option("--labels", type=Path, metavar="FILE.pdf", text=marked("Print labels")),
             option("--tape", choices=("62", "24", "A4"), default="A4",
                    text=marked("paper: width in mm, or sheets")),
-            *PORT,
+            *PORT, JSON,
         )),
         SubCommand("verify", "verify.run", marked("Verify a pre-flight record"), "verify M-07.pdf", (
             option("file", type=Path, nargs="?", metavar="FILE", text=".json, .pdf"),
@@ -247,14 +248,14 @@ GROUPS: Final = {
     ),
     marked("Recordings and flights"): (
         SubCommand("record", "record.run", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
-            *PORT, SECONDS, *_EXPORT,
+            *PORT, SECONDS, *_EXPORT, JSON,
         )),
         SubCommand("recordings", "", marked("Recordings"), "recordings export latest session.csv", acts=(
             _recordings("list", marked("Recordings"), "", JSON),
-            _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, *_EXPORT),
+            _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, *_EXPORT, JSON),
             _recordings("convert", marked("of earlier versions, into session files"), "old.dpscap",
                         option("files", nargs="*", type=Path, metavar="FILE")),
-            _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),
+            _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES, JSON),
         )),
         SubCommand("fired", "fired.run", marked("Would it have fired? Exit code 4: yes"),
                    "fired flights/ --thresholds freefall_time_s=1.2", (

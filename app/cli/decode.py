@@ -15,15 +15,17 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from msgspec import UNSET, Struct
+
 from app.captures.entries import Way
 from app.captures.explain import meaning, sentence
 from app.captures.explained import Explained, Explainer
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
+from app.cli.results import DecodedFrameJson, RejectedJson
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import error_text
-from app.text.user_error import UserError
-from app.trigger_records.fields import JsonValue
+from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise
 
@@ -55,13 +57,15 @@ def run(args: argparse.Namespace) -> int:
     except (NotHex, UnicodeDecodeError) as error:
         if is_file and isinstance(error, UnicodeDecodeError):
             why = tr("unknown kind of file")
-            raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=why)) from error
+            text = tr("{file} cannot be read: {why}.", file=words[0], why=why)
+            raise console.Refused(text, ErrorCode.UNREADABLE) from error
         word = error.word if isinstance(error, NotHex) else words[0]
         raise console.Refused(tr("{word}: neither hex nor a file", word=word)) from error
     except BrokenPipeError:
         raise
     except (OSError, UserError) as error:
-        raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=error_text(error))) from error
+        text = tr("{file} cannot be read: {why}.", file=words[0], why=error_text(error))
+        raise console.Refused(text, ErrorCode.UNREADABLE) from error
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
@@ -113,16 +117,23 @@ def _line_of_json(row: Explained, *, is_timed: bool) -> str:
     return console.as_json(as_json(row, is_timed=is_timed))
 
 
-def as_json(row: Explained, *, is_timed: bool) -> dict[str, JsonValue]:
+def as_json(row: Explained, *, is_timed: bool) -> Struct:
     """The object of one line of `decode --json`; always in English."""
     piece = row.piece
-    place: dict[str, JsonValue] = {"offset": piece.offset, "hex": _hex(piece.raw), "valid": isinstance(piece, Frame)}
-    if is_timed:
-        place = {"t_s": round(row.at_s, 6), **place}
+    time_s = round(row.at_s, 6) if is_timed else UNSET
     if isinstance(piece, Noise):
-        direction: dict[str, JsonValue] = {"direction": _DIRECTIONS[row.way].value} if is_timed else {}
-        return place | direction | {"reason": piece.detail}
-    return place | {"direction": piece.direction.value} | meaning(piece, row.asked)
+        direction = _DIRECTIONS[row.way] if is_timed else UNSET
+        return RejectedJson(
+            t_s=time_s, offset=piece.offset, hex=_hex(piece.raw), valid=False, direction=direction, reason=piece.detail
+        )
+    return DecodedFrameJson(
+        t_s=time_s,
+        offset=piece.offset,
+        hex=_hex(piece.raw),
+        valid=True,
+        direction=piece.direction,
+        **meaning(piece, row.asked),
+    )
 
 
 def _line_for_people(row: Explained, *, is_timed: bool) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 
+from app.cli.results import FindJson
 from app.procedures.find import find_rate
 from app.terminal import console
 from app.terminal.arguments import USUAL_RATE
@@ -14,7 +15,7 @@ def run(args: argparse.Namespace) -> int:
     with connected(args.port, first, is_greeted=False) as conversation:
         result = conversation.run(find_rate(first))
     page = [] if result.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=result.baud_rate)]
-    console.emit(args, {"baud_rate": result.baud_rate, "tried": list(result.tried)}, page)
+    console.emit(args, FindJson(baud_rate=result.baud_rate, tried=list(result.tried)), page)
     if page:
         return console.SUCCESS
     console.notify(no_module_found(args.port))

@@ -9,7 +9,9 @@ may have answered what came is listed, and nothing is kept.
 import argparse
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
+from app.cli.results import HistoryJson, TriggerRecordJson
 from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
@@ -24,7 +26,7 @@ from app.terminal.stored_history import store_visit
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
 from app.trigger_records.history import cell_text, uptime_message
 from protocol.catalogue import TRIGGER_RECORDS
@@ -55,8 +57,10 @@ def run(args: argparse.Namespace) -> int:
     trouble = link.sentence or another or silence
     is_written = _print(history, args) if history.is_answered or trouble is None else True
     if trouble is not None:
+        if not history.is_answered:
+            raise console.Refused(trouble, ErrorCode.NO_LINK)
         console.notify(trouble)
-        return console.PARTIAL if history.is_answered else console.NO_LINK
+        return console.PARTIAL
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
@@ -115,13 +119,14 @@ def _print(history: History, args: argparse.Namespace) -> bool:
     return True
 
 
-def json_of(history: History) -> dict[str, object]:
-    return {
-        "records": [fields for _, fields in _marked(history)],
-        "empty_slots": history.empty_slots,
-        "answered": history.is_answered,
-        "complete": history.is_confirmed,
-    }
+def json_of(history: History) -> HistoryJson:
+    records = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _marked(history)]
+    return HistoryJson(
+        records=records,
+        empty_slots=history.empty_slots,
+        answered=history.is_answered,
+        complete=history.is_confirmed,
+    )
 
 
 def _marked(history: History) -> list[tuple[TriggerRecord, dict[str, JsonValue]]]:

@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import nullcontext
 
+from app.cli.results import MonitorJson
 from app.engine.device import StatusSample
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch
@@ -19,6 +20,7 @@ from app.terminal.interruption import print_after_signal
 from app.terminal.streaming import SameModule, StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import labelled
+from app.text.user_error import ErrorCode
 
 LINE_EVERY_S = 0.1
 
@@ -32,8 +34,7 @@ def run(args: argparse.Namespace) -> int:
         printer.print_news()  # includes what came while the stream was switched off
         printer.finish()
     if trouble is not None:
-        console.notify(trouble)
-        return console.NO_LINK
+        raise console.Refused(trouble, ErrorCode.NO_LINK)
     if not printer.count:
         console.notify(labelled(tr("Status"), tr("no reply")))
         return console.PARTIAL
@@ -88,11 +89,16 @@ class JsonLines:
 
     def _print(self, samples: list[StatusSample]) -> None:
         """Print these, in order of time; at least one."""
-        lines = (
-            {"t_s": round(self._age_s(sample), 3), "tilt_deg": sample.tilt_deg, "acceleration_g": sample.acceleration_g,
-             "triggered": sample.triggered, "active": sample.active}
+        lines = [
+            MonitorJson(
+                t_s=round(self._age_s(sample), 3),
+                tilt_deg=sample.tilt_deg,
+                acceleration_g=sample.acceleration_g,
+                triggered=sample.triggered,
+                active=sample.active,
+            )
             for sample in samples
-        )  # fmt: skip
+        ]
         console.write("".join(console.as_json(line) + "\n" for line in lines))
 
     def finish(self) -> None:

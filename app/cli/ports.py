@@ -2,22 +2,19 @@
 
 import argparse
 
-from app.engine.ports import list_ports, scan, to_json
+from app.cli.results import PortJson, PortsJson
+from app.engine.ports import list_ports, scan
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 
 
 def run(args: argparse.Namespace) -> int:
     try:
         ports = scan() if args.list_here else list_ports()
     except UserError as error:
-        console.notify(error.sentence)
-        return console.NO_LINK
-    if args.json:
-        console.write_lines([to_json(ports)])
-        return console.SUCCESS
-    if not ports:
+        raise console.Refused(error.message, ErrorCode.NO_PORT) from error
+    if not ports and not args.json:
         console.note(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         return console.SUCCESS
     head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
@@ -31,5 +28,6 @@ def run(args: argparse.Namespace) -> int:
         )
         for port in ports
     ]
-    console.write_lines(console.columns([head, *rows]))
+    answer = PortsJson(ports=[PortJson(**port._asdict()) for port in ports])
+    console.emit(args, answer, console.columns([head, *rows]))
     return console.SUCCESS

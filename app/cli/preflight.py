@@ -13,6 +13,9 @@ from itertools import chain, repeat
 from math import inf
 from pathlib import Path
 
+import msgspec
+
+from app.cli.results import CheckJson, ErrorJson, FailureJson, PreflightJson
 from app.engine.procedure import await_asking
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
@@ -39,15 +42,16 @@ from app.terminal.stored_history import may_be_another
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 
 _WAIT_S = 0.1
 
 
 def run(args: argparse.Namespace) -> int:
     if args.activate and not args.yes:
-        console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
-        return console.refuse_without("--yes")
+        if not args.json:
+            console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
+        console.refuse_without("--yes")
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     is_one = len(ports) == 1
     if not is_one and (args.activate or args.module is not None):
@@ -218,7 +222,7 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
     filed, trouble = member.filed, member.trouble
     if filed is not None:
         try:
-            console.emit(args, contract_of(filed.assessment), page_of(filed))
+            console.emit(args, _result(filed, trouble), page_of(filed))
         finally:  # also where nobody reads
             if filed.trouble is not None:
                 console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
@@ -228,8 +232,29 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
                 )
     if trouble is not None:
         console.notify(trouble.translated())
+        if filed is not None:
+            return console.ANSWER_NO
+        if args.json:
+            failure = FailureJson(code=ErrorCode.NO_LINK, message=trouble.translated(), hint="")
+            console.write_lines([console.as_json(ErrorJson(error=failure))])
         return console.NO_LINK
     return console.ANSWER_NO if member.verdict is Verdict.NO_GO else console.SUCCESS
+
+
+def _result(filed: Filed, trouble: UserMessage | None) -> PreflightJson:
+    """What was found; where the conversation ended meanwhile, with a check that says so."""
+    found = msgspec.convert(contract_of(filed.assessment), PreflightJson)
+    if trouble is None:
+        return found
+    broken = CheckJson(
+        id="connection",
+        result="fail",
+        measured=None,
+        limit="unbroken",
+        why=trouble.in_english(),
+        do="Check again.",
+    )
+    return msgspec.structs.replace(found, verdict="NO-GO", checks=[*found.checks, broken])
 
 
 def _profile(profile: Path | None, done: Sequence[int]) -> Profile:

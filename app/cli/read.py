@@ -13,13 +13,14 @@ from typing import NamedTuple
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
-from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
+from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
 from app.procedures.read import Everything, read_everything, undisturbed
 from app.terminal import console
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import in_brackets, join_names
+from app.text.user_error import ErrorCode
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
 from protocol.events import FellSilent, Received, Unanswered
 from protocol.fields import Choice, Quantity, Value
@@ -99,7 +100,7 @@ def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Fin
     with LinkTrouble() as link:
         everything = conversation.run(undisturbed(read_everything))
         if everything is None:
-            raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
+            raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
     if everything is None:
         return _findings(conversation, port, {}, _PORT_LOST, since=silence.ended_at), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
@@ -141,7 +142,7 @@ def _findings(
 # What is printed
 
 
-def json_of(findings: Findings) -> dict[str, object]:
+def json_of(findings: Findings) -> ReadJson:
     return reading_object(
         port=findings.port,
         baud_rate=findings.baud_rate,

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.cli.results import ExportJson
 from app.engine.identity import READ_WITHIN_S
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.excerpt import Excerpt, csv_parts
@@ -37,7 +38,7 @@ SETTLE_LIMIT_S = 10.0
 
 
 def run(args: argparse.Namespace) -> int:
-    refuse_unwritable(args.file, appends=args.append, replaces=args.force)
+    refuse_unwritable(args.file, appends=args.append, replaces=args.force, is_json=args.json)
     span = StreamSpan(args.seconds)
     session = RecordedSession(Recorder(RecordingLibrary()), span, LiveTable() if args.file == STANDARD_OUTPUT else None)
     try:
@@ -45,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
                          on_turn=session.on_turn, reads_all=True)  # fmt: skip
     finally:
         session.close()
-    is_whole = write_files(session, args.file, appends=args.append)
+    is_whole = write_files(session, args)
     if trouble is not None:
         console.notify(trouble)
         return console.NO_LINK
@@ -180,23 +181,30 @@ def _is_report(event: Event) -> bool:
     return isinstance(event, Received) and isinstance(event.message, Status)
 
 
-def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
+def write_files(session: RecordedSession, args: argparse.Namespace) -> bool:
     """Write the file, or one for each session; whether they are complete."""
+    path: Path = args.file
     is_whole = session.is_whole and bool(session.paths)
+    names: list[str] = []
+    written: list[str] = []
     if not session.paths:
         console.notify(tr("Nothing was recorded."))
     for number, recorded in enumerate(session.paths, start=1):
         entry = entry_of(recorded)
+        names.append(entry.name)
         target = path if number == 1 else _free_beside(path)
         try:
             if path != STANDARD_OUTPUT:  # else it is written
-                is_whole &= export(entry, target, appends=appends and number == 1)
+                is_whole &= export(entry, target, appends=args.append and number == 1, is_told=not args.json)
+                written.append(str(target))
         except UserError as error:
             is_whole = False
             console.notify(join_sentences((error.sentence, tr("It is kept as recording {name}.", name=entry.name))))
             continue
         if entry.is_simulated:
             console.note(tr("Simulated module"))
+    if args.json:
+        console.write_lines([console.as_json(ExportJson(recordings=names, files=written, complete=is_whole))])
     return is_whole
 
 

@@ -9,6 +9,7 @@ cannot be written, or damaged parts were left out.
 import argparse
 from pathlib import Path
 
+from app.cli.results import DeletedJson, ExportJson, RecordingJson, RecordingsJson
 from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_folder
 from app.recordings.old_recordings import convert, convert_in, old_recordings
@@ -18,7 +19,7 @@ from app.terminal.export_file import export, refuse_unwritable
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names, labelled
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 
 LATEST = "latest"
 
@@ -30,28 +31,28 @@ def run_list(args: argparse.Namespace) -> int:
         console.note(tr("No recordings yet"))
         return console.SUCCESS
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    console.emit(args, {"folder": str(library.folder), "recordings": list(map(json_of, entries))},
-                 console.columns([head, *map(_row, entries)]))  # fmt: skip
+    answer = RecordingsJson(folder=str(library.folder), recordings=[json_of(entry) for entry in entries])
+    console.emit(args, answer, console.columns([head, *map(_row, entries)]))
     return console.SUCCESS
 
 
-def json_of(entry: RecordingEntry) -> dict[str, object]:
-    return {
-        "name": entry.name,
-        "started_at": entry.started_at.isoformat(),
-        "duration_s": round(entry.duration_s, 3),
-        "port": entry.port,
-        "baud_rate": entry.baud_rate,
-        "module": entry.module or None,
-        "samples": entry.sample_count,
-        "size_bytes": entry.size_bytes,
-        "kept": entry.is_pinned,
-        "running": entry.is_running,
-        "cut_off": entry.was_cut_off,
-        "triggered": entry.was_triggered,
-        "simulated": entry.is_simulated,
-        "readable": entry.trouble is None,
-    }
+def json_of(entry: RecordingEntry) -> RecordingJson:
+    return RecordingJson(
+        name=entry.name,
+        started_at=entry.started_at.isoformat(),
+        duration_s=round(entry.duration_s, 3),
+        port=entry.port,
+        baud_rate=entry.baud_rate,
+        module=entry.module or None,
+        samples=entry.sample_count,
+        size_bytes=entry.size_bytes,
+        kept=entry.is_pinned,
+        running=entry.is_running,
+        cut_off=entry.was_cut_off,
+        triggered=entry.was_triggered,
+        simulated=entry.is_simulated,
+        readable=entry.trouble is None,
+    )
 
 
 def _row(entry: RecordingEntry) -> tuple[str, ...]:
@@ -70,25 +71,33 @@ def _row(entry: RecordingEntry) -> tuple[str, ...]:
 
 def run_export(args: argparse.Namespace) -> int:
     entry = _recording(RecordingLibrary(), args.name)
-    refuse_unwritable(args.file, appends=args.append, replaces=args.force)
+    refuse_unwritable(args.file, appends=args.append, replaces=args.force, is_json=args.json)
     try:
-        return console.SUCCESS if export(entry, args.file, appends=args.append) else console.PARTIAL
-    except console.Refused:
-        raise
+        is_whole = export(entry, args.file, appends=args.append, is_told=not args.json)
+    except console.Refused as error:
+        console.notify(error.sentence)
+        if args.json:
+            answer = ExportJson(recordings=[entry.name], files=[], complete=False)
+            console.write_lines([console.as_json(answer)])
+        return console.PARTIAL
     except UserError as error:
-        raise console.Refused(error.message, console.ANSWER_NO) from error
+        raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
+    if args.json:
+        answer = ExportJson(recordings=[entry.name], files=[str(args.file)], complete=is_whole)
+        console.write_lines([console.as_json(answer)])
+    return console.SUCCESS if is_whole else console.PARTIAL
 
 
 def run_delete(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entry = _recording(library, args.name)
     if not args.yes:
-        return console.refuse_without("--yes")
+        console.refuse_without("--yes")
     try:
         library.delete(entry)
     except (UserError, OSError) as error:
-        raise console.Refused(labelled(entry.name, error_text(error)), console.ANSWER_NO) from error
-    console.write_lines([entry.name])
+        raise console.Refused(labelled(entry.name, error_text(error)), ErrorCode.REFUSED) from error
+    console.emit(args, DeletedJson(deleted=[entry.name]), [entry.name])
     return console.SUCCESS
 
 

@@ -14,6 +14,7 @@ from app.terminal import console
 from app.terminal.arguments import expected
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
+from app.text.user_error import ErrorCode
 
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
             loop.run()
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
-        raise console.Refused(labelled(where, error_text(error)), console.NO_LINK) from error
+        raise console.Refused(labelled(where, error_text(error)), ErrorCode.NO_PORT) from error
     return console.SUCCESS
 
 

@@ -17,7 +17,7 @@ from app.terminal import console
 from app.terminal.command_journal import closing_store, existing_store
 from app.text.i18n import tr
 from app.text.sentences import error_text
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 
 
 def run(args: argparse.Namespace) -> int:
@@ -57,17 +57,17 @@ def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -
 def _trust(stations: Stations, verification: Verification, fingerprint: str, name: str) -> None:
     signer = verification.signer
     if signer is None or verification.altered:
-        raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.ANSWER_NO)
+        raise console.Refused(tr("Not trusted: it is unsigned or altered."), ErrorCode.REFUSED)
     signed_by = fingerprint_of(signer)
     if not is_same_fingerprint(signed_by, fingerprint):
         text = tr("Not trusted: signed by {found}, not by {given}.", found=signed_by, given=fingerprint)
-        raise console.Refused(text, console.ANSWER_NO)
+        raise console.Refused(text, ErrorCode.REFUSED)
     console.note(_line(stations.trust(signer, name)))
 
 
 def _change(station: KnownStation | None) -> int:
     if station is None:
-        raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
+        raise console.Refused(tr("No trusted station has this fingerprint."), ErrorCode.REFUSED)
     console.note(_line(station))
     return console.SUCCESS
 

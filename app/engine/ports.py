@@ -131,8 +131,3 @@ def _own_program() -> list[str]:
         return [sys.executable, "-m", "app"]
     program = Path(sys.executable)
     return [str(program.with_name(f"dps-s{program.suffix}"))]
-
-
-def to_json(ports: list[PortInfo]) -> str:
-    """As `_scan_in_process` reads it."""
-    return json.dumps({"ports": [port._asdict() for port in ports]}, ensure_ascii=False)

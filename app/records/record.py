@@ -13,6 +13,8 @@ import json
 from collections.abc import Mapping
 from datetime import datetime
 
+import msgspec
+
 from app import version
 from app.engine.device import STATUS_KEYS
 from app.engine.target import is_simulated
@@ -114,13 +116,15 @@ def readings_of(case: Case) -> dict[str, object]:
         values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
     for key, flag in evidence.flags.items():
         values[key] = {FlagState.ENABLED: True, FlagState.DISABLED: False}.get(flag.state)
-    return reading_object(
+    reading = reading_object(
         port=clean(evidence.port),
         baud_rate=evidence.baud_rate,
         round_trip_s=trips[len(trips) // 2] if trips else None,
         values=values,
         errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
     )
+    found: dict[str, object] = msgspec.to_builtins(reading)
+    return found
 
 
 def contract_of(assessment: Assessment) -> dict[str, object]:

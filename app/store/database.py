@@ -30,7 +30,7 @@ from app.store.moved import MovedOn, Opened, Places, companions, places, put_bac
 from app.store.schema import APPLICATION_ID, StoreLayout, check, make_tables
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -64,7 +64,7 @@ class StoreFault(Enum):
 class StoreTrouble(UserError):
     """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
 
-    exit_code = 4
+    code = ErrorCode.STORE
 
     def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
         super().__init__(fault.value, file=path)

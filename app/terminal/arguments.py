@@ -6,11 +6,13 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from app.fleet.batch_names import EXAMPLE, counted_names
 from app.terminal.console import did_you_mean, flush_messages
 from app.text.i18n import CHINESE, language, tr
+from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from app.text.visible_text import NEWLINE, visible
 from protocol.translatable import marked
 
@@ -103,11 +105,24 @@ class Parser(argparse.ArgumentParser):
         text = super().format_help()
         return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
 
+    def error(self, message: str) -> NoReturn:
+        """Raises `WrongUsage`; a command that was given --json says it as an object, too."""
+        raise WrongUsage(self.format_usage(), self.prog, message)
+
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         # Older releases of Python 3.11 let a message that cannot be written change the exit code.
         with suppress(AttributeError, OSError):
             super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
         flush_messages()
+
+
+class WrongUsage(UserError):
+    """Words that the parser does not take. `what` is the sentence without the usage."""
+
+    def __init__(self, usage: str, program: str, words: str) -> None:
+        complaint = tr("%(prog)s: error: %(message)s\n") % {"prog": program, "message": words}
+        super().__init__(UserMessage((usage + complaint).rstrip()))
+        self.what = words
 
 
 class Once(argparse.Action):

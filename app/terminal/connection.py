@@ -20,13 +20,15 @@ from app.procedures.find import find_rate
 from app.procedures.handshake import Silence, handshake
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.terminal.arguments import USUAL_RATE
-from app.terminal.console import NO_LINK, Refused, clear_progress, notify, show_progress, verbosity
+from app.terminal.console import Refused, clear_progress, notify, show_progress, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from app.text.user_error import ErrorCode
 from protocol.link_states import Presence
 
 if TYPE_CHECKING:
+    from app.diagnosis.causes import Diagnosis
     from app.terminal.trace import Trace
 
 OPENING_LIMIT_S = 2.0
@@ -42,10 +44,13 @@ Result = TypeVar("Result")
 
 
 class NoLink(Refused):
-    """There is no link, for a reason that is no `PortError`."""
+    """There is no link, for a reason that is no `PortError`. `what` and `hint`: the two parts of the sentence, where
+    it has two."""
 
-    def __init__(self, sentence: str) -> None:
-        super().__init__(sentence, NO_LINK)
+    def __init__(self, sentence: str, *, what: str = "", hint: str = "") -> None:
+        super().__init__(sentence, ErrorCode.NO_LINK)
+        self.what = what
+        self.hint = hint
 
 
 class Conversation:
@@ -239,7 +244,8 @@ def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> 
         return
     silence = conversation.run(handshake())
     if silence is not None:
-        raise NoLink(_why_silent(port, baud_rate=baud_rate, silence=silence))
+        why = _why_silent(port, baud_rate=baud_rate, silence=silence)
+        raise NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
 
 
 def no_module_found(port: str) -> str:
@@ -250,24 +256,26 @@ def no_module_found(port: str) -> str:
 def module_is_silent(port: str, device: DeviceView) -> str:
     """`device`: what was last heard of it."""
     was_active = was_heard_active(device)
-    why = _why_silent(port, silence=Silence.NOTHING, was_online=True, was_active=was_active)
+    why = _why_silent(port, silence=Silence.NOTHING, was_online=True, was_active=was_active).terminal_sentence
     return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", why))
 
 
-def _why_silent(port: str, **seen: Any) -> str:
+def _why_silent(port: str, **seen: Any) -> "Diagnosis":
     from app.diagnosis.causes import explain
     from app.diagnosis.symptoms import PortEvidence
 
-    return explain(PortEvidence(port, **seen)).terminal_sentence
+    return explain(PortEvidence(port, **seen))
 
 
 class LinkTrouble(AbstractContextManager["LinkTrouble"]):
     """Suppresses errors that mean "link lost", and keeps their sentence; other errors are raised."""
 
     sentence: str | None = None
+    error: BaseException | None = None
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> bool:
         self.sentence = link_trouble(error)
+        self.error = error
         return self.sentence is not None
 
 

@@ -16,13 +16,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from functools import partial
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 from app.text.i18n import tr
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, message
 from app.text.sentences import error_text, in_brackets
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from app.text.visible_text import NEWLINE, visible, visible_json
+from protocol.translatable import marked
 
 SUCCESS = 0
 ANSWER_NO = 1
@@ -46,21 +47,20 @@ def did_you_mean(word: str, offered: Iterable[str]) -> str:
 
 
 class Refused(UserError):
-    """The command ends with this message and this exit code; with any other `UserError` it is a usage error."""
+    """The command ends with this message, without a result."""
 
-    def __init__(self, text: str | UserMessage, exit_code: int = USAGE_ERROR) -> None:
+    def __init__(self, text: str | UserMessage, code: ErrorCode = ErrorCode.USAGE) -> None:
         super().__init__(text)
-        self.exit_code = exit_code
+        self.code = code
 
 
 class OutputLost(Exception):
     """Standard output cannot be written, such as on a full disk."""
 
 
-def refuse_without(option: str) -> int:
-    """Print which option is missing; returns the exit code."""
-    notify(tr("Nothing was done. Add {option} to do it.", option=option))
-    return USAGE_ERROR
+def refuse_without(option: str) -> NoReturn:
+    """Raises `Refused`, which says what option is missing."""
+    raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
 
 
 # Printing
@@ -134,10 +134,25 @@ def _clear_progress_line() -> None:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
+class _Result:
+    is_begun = False
+    """Whether anything was written to standard output."""
+
+
+def expect_result() -> None:
+    """Nothing was written yet: called before a command runs."""
+    _Result.is_begun = False
+
+
+def has_result() -> bool:
+    return _Result.is_begun
+
+
 def write(text: str) -> None:
     """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`. Text from
     outside, which may contain control characters, goes through `write_lines`."""
     _clear_progress_line()
+    _Result.is_begun = _Result.is_begun or bool(text)
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -155,14 +170,18 @@ def write_lines(lines: Iterable[str]) -> None:
 
 
 def emit(args: argparse.Namespace, answer: object, page: Iterable[str]) -> None:
-    """Print the answer as one JSON object where --json was given, else the page: lines for people."""
+    """Print the answer, a structure of `app.cli.results`, as one JSON object where --json was given, else the page:
+    lines for people."""
     write_lines([as_json(answer)] if args.json else page)
 
 
 def as_json(value: object) -> str:
+    """One line. Raises `ValueError` for a number that JSON has not, such as NaN."""
     import json
 
-    return visible_json(json.dumps(value, ensure_ascii=False))
+    import msgspec
+
+    return visible_json(json.dumps(msgspec.to_builtins(value), ensure_ascii=False, allow_nan=False))
 
 
 def discard_output() -> None:

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.terminal.arguments import expected
-from app.terminal.console import PARTIAL, Refused, clear_progress, notify, show_progress, write, write_lines
+from app.terminal.console import Refused, clear_progress, notify, show_progress, write, write_lines
 from app.text.i18n import tr
 from app.text.sentences import not_written, saved_text
+from app.text.user_error import ErrorCode
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry
@@ -27,11 +28,13 @@ def export_path(text: str) -> Path:
     raise expected("|".join((*ENDINGS, str(STANDARD_OUTPUT))))
 
 
-def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
+def refuse_unwritable(path: Path, *, appends: bool, replaces: bool, is_json: bool = False) -> None:
     """Checks the file before anything is recorded. Raises `Refused`."""
     from app.recordings.excerpt import HEAD
 
     if path == STANDARD_OUTPUT:
+        if is_json:  # there is one standard output
+            raise Refused(tr("expected {expected}", expected="FILE --json | -"))
         return
     if not path.parent.is_dir():
         raise Refused(tr("There is no folder {folder}.", folder=path.parent))
@@ -50,9 +53,9 @@ def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
         raise Refused(tr("{file} has other columns or is no recording.", file=path))
 
 
-def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> bool:
-    """Export a recording, and print what came of it; whether it is whole. Raises `Refused` where the file cannot be
-    written, else `UserError`; the file is unchanged then."""
+def export(entry: "RecordingEntry", path: Path, *, appends: bool = False, is_told: bool = True) -> bool:
+    """Export a recording, and print what came of it if `is_told`; whether it is whole. Raises `Refused` where the file
+    cannot be written, else `UserError`; the file is unchanged then."""
     from app.recordings.export import export as write_file
 
     if path == STANDARD_OUTPUT:
@@ -62,10 +65,11 @@ def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> boo
             rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP, appends=appends,
                                       on_progress=lambda share: show_progress(f"{share:.0%}"))  # fmt: skip
         except (OSError, ValueError) as error:
-            raise Refused(not_written(path, error), PARTIAL) from error
+            raise Refused(not_written(path, error), ErrorCode.REFUSED) from error
         finally:
             clear_progress()
-        write_lines([saved_text(path, rows)])
+        if is_told:
+            write_lines([saved_text(path, rows)])
     if damage is not None:
         notify(damage.translated())
     return damage is None

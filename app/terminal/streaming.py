@@ -92,7 +92,7 @@ def stream(
 ) -> str | None:
     """Stream until the span or the user ends it; a sentence if the link was lost. `on_begin` is called when a module
     has answered, `on_turn` at least ten times a second. A stream that this switched on is switched off at the end.
-    Raises `Interrupted` if no status had come."""
+    Raises `Interrupted` and what means "no link" if no status had come."""
     silence: str | None = None
     try:
         with (
@@ -108,6 +108,8 @@ def stream(
         if not span.has_begun:
             raise
         span.was_interrupted = True
+    if link.error is not None and not span.has_begun:
+        raise link.error
     if span.switch.is_unknown_before:
         notify(tr(UNKNOWN_BEFORE))
     return link.sentence or silence

@@ -67,10 +67,10 @@ class Case:
 
     @property
     def answer(self) -> dict[str, Any]:
-        """The JSON object on standard output; empty if there is none."""
+        """The result on standard output; empty if there is none."""
         lines = self.ran.out.strip().splitlines()
         found = json.loads(lines[-1]) if lines else {}
-        return found if isinstance(found, dict) else {}
+        return found if isinstance(found, dict) and "error" not in found else {}
 
 
 Judge = Callable[[Case], Iterator[Finding]]

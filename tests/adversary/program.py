@@ -4,7 +4,7 @@ import io
 import queue
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
@@ -106,10 +106,10 @@ class Stage:
             raise PortError(PortTrouble.MISSING, port, "no such port")
         return WatchedLine(self.truth, self.clock, self.bench, baud_rate)
 
-    def _explain(self, error: Exception) -> int:
+    def _explain(self, words: Sequence[str], error: Exception) -> int:
         if link_trouble(error) is None:
             self._mishaps.append(error)
-        return _explain(error)
+        return _explain(words, error)
 
     @contextmanager
     def _in_place(self) -> Iterator[None]:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from PySide6.QtWidgets import QApplication
 
@@ -99,7 +100,7 @@ def defaults_for_flags(patch: pytest.MonkeyPatch) -> None:
     from app.cli.read import json_of
 
     def assumed(found_: Any) -> dict[str, object]:
-        answer: dict[str, Any] = json_of(found_)
+        answer: dict[str, Any] = msgspec.to_builtins(json_of(found_))
         answer["settings"]["attitude_trigger"] = True
         return answer
 

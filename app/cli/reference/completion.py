@@ -6,8 +6,9 @@ The script is static: pressing Tab starts no program.
 """
 
 import argparse
+import json
 
-from app.cli.commands import SCHEMAS, complete_parser
+from app.cli.commands import complete_parser
 from app.terminal import console
 from app.terminal.arguments import AUTO, RATES, Parser
 
@@ -67,7 +68,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_schema(args: argparse.Namespace) -> int:
-    console.write((SCHEMAS / f"{args.name}.json").read_text(encoding="utf-8"))
+    from app.cli.results import schema_of
+
+    console.write(json.dumps(schema_of(args.name), indent=2, ensure_ascii=False) + "\n")
     return console.SUCCESS
 
 

@@ -14,6 +14,7 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
+from app.cli.results import ProvisionedJson, ProvisionJson
 from app.cli.settings.set import warn
 from app.engine.procedure import await_asking
 from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, TAKEN, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
@@ -49,17 +50,21 @@ def run(args: argparse.Namespace) -> int:
     if len({os.path.realpath(path).casefold() for path in files}) < len(files):  # one would replace the other
         raise console.Refused(tr("{name} is given twice.", name=args.list))
     if not args.yes:
-        console.write_lines([
-            tr("Each module gets these settings and both triggers, is checked and named:"),
-            *console.columns([(change.command.key, typed(change.value)) for change in batch.changes], indent=2),
-            f"  {batch.title}",
-        ])  # fmt: skip
-        return console.refuse_without("--yes")
+        if not args.json:
+            settings = [(change.command.key, typed(change.value)) for change in batch.changes]
+            console.write_lines(
+                [
+                    tr("Each module gets these settings and both triggers, is checked and named:"),
+                    *console.columns(settings, indent=2),
+                    f"  {batch.title}",
+                ]
+            )
+        console.refuse_without("--yes")
     warn(batch.changes)
     if any(change.risks for change in batch.changes) and not args.accept_risk:
-        return console.refuse_without("--accept-risk")
+        console.refuse_without("--accept-risk")
     if not args.enable_triggers and not batch.enables_triggers:
-        return console.refuse_without("--enable-triggers")
+        console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
     store = open_store()
     with Interruption(), closing_store(store):  # after the last module a signal keeps nothing from being told
@@ -73,7 +78,9 @@ def run(args: argparse.Namespace) -> int:
             trouble = error
         rows = store.queue.submit(bench.rows).result()  # behind what is still being kept
         is_written = _write_files(args, batch, rows)
-        console.write_lines(["", *console.columns(list(map(cells, rows)))])
+        modules = [_provisioned(row) for row in rows]
+        answer = ProvisionJson(modules=modules, complete=is_done(rows))
+        console.emit(args, answer, ["", *console.columns([cells(row) for row in rows])])
     if isinstance(trouble, StoreTrouble):
         console.notify(join_sentences((trouble.sentence, tr("Not kept."))))
         return console.PARTIAL
@@ -116,7 +123,7 @@ class _Turns:
                       on_batch=lambda batch: evidence.listen(batch.events)) as conversation,
         ):  # fmt: skip
             self._last_sentence = ""
-            console.write_lines([tr("A module answers: leave it plugged in.")])
+            self._tell(tr("A module answers: leave it plugged in."))
             self._provision(name, conversation, evidence)
             return
         console.show_progress(link.sentence or "")
@@ -152,7 +159,18 @@ class _Turns:
         """Once, in large letters."""
         if sentence != self._last_sentence:
             self._last_sentence = sentence
-            console.write_lines([coloured(sentence, Colour.LARGE)])
+            self._tell(coloured(sentence, Colour.LARGE))
+
+    def _tell(self, line: str) -> None:
+        """With --json standard output has the result only."""
+        if self._args.json:
+            console.notify(line)
+        else:
+            console.write_lines([line])
+
+
+def _provisioned(row: BatchRow) -> ProvisionedJson:
+    return ProvisionedJson(name=row.name, state=row.result, why="" if row.why is None else row.why.in_english())
 
 
 def _write_files(args: argparse.Namespace, batch: ModuleBatch, rows: Sequence[BatchRow]) -> bool:

@@ -14,6 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from app.cli.results import DiffJson, SaveJson
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
@@ -31,6 +32,7 @@ from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
+from app.text.user_error import ErrorCode
 from protocol.fields import Value
 
 
@@ -46,18 +48,29 @@ class ModuleSettings(NamedTuple):
 
 def run(args: argparse.Namespace) -> int:
     path: Path = args.file
+    if path == STANDARD_OUTPUT and args.json:
+        raise console.Refused(tr("expected {expected}", expected="FILE.toml --json | -"))
     if path != STANDARD_OUTPUT and path.exists() and not args.force:
         raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--force"))
     module = read_module(args.port, args.baud)
     text = text_of(module, args.module or (path.stem if path != STANDARD_OUTPUT else module.port))
     if path == STANDARD_OUTPUT:
         console.write(text)
-    else:
-        try:
-            write_whole(path, text.encode())
-        except (OSError, ValueError) as error:
-            raise console.Refused(not_written(path, error), console.PARTIAL) from error
-        console.note(tr("Saved to {path}.", path=path))
+        return notify_missing(module)
+    trouble = ""
+    try:
+        write_whole(path, text.encode())
+    except (OSError, ValueError) as error:
+        trouble = not_written(path, error)
+    if args.json:
+        answer = SaveJson(
+            file=str(path), written=not trouble, settings=dict(module.values), errors=dict(module.missing)
+        )
+        console.write_lines([console.as_json(answer)])
+    if trouble:
+        console.notify(trouble)
+        return console.PARTIAL
+    console.note(tr("Saved to {path}.", path=path))
     return notify_missing(module)
 
 
@@ -76,9 +89,9 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
         reading = conversation.run(undisturbed(read_settings))
         rate = conversation.connection.baud_rate
     if reading is None:
-        raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
+        raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
     if reading.is_silent:
-        raise console.Refused(module_is_silent(port, conversation.device), console.NO_LINK)
+        raise console.Refused(module_is_silent(port, conversation.device), ErrorCode.NO_LINK)
     values = {**reading.values, "baud_rate": rate}
     missing = {
         key: reading.faults[key].value if key in reading.faults else "cannot be read"
@@ -120,7 +133,7 @@ def run_diff(args: argparse.Namespace) -> int:
         (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
     ]
     page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
-    console.emit(args, {"differences": {name: [first.get(name), second.get(name)] for name in unequal}}, page)
+    console.emit(args, DiffJson(differences={name: [first.get(name), second.get(name)] for name in unequal}), page)
     if not unequal:
         return console.SUCCESS
     is_only_unknown = args.other is None and all(name not in second for name in unequal)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from app.cli.results import ChangedJson, SetJson, SetResultJson
 from app.cli.settings.save import notify_missing, read_module
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import (
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if args.dry_run:
         return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
-        return console.refuse_without("--accept-risk")
+        console.refuse_without("--accept-risk")
     with Interruption():  # after the last frame a signal no longer keeps the result from being printed
         report, trouble = _write(wishes, args)
         console.emit(args, json_of(report), page_of(report))
@@ -66,16 +67,26 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     module = read_module(args.port, args.baud)
     before = module.values
     rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
-    unwritten = {
-        key: _result(target, old, error=None if old == target else "not written: dry run") for key, old, target in rows
-    }
+    unwritten = {key: _unwritten(target, old) for key, old, target in rows}
     lines = [
         (key, labelled(typed(target), tr("unchanged")) if old == target
          else labelled(f"{typed(old)} → {typed(target)}", tr("not written (dry run)")))
         for key, old, target in rows
     ]  # fmt: skip
-    console.emit(args, {"results": unwritten, "changed": {}, "unread": []}, console.columns(lines))
+    console.emit(args, SetJson(results=unwritten, changed={}, unread=[]), console.columns(lines))
     return notify_missing(module)
+
+
+def _unwritten(target: Value, before: Value | None) -> SetResultJson:
+    return SetResultJson(
+        wanted=target,
+        before=before,
+        acknowledged=None,
+        read_back=None,
+        verified=None,
+        verified_age_s=None,
+        error=None if before == target else "not written: dry run",
+    )
 
 
 def _requested_values(words: Sequence[str], profile: Path | None) -> list[SettingChange]:
@@ -151,31 +162,22 @@ def _is_link_lost(written: Written, refusals: Sequence[Refusal]) -> bool:
     return written.heard is SetReply.NOT_SENT and not is_refused
 
 
-def json_of(report: WriteReport) -> dict[str, object]:
-    """The object of `dps-s set --json`."""
-    results: dict[str, object] = {}
+def json_of(report: WriteReport) -> SetJson:
+    results: dict[str, SetResultJson] = {}
     for result in report.results:
         is_needed, why = result.heard is not SetReply.UNNEEDED, why_not_verified(result, report.refusals)
         has_age = report.read_at is not None and bool(result.verified) and is_needed
-        results[result.command.key] = _result(
-            result.target,
-            report.before.get(result.command.key),
+        results[result.command.key] = SetResultJson(
+            wanted=result.target,
+            before=report.before.get(result.command.key),
             acknowledged=result.is_acknowledged if is_needed else None,
             read_back=result.read_back,
             verified=result.verified,
             verified_age_s=round(max(0.0, time.monotonic() - (report.read_at or 0.0)), 3) if has_age else None,
             error=None if why is None else why.in_english(),
         )
-    return {
-        "results": results,
-        "changed": {change.command.key: {"before": change.before, "after": change.after} for change in report.changed},
-        "unread": [command.key for command in report.unread],
-    }
-
-
-def _result(target: Value, before: Value | None, **known: object) -> dict[str, object]:
-    unknown = dict.fromkeys(("acknowledged", "read_back", "verified", "verified_age_s", "error"))
-    return {"wanted": target, "before": before, **unknown, **known}
+    changed = {change.command.key: ChangedJson(before=change.before, after=change.after) for change in report.changed}
+    return SetJson(results=results, changed=changed, unread=[command.key for command in report.unread])
 
 
 def _remarks(report: WriteReport) -> list[str]:

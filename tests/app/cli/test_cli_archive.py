@@ -95,7 +95,7 @@ def test_status_export_and_import(
 def test_what_is_no_file_and_no_server_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str],
                                                       monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     assert is_one_sentence(say(capsys, "import", str(tmp_path / "none"), code=2).err)
-    assert is_one_sentence(say(capsys, "export", str(tmp_path / "none" / "x"), code=4).err)
+    assert is_one_sentence(say(capsys, "export", str(tmp_path / "none" / "x"), code=1).err)
     assert is_one_sentence(say(capsys, "export", __file__, code=2).err)
     assert is_one_sentence(say(capsys, "sync", code=2).err)
     printed = say(capsys, "sync", "postgresql://li:secret@/x?host=/nowhere/at/all", "--remember", code=3)

@@ -76,12 +76,13 @@ def test_go_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> Non
 def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     bench = bench_of(port)
     with falls_after(bench, 15, bench.unplug):
-        assert program.main(["preflight", "--port", port, "--json", "--enable-triggers", "--module", "M-07"]) == 3
+        assert program.main(["preflight", "--port", port, "--json", "--enable-triggers", "--module", "M-07"]) == 1
     printed = Printed(capsys)
     shown = json.loads(printed.out)
     assert shown["verdict"] == "NO-GO"
     assert shown["checks"][0]["result"] == "fail"
-    assert len(shown["checks"]) == len(CHECKS)
+    assert shown["checks"][-1]["id"] == "connection"
+    assert len(shown["checks"]) == len(CHECKS) + 1
     assert "unplugged" in printed.err
 
 
@@ -292,6 +293,7 @@ def test_several_ports_are_checked_at_once(port: str, dps_s: Program, tmp_path: 
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
     printed = dps_s([*words, *(word for one in ports for word in ("--port", one))], 1)
     found = [json.loads(line) for line in printed.out.splitlines()]
+    assert found.pop()["error"]["code"] == "no_link"
     assert [one["read"]["link"]["port"] for one in found] == ports[:2]
     assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
     assert f"No module answers on {ports[2]}" in printed.err
@@ -338,4 +340,5 @@ def test_interrupted_it_says_that_the_triggers_may_be_enabled(
 
     monkeypatch.setattr(Interruption, "check", check)
     printed = dps_s(["preflight", "--port", port, "--json", *options], 130)
-    assert (printed.out, printed.err) == ("", "Interrupted; may have been carried out.\n" if is_said else "")
+    assert json.loads(printed.out)["error"]["code"] == "cancelled"
+    assert printed.err.startswith("Interrupted; may have been carried out.\n") == is_said

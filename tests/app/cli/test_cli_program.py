@@ -157,7 +157,7 @@ def test_no_ports_and_no_list(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -
         raise UserError(NOT_LISTED)
 
     monkeypatch.setattr("app.cli.ports.list_ports", fail)
-    assert dps_s(["ports", "--json"], 3).out == ""
+    assert json.loads(dps_s(["ports", "--json"], 3).out)["error"]["code"] == "no_port"
     assert "lists no serial ports" in dps_s(["ports"], 3).err
 
 

@@ -20,9 +20,10 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind, Facts
 from app.store.store import open_store
 from app.terminal import console
+from app.terminal.arguments import WrongUsage
 from app.text.messages import UserMessage
 from protocol.frame import decode_request
-from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
+from tests.support.cli_line import bench_of, exchange, falls_after, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
@@ -248,7 +249,7 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
 
     with monkeypatch.context() as patch:
         patch.setattr(provision, "open_store", unopened)
-        assert batch(*ALLOWED, code=4) == []
+        assert batch(*ALLOWED, code=1) == []
     with monkeypatch.context() as patch:
         patch.setattr(Facts, "add", full)
         assert batch(*ALLOWED, code=4)[-2].split() == ["M-001", "open"]
@@ -317,12 +318,11 @@ def test_a_file_that_is_no_list_is_not_replaced(batch: Batch, tmp_path: Path, wi
                                       "M-1\n", "\u202eM-1", "M" * 61, "M-1..M-999999999999")),
     ],
 )  # fmt: skip
-def test_names_count_upwards(text: str, names: tuple[str, ...] | None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_count_upwards(text: str, names: tuple[str, ...] | None) -> None:
     parser = BY_NAME["provision"].parser()
     words = ["--profile", "p.toml", f"--names={text}"]
     if names is not None:
         assert parser.parse_words(words).names == names
         return
-    with pytest.raises(SystemExit):
+    with pytest.raises(WrongUsage):
         parser.parse_words(words)
-    assert Printed(capsys).err

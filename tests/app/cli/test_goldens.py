@@ -18,7 +18,7 @@ import pytest
 
 import app.__main__ as program
 from app.cli import history as records
-from app.cli.commands import SCHEMAS
+from app.cli.results import NAMES
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
@@ -115,7 +115,7 @@ def run_section(section: Section, wire: list[bytes]) -> Iterator[Example]:
 
 def faults(words: list[str], said: str) -> list[str]:
     """Where JSON on standard output is not alone, or not as its schema says."""
-    name = next((name for name in ("_".join(words[:2]), words[0]) if (SCHEMAS / f"{name}.json").exists()), None)
+    name = next((name for name in ("_".join(words[:2]), words[0]) if name in NAMES), None)
     if "--json" not in words or name is None:
         return []
     lines = [line for line in said.splitlines() if not line.startswith(("! ", "(exit code "))]

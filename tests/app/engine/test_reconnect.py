@@ -1,5 +1,6 @@
 """The rules of coming back, and the same over real pseudo-terminals with the worker."""
 
+import json
 import sys
 import threading
 from collections.abc import Callable
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.identity import UNKNOWN, Expected, Identity, IdentityEvidence, Trust
-from app.engine.ports import PortInfo, list_ports, scan, to_json
+from app.engine.ports import PortInfo, list_ports, scan
 from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, PortStage, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
@@ -350,7 +351,7 @@ def test_the_process_that_lists_the_ports_has_a_deadline(
 
     def run(words: list[str], **options: object) -> object:
         given.update(options, words=words)
-        return SimpleNamespace(stdout=to_json([MINE]).encode())
+        return SimpleNamespace(stdout=json.dumps({"ports": [MINE._asdict()]}).encode())
 
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(sys, "executable", program)

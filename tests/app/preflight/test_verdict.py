@@ -281,9 +281,9 @@ def test_no_more_frames_are_kept_than_the_bound() -> None:
 
 def test_what_is_unknown_is_null() -> None:
     nothing = reading_object(port="sim", baud_rate=9600, round_trip_s=None, values={}, errors={"light_v": "no reply"})
-    assert nothing["link"] == {"port": "sim", "baud_rate": 9600, "round_trip_ms": None}
-    assert nothing["light_v"] is None
-    assert nothing["errors"] == {"light_v": "no reply"}
+    assert (nothing.link.port, nothing.link.baud_rate, nothing.link.round_trip_ms) == ("sim", 9600, None)
+    assert nothing.light_v is None
+    assert nothing.errors == {"light_v": "no reply"}
     some = reading_object(port="sim", baud_rate=9600, round_trip_s=0.01234, values={"light_v": 1.8}, errors={})
-    assert some["link"] == {"port": "sim", "baud_rate": 9600, "round_trip_ms": 12.3}
-    assert some["light_v"] == 1.8
+    assert some.link.round_trip_ms == 12.3
+    assert some.light_v == 1.8

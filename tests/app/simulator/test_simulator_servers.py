@@ -22,8 +22,9 @@ from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import LONGEST_S, Endpoint, Loop, TcpEndpoint
 from app.simulator.setup import OPTIONS
+from app.terminal.arguments import WrongUsage
 from app.terminal.console import Refused
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, running
@@ -181,9 +182,9 @@ def test_flags_stand_alone_or_take_yes_and_no() -> None:
 
 @pytest.mark.parametrize("words", [("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])
 def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
-    with pytest.raises(SystemExit) as ended:
+    with pytest.raises(WrongUsage) as refused:
         parse(*words)
-    assert ended.value.code == 2
+    assert refused.value.code is ErrorCode.USAGE
 
 
 def test_a_wrong_option_is_refused_before_anything_is_made() -> None:
@@ -199,7 +200,7 @@ def test_no_port_to_be_had_is_code_3() -> None:
             simulate.run(args)
     finally:
         endpoint.close()
-    assert refused.value.exit_code == 3
+    assert refused.value.code is ErrorCode.NO_PORT
     assert f"127.0.0.1:{endpoint.port}: " in refused.value.sentence
 
 

@@ -16,7 +16,7 @@ from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
-from app.terminal.arguments import WORDS, translate_argparse
+from app.terminal.arguments import WORDS, WrongUsage, translate_argparse
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from tests.support.cli_line import Program
 
@@ -49,16 +49,16 @@ def test_every_command_shows_an_example_that_it_takes(
     ("words", "attribute"),
     [("set a=1 --json b=2", "wishes"), ("decode 41 --json 75", "hex"), ("fired a --must b", "logs")],
 )
-def test_options_may_stand_between_other_words(words: str, attribute: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_may_stand_between_other_words(words: str, attribute: str) -> None:
     name, first, _, last = words.split()
     parser = BY_NAME[name].parser()
     assert getattr(parser.parse_words(words.split()[1:]), attribute) == [first, last]
     for language in (ENGLISH, CHINESE):
         set_language(language)
         usage = parser.format_usage()
-        with pytest.raises(SystemExit):
+        with pytest.raises(WrongUsage) as refused:
             parser.parse_words(["--nonsense"])
-        assert capsys.readouterr().err.startswith(usage)
+        assert refused.value.sentence.startswith(usage)
 
 
 def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,15 +160,12 @@ def test_what_is_not_known_stays_english() -> None:
     ("typed", "name"), [("M-07\n", "M-07"), ("伞仓 07\r\nrest", "伞仓 07"), ("M-08", "M-08"), ("\n", None), ("", None),
                         ("M" * 201 + "\n", None)],
 )  # fmt: skip
-def test_a_scanner_types_the_name_of_the_module(
-    typed: str, name: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_scanner_types_the_name_of_the_module(typed: str, name: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(typed, newline=None))
     parser = BY_NAME["preflight"].parser()
     words = ["--module", "-", "--enable-triggers"]
     if name is not None:
         assert parser.parse_words(words).module == name
         return
-    with pytest.raises(SystemExit):
+    with pytest.raises(WrongUsage, match="expected NAME"):
         parser.parse_words(words)
-    assert "expected NAME" in capsys.readouterr().err
