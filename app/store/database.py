@@ -13,33 +13,30 @@ together is committed together (`transaction`). One connection writes and one re
 thread may call, and reading waits for no commit. Two programs share the file through SQLite's own locks.
 """
 
-import errno
 import logging
-import shutil
 import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from app.store.copies import AT_OPENING_S, Copier, copied_at, restore
 from app.store.moved import MovedOn, Opened, Places, companions, places, put_back, set_aside
 from app.store.schema import APPLICATION_ID, StoreLayout, check, make_tables
+from app.store.trouble import StoreFault, StoreTrouble, trouble_of
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
-from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
+__all__ = ["StoreFault", "StoreTrouble", "trouble_of"]
 
 FILE_NAME = "dps-s.sqlite"
 BUSY_S = 5.0
 """How long another program may hold the file before a call fails."""
-MIN_FREE_BYTES = 64 * 1024
-"""With less there is no room for a commit."""
+ASIDE = marked("The records cannot be used and are kept as {file}.")
 _MAGIC = b"SQLite format 3\x00"
 
 Clock = Callable[[], datetime]
@@ -47,31 +44,6 @@ Clock = Callable[[], datetime]
 
 def utc_now() -> datetime:
     return datetime.now(UTC)
-
-
-class StoreFault(Enum):
-    """The value is a sentence in English with the place for the file, translatable."""
-
-    FULL = marked("The disk is full: {file} cannot be written.")
-    READ_ONLY = marked("The program may not write into {file}.")
-    NEWER = marked("{file} needs a newer version of this program.")
-    BUSY = marked("{file} is held by another program.")
-    DAMAGED = marked("{file} is damaged.")
-    FAILED = marked("{file} cannot be used.")
-    ASIDE = marked("The records cannot be used and are kept as {file}.")
-
-
-class StoreTrouble(UserError):
-    """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
-
-    code = ErrorCode.STORE
-
-    def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
-        super().__init__(fault.value, file=path)
-        self.fault, self.path, self.detail = fault, path, detail
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.fault.name}: {self.detail}"
 
 
 class Database:
@@ -169,7 +141,7 @@ class Database:
             raise self._trouble(error) from error
 
     def _trouble(self, error: Exception) -> StoreTrouble:
-        return self._end or trouble_of(error, self.path)
+        return self._end or trouble_of(error, self.path)  # type: ignore[arg-type]
 
     def _is_moved(self) -> bool:
         try:
@@ -188,7 +160,7 @@ class Database:
         except (sqlite3.Error, OSError, MovedOn) as error:
             if isinstance(error, MovedOn):
                 _disconnect(*old)
-                self._places, self._end = None, StoreTrouble(StoreFault.ASIDE, error.aside, str(error))
+                self._places, self._end = None, StoreTrouble(StoreFault.FAILED, error.aside, str(error))
             raise self._trouble(error) from error
         finally:
             with suppress(sqlite3.Error):
@@ -234,37 +206,10 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
         except sqlite3.DatabaseError:
-            kept = message(StoreFault.ASIDE.value, file=set_aside(path, clock))
+            kept = message(ASIDE, file=set_aside(path, clock))
             return _open(path, clock, layout, _kept_aside(restore(path, clock()), kept))
     except (sqlite3.Error, OSError) as error:
         raise trouble_of(error, path) from error
-
-
-def trouble_of(error: Exception, path: Path) -> StoreTrouble:
-    if isinstance(error, OSError):
-        fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
-        return StoreTrouble(fault, path, str(error))
-    name = getattr(error, "sqlite_errorname", "") or ""
-    faults = {
-        "SQLITE_FULL": StoreFault.FULL,
-        "SQLITE_READONLY": StoreFault.READ_ONLY,
-        "SQLITE_CANTOPEN": StoreFault.READ_ONLY,
-        "SQLITE_PERM": StoreFault.READ_ONLY,
-        "SQLITE_BUSY": StoreFault.BUSY,
-        "SQLITE_LOCKED": StoreFault.BUSY,
-        "SQLITE_CORRUPT": StoreFault.DAMAGED,
-        "SQLITE_NOTADB": StoreFault.DAMAGED,
-    }
-    fault = next((fault for start, fault in faults.items() if name.startswith(start)), StoreFault.FAILED)
-    if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
-        fault = StoreFault.FULL  # of a full disk SQLite only reports that a companion file cannot be opened
-    return StoreTrouble(fault, path, str(error))
-
-
-def _is_full(path: Path) -> bool:
-    with suppress(OSError):
-        return shutil.disk_usage(path.parent).free < MIN_FREE_BYTES
-    return False
 
 
 def _has_content(path: Path) -> bool:

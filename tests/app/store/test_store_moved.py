@@ -133,7 +133,7 @@ def test_where_another_one_went_on_elsewhere_both_are_kept_and_the_first_says_so
             for write in (lambda: store.register_module("after"), lambda: store.settle(entry, Outcome.CONFIRMED, {})):
                 with pytest.raises(StoreTrouble) as caught:
                     write()
-                assert caught.value.fault is StoreFault.ASIDE
+                assert caught.value.fault is StoreFault.FAILED
                 (aside,) = folder.glob("*.aside-*.sqlite")
                 assert str(aside) in caught.value.sentence
     with closing(open_store(folder)) as store:

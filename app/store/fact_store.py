@@ -1,0 +1,324 @@
+"""The facts and the state of this station, in one SQLite file with one writer.
+
+    add, write, set_state   return a future at once; the store's thread does the work, in the order of the calls
+    read, state             in the thread of whoever asks, over a connection of their own
+
+The file is opened and checked in the store's thread, too, so that no port and no window waits for the disk. Every
+write is on the disk when its future is done (WAL, `synchronous=FULL`).
+"""
+
+import logging
+import platform
+import queue
+import sqlite3
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from contextlib import closing, suppress
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import msgspec
+
+from app.stations.station import own_station
+from app.store.copying import Copier
+from app.store.former_active import former_state
+from app.store.kinds import KIND_OF, Content, StationNamed
+from app.store.opening import BUSY_S, FILE_NAME, open_file
+from app.store.rows import AHEAD, COLUMNS, Row, content_of, content_text, make_row, time_text
+from app.store.trouble import StoreFault, StoreTrouble, trouble_of
+from app.system.folders import data_folder
+from app.text.messages import UserMessage, clean
+from app.text.user_error import UserError
+
+_log = logging.getLogger(__name__)
+Result = TypeVar("Result")
+OneContent = TypeVar("OneContent", bound=Content)
+Clock = Callable[[], datetime]
+
+CLOSE_LIMIT_S = 5.0
+"""Default time limit for what is still to be written at `close`."""
+# Twice the same fact is one: a restored copy gets it again from the archive.
+INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
+_SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
+_OWN_KEY = "station"
+
+
+def utc_now() -> datetime:
+    return datetime.now(UTC)
+
+
+class Kept(NamedTuple, Generic[OneContent]):
+    """A fact and what it says."""
+
+    row: Row
+    content: OneContent
+
+    @property
+    def at(self) -> str:
+        """ISO 8601 in UTC."""
+        return self.row.made_at
+
+
+class Facts:
+    """What a piece of work reads from and writes to: one connection, and within `Store.write` one transaction."""
+
+    def __init__(self, connection: sqlite3.Connection, station: str, make_time: Callable[[], datetime]) -> None:
+        self.connection = connection
+        self.station = station
+        self._make_time = make_time
+
+    def now(self) -> datetime:
+        """Later than any time before."""
+        return self._make_time()
+
+    def add(self, content: Content, module: str | None = None) -> Row:
+        """Only within `Store.write`. Raises `ValueError` for a content that is none."""
+        text = content_text(content)
+        row = make_row(KIND_OF[type(content)], text, module=module, station=self.station, at=self._make_time())
+        self.connection.execute(INSERT, row)
+        return row
+
+    def of_module(
+        self, type_: type[OneContent], module: str | None, *, is_newest_first: bool = False, limit: int = -1
+    ) -> list[Kept[OneContent]]:
+        """The facts of this kind about this module (None: about modules without a name), by default the oldest
+        first."""
+        return self._select(type_, "AND module IS ?", (module,), is_newest_first=is_newest_first, limit=limit)
+
+    def of_kind(
+        self, type_: type[OneContent], *, is_newest_first: bool = False, limit: int = -1
+    ) -> list[Kept[OneContent]]:
+        """Those about all modules."""
+        return self._select(type_, "", (), is_newest_first=is_newest_first, limit=limit)
+
+    def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
+        kept = self.of_module(type_, module, is_newest_first=True, limit=1)
+        return kept[0] if kept else None
+
+    def modules(self) -> list[str]:
+        """The names of all modules that a fact is about."""
+        rows = self.connection.execute("SELECT DISTINCT module FROM facts WHERE module IS NOT NULL ORDER BY module")
+        return [name for (name,) in rows]
+
+    def state(self, key: str) -> Any:
+        """None where it is not set."""
+        rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
+        return msgspec.json.decode(rows[0][0]) if rows else None
+
+    def states(self, prefix: str) -> dict[str, Any]:
+        """By the rest of their keys."""
+        query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
+        rows = self.connection.execute(query, (len(prefix), prefix))
+        return {key.removeprefix(prefix): msgspec.json.decode(value) for key, value in rows}
+
+    def set_state(self, key: str, value: object) -> None:
+        """None removes it. Only within `Store.write`."""
+        if value is None:
+            self.connection.execute("DELETE FROM state WHERE key = ?", (key,))
+        else:
+            self.connection.execute(_SET_STATE, (key, msgspec.json.encode(value).decode()))
+
+    def _select(
+        self, type_: type[OneContent], where: str, values: tuple[object, ...], *, is_newest_first: bool, limit: int
+    ) -> list[Kept[OneContent]]:
+        order = "DESC" if is_newest_first else "ASC"
+        query = (
+            f"SELECT {COLUMNS} FROM facts WHERE kind = ? {where} AND made_at <= ? "  # noqa: S608
+            f"ORDER BY made_at {order} LIMIT ?"
+        )
+        latest = time_text(utc_now() + AHEAD)
+        kept = []
+        for values_of_row in self.connection.execute(query, (KIND_OF[type_], *values, latest, limit)):
+            row = Row(*values_of_row)
+            content = content_of(row, type_)
+            if content is not None:
+                kept.append(Kept(row, content))
+        return kept
+
+
+class Store:
+    """Made at once. Any thread may call. Its thread is a daemon, so a disk that never answers does not keep the program
+    from ending."""
+
+    def __init__(self, folder: Path | None = None, *, clock: Clock = utc_now) -> None:
+        self.folder = (folder or data_folder()).absolute()
+        self.path = self.folder / FILE_NAME
+        self.opened: Future[UserMessage | None] = Future()
+        """Done when the file is open, with what a person should know; or has the reason why it is not."""
+        self._station: Future[str] = Future()
+        self._clock = clock
+        self._last_time = datetime.min.replace(tzinfo=UTC)
+        self._lock = threading.Lock()
+        self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._left = 0
+        self._is_closed = False
+        self._copier = Copier(self.path, clock)
+        self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
+        self._thread.start()
+
+    @property
+    def station(self) -> str:
+        """The public key of this station, as hex. Waits for the opening. Raises `StoreTrouble`."""
+        return self._station.result()
+
+    def add(self, content: Content, module: str | None = None) -> "Future[Row]":
+        """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
+        kind, text, at = KIND_OF[type(content)], content_text(content), self._make_time()
+
+        def insert(facts: Facts) -> Row:
+            row = make_row(kind, text, module=module, station=facts.station, at=at)
+            facts.connection.execute(INSERT, row)
+            return row
+
+        return self.write(insert)
+
+    def add_rows(self, rows: Iterable[Row]) -> "Future[int]":
+        """Rows that were checked where they came in; how many were new."""
+
+        def insert(facts: Facts) -> int:
+            before = facts.connection.total_changes
+            facts.connection.executemany(INSERT, rows)
+            return facts.connection.total_changes - before
+
+        return self.write(insert)
+
+    def set_state(self, key: str, value: object) -> "Future[None]":
+        """None removes it."""
+        return self.write(lambda facts: facts.set_state(key, value))
+
+    def write(self, work: Callable[[Facts], Result]) -> "Future[Result]":
+        """`work` is one transaction, in the store's thread. Its future has the result once that is on the disk; it
+        raises `StoreTrouble`, or what `work` raises. A future that is cancelled in time is never written."""
+        future: Future[Result] = Future()
+        with self._lock:
+            if self._is_closed:
+                future.cancel()
+                return future
+            self._left += 1
+            self._work.put((work, future))
+        return future
+
+    def read(self, work: Callable[[Facts], Result]) -> Result:
+        """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
+        self.opened.result()
+        try:
+            with closing(sqlite3.connect(f"{self.path.as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
+                return work(Facts(connection, self.station, self._make_time))
+        except sqlite3.Error as error:
+            raise trouble_of(error, self.path) from error
+
+    def state(self, key: str) -> Any:
+        """None where it is not set. Raises `StoreTrouble`."""
+        return self.read(lambda facts: facts.state(key))
+
+    def copy_if_due(self) -> None:
+        """Returns at once. See `app.store.copying`."""
+        if self.opened.done() and self.opened.exception() is None:
+            self._copier.start_if_due()
+
+    def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
+        """Write what is left; returns how many pieces were not written within the limit. Idempotent, never raises."""
+        with self._lock:
+            if not self._is_closed:
+                self._is_closed = True
+                self._work.put(None)
+        self._thread.join(limit_s)
+        self._copier.close()
+        with self._lock:
+            left = self._left
+        if left:
+            _log.warning("Not written when the store was closed: %s", left)
+        return left
+
+    # The store's thread
+
+    def _make_time(self) -> datetime:
+        with self._lock:
+            self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
+            return self._last_time
+
+    def _run(self) -> None:
+        try:
+            connection = self._open()
+        except StoreTrouble as trouble:
+            _log.warning("There is no store: %s", trouble)
+            self._station.set_exception(trouble)
+            self.opened.set_exception(trouble)
+            self._fail_all(trouble)
+            return
+        with closing(connection):
+            while (item := self._work.get()) is not None:
+                self._do(connection, *item)
+
+    def _open(self) -> sqlite3.Connection:
+        """Raises `StoreTrouble`."""
+        try:
+            connection, notice, former = open_file(self.path)
+        except (sqlite3.Error, OSError) as error:
+            raise trouble_of(error, self.path) from error
+        try:
+            facts = Facts(connection, "", self._make_time)
+            facts.station = self._own_key(facts)
+            _introduce(facts)
+            if former is not None:
+                for key, value in former_state(former).items():
+                    facts.set_state(key, value)
+        except (sqlite3.Error, OSError) as error:
+            connection.close()
+            raise trouble_of(error, self.path) from error
+        self._copier.start_if_due()
+        self._station.set_result(facts.station)
+        self.opened.set_result(notice)
+        return connection
+
+    def _own_key(self, facts: Facts) -> str:
+        """Where the key's file cannot be read any more, facts go on under the key of before; only signing needs it."""
+        try:
+            key = own_station(self.folder).public.hex()
+        except UserError as error:
+            known = facts.state(_OWN_KEY)
+            _log.warning("The key of this station cannot be used: %s", error)
+            if not isinstance(known, str):
+                raise StoreTrouble(StoreFault.FAILED, self.path, str(error)) from error
+            return known
+        if facts.state(_OWN_KEY) != key:
+            facts.set_state(_OWN_KEY, key)
+        return key
+
+    def _do(self, connection: sqlite3.Connection, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
+        if future.set_running_or_notify_cancel():
+            try:
+                # IMMEDIATE waits for other programs here, and not in the middle of the work.
+                connection.execute("BEGIN IMMEDIATE")
+                result = work(Facts(connection, self.station, self._make_time))
+                connection.execute("COMMIT")
+            except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
+                with suppress(sqlite3.Error):  # a full disk has already rolled it back
+                    connection.execute("ROLLBACK")
+                if isinstance(error, sqlite3.Error):
+                    error = trouble_of(error, self.path)
+                elif not isinstance(error, UserError):
+                    _log.error("A fault of the program, and none of the store", exc_info=error)
+                future.set_exception(error)
+            else:
+                future.set_result(result)
+        with self._lock:
+            self._left -= 1
+
+    def _fail_all(self, trouble: StoreTrouble) -> None:
+        while (item := self._work.get()) is not None:
+            future = item[1]
+            if future.set_running_or_notify_cancel():
+                future.set_exception(trouble)
+            with self._lock:
+                self._left -= 1
+
+
+def _introduce(facts: Facts) -> None:
+    """This station by its key and the name of its computer, where it is not known by that yet."""
+    name = clean(platform.node().strip()) or "station"
+    known = facts.newest(StationNamed, None)
+    if known is None or (known.content.public_key, known.content.name) != (facts.station, name):
+        facts.add(StationNamed(public_key=facts.station, name=name))

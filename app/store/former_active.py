@@ -1,0 +1,59 @@
+"""What a file of a development build leaves ACTIVE: nothing else of it is taken over.
+
+Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON.
+"""
+
+import json
+import logging
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+LEFT = "left:"
+"""Beginning of the keys in `state`; see `app.store.left_active`."""
+_LEAVES_ACTIVE = {"activate": ("confirmed", "unknown"), "lock": ("refused", "unknown")}
+_ENDS = ("lock", "shutdown")
+_QUERY = """
+    SELECT a.number, a.made_at, a.payload, o.payload FROM facts a
+    LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
+    WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
+"""
+_log = logging.getLogger(__name__)
+
+
+def former_state(path: Path) -> dict[str, object]:
+    """By key; empty where the file cannot be read, which is logged."""
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+            rows = connection.execute(_QUERY).fetchall()
+        return _left(rows)
+    except (sqlite3.Error, ValueError, LookupError, TypeError, AttributeError) as error:  # nothing in it is trusted
+        _log.warning("What %s leaves ACTIVE cannot be read: %s", path, error)
+        return {}
+
+
+def _left(rows: list[tuple[int, str, str, str | None]]) -> dict[str, object]:
+    left: dict[tuple[str, str], dict[str, Any]] = {}
+    for number, at, payload, ended in rows:
+        content = json.loads(payload)
+        outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
+        act, port, detail = str(content["act"]), str(content["port"]), content["detail"]
+        module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
+        # A module without a name is known by its connection.
+        key = (module, "") if module else ("", str(detail.get("run", "")) + adapter + port)
+        if port.startswith("sim://"):
+            continue
+        if outcome in _LEAVES_ACTIVE.get(act, ()):
+            left[key] = {
+                "key": f"former {number}",
+                "module": module,
+                "run": str(detail.get("run", "")),
+                "port": port,
+                "adapter": adapter,
+                "at": at,
+                "is_lock_unconfirmed": act == "lock",
+            }
+        elif act in _ENDS and outcome == "confirmed" and not detail.get("is_in_doubt"):
+            left.pop(key, None)
+    return {LEFT + entry.pop("key"): entry for entry in left.values()}

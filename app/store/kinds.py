@@ -1,0 +1,204 @@
+"""The kinds of facts. A structure is the whole rule for one kind: msgspec checks types, bounds and lengths on reading.
+
+Fields that this version does not know are ignored, so that a newer version may add some. A kind that this version does
+not know is kept and passed on, but nothing here reads it. A new field needs a default, as older facts lack it.
+"""
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+MAX_CONTENT_BYTES = 1_000_000
+"""A record with all the frames that a check keeps has 150,000."""
+
+Text = Annotated[str, Meta(max_length=400)]
+"""What `clean` makes of what people type: on one line, at most 400 characters."""
+Note = Annotated[str, Meta(max_length=2000)]
+Word = Annotated[str, Meta(max_length=60)]
+"""A word of the program, such as an act or a setting."""
+Hex = Annotated[str, Meta(max_length=200, pattern=r"^([0-9A-Fa-f]{2} ?)*$")]
+Day = Annotated[str, Meta(pattern=r"^\d{4}-\d{2}-\d{2}$")]
+FactId = Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
+Byte = Annotated[int, Meta(ge=0, le=255)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
+Value = bool | Whole | float | Text | None
+"""A setting, or what was known when something was decided."""
+Settings = dict[Word, bool | Whole | float]
+Detail = dict[Word, bool | Whole | float | Text | list[Text] | None]
+
+
+class Content(Struct, frozen=True, kw_only=True):
+    """What every kind is derived from."""
+
+
+class StationNamed(Content, frozen=True, kw_only=True):
+    """A station introduces itself: the key that signs its records, and its name."""
+
+    public_key: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")]
+    name: Text
+
+
+class ModuleNamed(Content, frozen=True, kw_only=True):
+    """A person gave a module its name, or it was met at another adapter."""
+
+    adapter: Text = ""
+
+
+class SaidNew(Content, frozen=True, kw_only=True):
+    """A person's word that a module is new and has no records, or no longer."""
+
+    is_new: bool
+
+
+class ModuleVisited(Content, frozen=True, kw_only=True):
+    """One reading of a module: what it is recognised by and the records in its slots, as hex.
+
+    `known`: how many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
+    """
+
+    port: Text
+    boot_count: Byte | None
+    slots: Annotated[list[Hex], Meta(max_length=9)]
+    is_confirmed: bool
+    known: Count
+    settings: Settings = {}
+
+
+class TriggerRecordSeen(Content, frozen=True, kw_only=True):
+    """`place` counts from 0, the oldest record that was ever seen of the module."""
+
+    place: Count
+    raw: Hex
+
+
+class TriggerRecordJudged(Content, frozen=True, kw_only=True):
+    """A person's judgement of a trigger record; null takes it back."""
+
+    place: Count
+    raw: Hex
+    judgement: Literal["bench test", "real", "false", "reviewed"] | None
+    note: Note = ""
+
+
+class SettingsSeen(Content, frozen=True, kw_only=True):
+    """The settings as they were found before the first write of a conversation."""
+
+    port: Text
+    boot_count: Byte | None
+    settings: Settings
+
+
+class SettingsWritten(Content, frozen=True, kw_only=True):
+    """What was written, by whom and why. `before` and `after` are what was read, without what nobody could read."""
+
+    port: Text
+    before: Settings
+    after: Settings
+    who: Text = ""
+    why: Text = ""
+
+
+class SettingsApproved(Content, frozen=True, kw_only=True):
+    """A person approved these settings for the module; `code` is their fingerprint."""
+
+    settings: Settings
+    code: Word
+    who: Text = ""
+
+
+class PreflightCheck(Content, frozen=True, kw_only=True):
+    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists.
+
+    `measured`: by the names of `dps-s preflight --json`, with units.
+    """
+
+    verdict: Literal["GO", "READY", "NO-GO"]
+    is_void: bool
+    is_simulated: bool
+    who: Text = ""
+    aircraft: Text = ""
+    adapter: Text = ""
+    code: Word | None = None
+    """The fingerprint of the settings."""
+    measured: dict[Word, float] = {}
+    document: Annotated[str, Meta(max_length=MAX_CONTENT_BYTES)]
+
+
+class CheckVoided(Content, frozen=True, kw_only=True):
+    """A verdict holds no longer: the module may have fired since, or was seen TRIGGERED. A service is due."""
+
+    why: Text
+    is_service_due: bool = True
+
+
+class GuidedTestDone(Content, frozen=True, kw_only=True):
+    test: Word
+    verdict: Word
+    who: Text = ""
+    adapter: Text = ""
+    is_simulated: bool = False
+    program: Word = ""
+    measured: list[dict[Word, Value]] = []
+
+
+class ActIntended(Content, frozen=True, kw_only=True):
+    """The intent of an act; it is on the disk before anything is sent. `run` names the connection."""
+
+    act: Word
+    port: Text
+    frame: Hex
+    origin: Word = ""
+    adapter: Text = ""
+    run: Word = ""
+    is_in_doubt: bool = False
+    detail: Detail = {}
+
+
+class ActEnded(Content, frozen=True, kw_only=True):
+    """What came of the intent `of`; an intent without an end reads as unknown."""
+
+    of: FactId
+    outcome: Literal["confirmed", "refused", "unknown", "not sent"]
+    result: Detail = {}
+
+
+class Serviced(Content, frozen=True, kw_only=True):
+    """What a person did to a module, and when it is due again."""
+
+    service: Literal["repack", "ejector", "cell", "firmware"]
+    on: Day
+    due: Day | None
+    who: Text
+    note: Note = ""
+
+
+class ModuleProvisioned(Content, frozen=True, kw_only=True):
+    """The turn of one module in a batch: it got this name, or it was set aside. `why` is JSON of a message."""
+
+    batch: Text
+    name: Text
+    why: Note | None
+    code: Word
+    boot_count: Byte | None
+
+
+KINDS: dict[str, type[Content]] = {
+    "station": StationNamed,
+    "module": ModuleNamed,
+    "said_new": SaidNew,
+    "visit": ModuleVisited,
+    "trigger_record": TriggerRecordSeen,
+    "judgement": TriggerRecordJudged,
+    "settings_seen": SettingsSeen,
+    "settings_written": SettingsWritten,
+    "settings_approved": SettingsApproved,
+    "preflight_check": PreflightCheck,
+    "check_voided": CheckVoided,
+    "guided_test": GuidedTestDone,
+    "act": ActIntended,
+    "outcome": ActEnded,
+    "service": Serviced,
+    "provisioned": ModuleProvisioned,
+}
+KIND_OF: dict[type[Content], str] = {type_: kind for kind, type_ in KINDS.items()}

@@ -1,0 +1,220 @@
+"""Opens the store's file; never overwrites one that it cannot read.
+
+    not there, empty     made; from the newest good copy, where there is one
+    damaged, another's   set aside under another name, and as above
+    of a development build   set aside, after what it leaves ACTIVE was taken over
+    a newer version's, held, not writable    left alone: `StoreTrouble`
+
+Everything here is done in the store's own thread. Files are readable for this user only.
+"""
+
+import errno
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from app.store.trouble import StoreFault, StoreTrouble
+from app.system.files import lock, private_opener, write_whole
+from app.text.messages import UserMessage, joined, message
+from protocol.translatable import marked
+
+FILE_NAME = "dps-s.sqlite"
+APPLICATION_ID = 0x44505353
+""" "DPSS": how our file is told from another program's."""
+LAYOUT = 20
+BUSY_S = 5.0
+"""How long another program may hold the file before a call fails."""
+COPIES = "copies"
+_MAGIC = b"SQLite format 3\x00"
+_KEPT = "BEGIN SELECT RAISE(ABORT, 'facts are only ever added'); END"
+TABLES = (
+    """
+    CREATE TABLE facts (
+        id TEXT PRIMARY KEY,
+        kind TEXT NOT NULL,
+        module TEXT,
+        station TEXT NOT NULL,
+        made_at TEXT NOT NULL,
+        content TEXT NOT NULL
+    ) STRICT
+    """,
+    "CREATE INDEX facts_of_module ON facts (module, kind, made_at)",
+    "CREATE INDEX facts_of_kind ON facts (kind, made_at)",
+    f"CREATE TRIGGER facts_not_changed BEFORE UPDATE ON facts {_KEPT}",
+    f"CREATE TRIGGER facts_not_removed BEFORE DELETE ON facts {_KEPT}",
+    "CREATE TABLE state (key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT",
+)
+
+
+class Opened(NamedTuple):
+    """`notice`: what a person should know. `former`: a file of a development build that was set aside."""
+
+    connection: sqlite3.Connection
+    notice: UserMessage | None = None
+    former: Path | None = None
+
+
+def open_file(path: Path) -> Opened:
+    """Raises `sqlite3.Error`, `OSError` or `StoreTrouble`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        if not _has_content(path) and _copies(path):
+            return _begin_again(path)
+        return Opened(connect(path))
+    except sqlite3.OperationalError:
+        raise  # a lock, a full disk or a missing permission: the file itself is not bad
+    except sqlite3.DatabaseError:
+        return _begin_again(path)
+
+
+def connect(path: Path, *, layout: int = LAYOUT) -> sqlite3.Connection:
+    """The file, checked; made where it is missing. Raises as `open_file`."""
+    _make_private(path)
+    connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+    try:
+        is_new = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if not is_new:
+            _check(connection, path, layout)
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
+        if is_new:
+            make_tables(connection, layout)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def make_tables(connection: sqlite3.Connection, layout: int = LAYOUT) -> None:
+    """In one transaction. Another program may have made them while this one waited for the lock."""
+    connection.execute("BEGIN IMMEDIATE")
+    if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+        for statement in TABLES:
+            connection.execute(statement)
+        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        connection.execute(f"PRAGMA user_version = {layout}")
+    connection.execute("COMMIT")
+
+
+def is_good(path: Path) -> bool:
+    """Whether it is a whole file of this layout. Raises OSError."""
+    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
+        try:
+            _check(connection, path, LAYOUT)
+        except (sqlite3.DatabaseError, StoreTrouble):
+            return False
+    return True
+
+
+def copy_name(path: Path, at: datetime) -> str:
+    return f"{path.stem}.{at.astimezone(UTC):%Y%m%d}{path.suffix}"
+
+
+def copies_of(path: Path, now: datetime) -> list[Path]:
+    """The newest first; behind them those of a clock that was ahead, which hold less."""
+    latest = copy_name(path, now)
+    return sorted(_copies(path), key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
+
+
+def _copies(path: Path) -> list[Path]:
+    return list((path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}"))
+
+
+def _check(connection: sqlite3.Connection, path: Path, layout: int) -> None:
+    """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    if application == APPLICATION_ID and version > layout:
+        raise StoreTrouble(StoreFault.NEWER, path, f"layout {version}")
+    if application != APPLICATION_ID or version != layout:
+        raise sqlite3.DatabaseError("of another program or of a development build")
+    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+        raise sqlite3.DatabaseError("damaged")
+
+
+def _has_content(path: Path) -> bool:
+    try:
+        return path.stat().st_size > 0
+    except FileNotFoundError:
+        return False
+
+
+def _make_private(path: Path) -> None:
+    """Made here, as SQLite would make it by the umask; the files beside it get the rights of this one."""
+    with open(path, "ab", opener=private_opener):
+        pass
+    with suppress(OSError):
+        path.chmod(0o600)
+    with path.open("rb") as file:
+        if file.read(len(_MAGIC)) not in (b"", _MAGIC):
+            raise sqlite3.DatabaseError("no database")  # SQLite would remove its write-ahead log
+
+
+def _begin_again(path: Path) -> Opened:
+    """In place of a file that cannot be used, or is gone."""
+    with _alone(path):
+        try:
+            if _has_content(path):
+                return Opened(connect(path))  # another program was faster
+        except sqlite3.OperationalError:
+            raise
+        except sqlite3.DatabaseError:
+            pass
+        was_there = _has_content(path)
+        former = path if was_there and _is_former(path) else None
+        aside = _set_aside(path)
+        copy = _restore(path)
+        parts = []
+        if was_there:
+            parts.append(message(marked("The records cannot be used and are kept as {file}."), file=aside))
+        if copy is None:
+            parts.append(message(marked("New records are started.")))
+        else:
+            text = marked("Records restored from the copy of {when}; later ones are missing.")
+            parts.append(message(text, when=copy.name.split(".")[1]))
+        return Opened(connect(path), joined(parts, " "), aside if former is not None else None)
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Raises `StoreTrouble` where another program does the same now."""
+    with path.with_suffix(".lock").open("ab") as file:
+        try:
+            lock(file)
+        except OSError as error:
+            if error.errno not in (errno.EAGAIN, errno.EACCES):
+                raise
+            raise StoreTrouble(StoreFault.BUSY, path, str(error)) from error
+        yield
+
+
+def _is_former(path: Path) -> bool:
+    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+        try:
+            application = connection.execute("PRAGMA application_id").fetchone()[0]
+            version = connection.execute("PRAGMA user_version").fetchone()[0]
+        except sqlite3.DatabaseError:
+            return False
+    return bool(application == APPLICATION_ID and 0 < version < LAYOUT)
+
+
+def _set_aside(path: Path) -> Path:
+    """The file, its log and its index under another name; what is put in its place must not meet an old log."""
+    aside = path.with_name(f"{path.stem}.aside-{datetime.now(UTC):%Y%m%d-%H%M%S-%f}{path.suffix}")
+    for end in ("", "-wal", "-shm"):
+        with suppress(FileNotFoundError):
+            Path(f"{path}{end}").replace(f"{aside}{end}")
+    return aside
+
+
+def _restore(path: Path) -> Path | None:
+    """Which copy took the place of the file; it stays."""
+    for copy in copies_of(path, datetime.now(UTC)):
+        if is_good(copy):
+            write_whole(path, copy.read_bytes(), is_private=True)
+            return copy
+    return None
