@@ -5578,6 +5578,10 @@
         <translation>{file} 不是配置文件</translation>
     </message>
     <message>
+        <source>{file} is still being opened.</source>
+        <translation>{file} 仍在打开。</translation>
+    </message>
+    <message>
         <source>{file} needs a newer version of this program.</source>
         <translation>{file} 需要本程序的更新版本。</translation>
     </message>
