@@ -798,6 +798,10 @@
         <translation>放弃修改</translation>
     </message>
     <message>
+        <source>Discard this edit</source>
+        <translation>放弃此项修改</translation>
+    </message>
+    <message>
         <source>Disconnect</source>
         <translation>断开</translation>
     </message>
@@ -2670,10 +2674,6 @@
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
-        <source>Redo</source>
-        <translation>重做</translation>
-    </message>
-    <message>
         <source>Refresh</source>
         <translation>刷新</translation>
     </message>
@@ -3676,10 +3676,6 @@
     <message>
         <source>UNSIGNED, missing: {missing}.</source>
         <translation>未签署，缺少：{missing}。</translation>
-    </message>
-    <message>
-        <source>Undo</source>
-        <translation>撤销</translation>
     </message>
     <message>
         <source>Unexpected error: {error}.</source>

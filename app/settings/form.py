@@ -85,9 +85,6 @@ class _Failure(NamedTuple):
 _INTERRUPTED = marked("interrupted while writing; the value is unknown")
 
 
-MAX_STEPS = 200
-
-
 class SettingsForm:
     """See the module docstring. Belongs to one thread.
 
@@ -97,11 +94,8 @@ class SettingsForm:
 
     def __init__(self, is_in_doubt: Callable[[], bool] = bool, watch: SettingsWatch | None = None) -> None:
         self._is_in_doubt = is_in_doubt
-        self._steps: list[Mapping[str, Value]] = [{}]
-        """The edited values at each step of undo and redo, of which `_step` is the present one."""
-        self._step = 0
-        self._typing: str | None = None
-        """The setting whose field has the focus: all changes in it are one step."""
+        self._edited: Mapping[str, Value] = {}
+        """The edited values by the setting's key; replaced, never modified."""
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
         self._seen: tuple[int, float | None] | None = None
@@ -115,73 +109,29 @@ class SettingsForm:
 
     # Editing
 
-    @property
-    def _now(self) -> Mapping[str, Value]:
-        """The edited values by the setting's key; replaced, never modified."""
-        return self._steps[self._step]
+    def choose(self, key: str, value: Value) -> None:
+        self._change({**self._edited, key: value})
 
-    def choose(self, key: str, value: Value, *, is_typing: bool = False) -> None:
-        """`is_typing`: one undo step with what was chosen for it before, until `end_typing`."""
-        self._change({**self._now, key: value}, typing=key if is_typing else None)
-
-    def fill(self, values: Mapping[str, Value], *, is_alone: bool = False) -> None:
-        """Edits all of these in one step; keys that are not rows of the form are ignored. `is_alone`: earlier edits are
-        none any longer."""
+    def fill(self, values: Mapping[str, Value]) -> None:
+        """Edits all of these; keys that are not rows of the form are ignored."""
         known = {key: value for key, value in values.items() if key in _BY_KEY}
-        self._change(known if is_alone else {**self._now, **known})
+        self._change({**self._edited, **known})
 
     def revert(self, key: str | None = None) -> None:
         """Removes the edit of one row, or all edits."""
-        self._change({} if key is None else {name: value for name, value in self._now.items() if name != key})
+        self._change({} if key is None else {name: value for name, value in self._edited.items() if name != key})
 
-    def end_typing(self) -> None:
-        """The next change begins a new undo step."""
-        self._typing = None
-
-    @property
-    def can_undo(self) -> bool:
-        return self._step > 0 and not self._writing
-
-    @property
-    def can_redo(self) -> bool:
-        return self._step < len(self._steps) - 1 and not self._writing
-
-    def undo(self) -> None:
-        if self.can_undo:
-            self._go_to(self._step - 1)
-
-    def redo(self) -> None:
-        if self.can_redo:
-            self._go_to(self._step + 1)
-
-    def _change(self, values: Mapping[str, Value], *, typing: str | None = None) -> None:
-        """Adds an undo step; further changes of the setting `typing` belong to its last step."""
-        if self._writing or values == self._now:
+    def _change(self, values: Mapping[str, Value]) -> None:
+        """Replaces the edits, and removes failures of settings that are no longer edited."""
+        if self._writing or values == self._edited:
             return
-        begun = self._step if typing is not None and typing == self._typing else self._step + 1
-        self._steps[begun:] = [values]
-        del self._steps[: -MAX_STEPS - 1]
-        self._go_to(len(self._steps) - 1)
-        self._typing = typing
-
-    def _go_to(self, step: int) -> None:
-        """Removes failures of settings that are no longer edited."""
-        self._step, self._typing = step, None
-        self._failures = {key: failure for key, failure in self._failures.items() if key in self._now}
+        self._edited = values
+        self._failures = {key: failure for key, failure in self._failures.items() if key in values}
 
     def _drop(self, keys: Iterable[str]) -> None:
-        """Removes these edits from all steps, and the steps that change nothing then."""
+        """Removes these edits, of values that the module has now."""
         gone = frozenset(keys)
-        if not gone:
-            return
-        steps: list[Mapping[str, Value]] = []
-        for number, step in enumerate(self._steps):
-            left = {key: value for key, value in step.items() if key not in gone}
-            if steps[-1:] != [left]:
-                steps.append(left)
-            if number == self._step:
-                now = len(steps) - 1
-        self._steps, self._step, self._typing = steps, now, None
+        self._edited = {key: value for key, value in self._edited.items() if key not in gone}
 
     # Rows
 
@@ -196,17 +146,17 @@ class SettingsForm:
     @property
     def edited(self) -> dict[str, Value]:
         """The edited values by key, those that the module already has included."""
-        return dict(self._now)
+        return dict(self._edited)
 
     @property
     def has_drafts(self) -> bool:
-        return bool(self._now)
+        return bool(self._edited)
 
     def would_change(self, values: Mapping[str, Value], device: DeviceView, now: float) -> bool:
         """Whether `fill` with these would leave something to write that is not edited already."""
 
         def is_new(key: str, value: Value) -> bool:
-            edited = self._now.get(key)
+            edited = self._edited.get(key)
             return not is_confirmed(_BY_KEY[key], device.known(key, now), value) if edited is None else edited != value
 
         return any(is_new(key, value) for key, value in values.items() if key in _BY_KEY)
@@ -240,12 +190,12 @@ class SettingsForm:
         ]  # fmt: skip
         if not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
-            self._drop(key for key in settled if self._now.get(key) == self._failures[key].target)
+            self._drop(key for key in settled if self._edited.get(key) == self._failures[key].target)
             self._failures = {key: failure for key, failure in self._failures.items() if key not in settled}
 
     def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
         key = command.key
-        module_value, value, is_in_doubt = device.known(key, now), self._now.get(key), self._is_in_doubt()
+        module_value, value, is_in_doubt = device.known(key, now), self._edited.get(key), self._is_in_doubt()
         failure = self._failures.get(key)
         has_it = value is not None and is_confirmed(command, module_value, value) and not is_in_doubt
         is_pending = value is not None and not has_it and key not in self._writing
@@ -299,7 +249,7 @@ class SettingsForm:
                 self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
         if device is not None and not self._is_in_doubt():
             settled += [
-                key for key, value in self._now.items()
+                key for key, value in self._edited.items()
                 if is_confirmed(_BY_KEY[key], device.known(key, now), value)
             ]  # fmt: skip
         self._drop(settled)
@@ -322,7 +272,7 @@ class SettingsForm:
         """Discards everything, for another module."""
         self.watch = watch or SettingsWatch()
         self.written, self._retentions = {}, {}
-        self._steps, self._step, self._typing = [{}], 0, None
+        self._edited = {}
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None
 

@@ -132,7 +132,6 @@ def settings(studio: Studio) -> None:
     studio.until(lambda: work.job.can_run, "nothing can be sent")
     work.job.dismiss()
     page.refresh()
-    page.choose("attitude_threshold_deg")
     studio.run(0.3)
     studio.take("settings", page)
     work.edit(work.form.revert)

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetricsF, QIcon, QKeyEvent, QValidator
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QFontMetricsF, QIcon, QValidator
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.engine.device import How, Known, StaleReason
@@ -36,8 +36,6 @@ class FieldEditor(QWidget):
 
     chosen = Signal(object)
     """A value, also of what is typed so far."""
-    left = Signal()
-    """The user left the editor: further changes are another undo step."""
 
     @abstractmethod
     def show_value(self, edited: Value | None, module_value: Value | None) -> None:
@@ -63,7 +61,6 @@ class NumberEditor(FieldEditor):
         self.setFocusProxy(self.box)
         self.box.valueChanged.connect(self._choose)
         self.line.textEdited.connect(self._choose_again)
-        self.box.editingFinished.connect(self.left)
 
     def show_value(self, edited: Value | None, module_value: Value | None) -> None:
         value = module_value if edited is None else edited
@@ -115,15 +112,6 @@ class _NumberBox(QDoubleSpinBox):
         start = self._default if self.value() < 0 else self.value()
         self.setValue(max(0.0, start + steps * self.singleStep()))
 
-    def event(self, event: QEvent) -> bool:
-        # Undo and redo belong to the form, not to the line edit.
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            has_control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
-            if has_control and event.key() in (Qt.Key.Key_Z, Qt.Key.Key_Y):
-                event.ignore()
-                return False
-        return super().event(event)
-
 
 class FlagEditor(FieldEditor):
     """Two buttons, Enabled and Disabled; the edited value is checked, and clicking it again removes the edit."""
@@ -150,7 +138,6 @@ class FlagEditor(FieldEditor):
             self.cancelled.emit()
         else:
             self.chosen.emit(value)
-        self.left.emit()
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
         button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,

@@ -1,10 +1,9 @@
-"""The settings form: values as typed, edits, undo, and states that claim no more than the module reported."""
+"""The settings form: values as typed, edits, and states that claim no more than the module reported."""
 
 from types import MappingProxyType
 from typing import Any
 
 import pytest
-from hypothesis import strategies as st
 
 from app.archive.module_history import _setting
 from app.engine.device import DeviceView, How, Known, StaleReason
@@ -69,41 +68,17 @@ def test_an_edit_is_pending_until_the_module_has_it() -> None:
     assert [change.value for change in form.changes(device(stale_reason=StaleReason.RESTARTED), NOW)] == [60]
 
 
-def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
-    form = SettingsForm()
-    for value in (7, 75):
-        form.choose(TILT, value, is_typing=True)
-    form.end_typing()
-    form.choose(TILT, 76, is_typing=True)
-    form.choose(TIME, 1, is_typing=True)
-    form.choose(TIME, 1)  # it is so already
-    seen = []
-    while form.can_undo:
-        form.undo()
-        seen.append((row(form, TILT).edited, row(form, TIME).edited))
-    assert seen == [(76, None), (75, None), (None, None)]
-    while form.can_redo:
-        assert (row(form, TILT).edited, row(form, TIME).edited) == seen.pop()
-        form.redo()
-    assert not seen
-    assert (row(form, TILT).edited, row(form, TIME).edited) == (76, 1)
-    form.undo()
-    form.choose(TIME, 2, is_typing=True)
-    assert not form.can_redo
-    form.undo()
-    assert (row(form, TILT).edited, row(form, TIME).edited) == (76, None)
-
-
-def test_defaults_and_revert_are_steps_too() -> None:
+def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
     form = SettingsForm()
     form.fill(DEFAULTS)
     wanted = {one.command.key: one.edited for one in form.rows(DeviceView(), NOW) if one.edited is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
+    form.choose(LIGHT, 1.9)
+    form.revert(TILT)
+    assert (row(form, TILT).edited, row(form, LIGHT).edited) == (None, 1.9)
     form.revert()
     assert not form.has_drafts
-    form.undo()
-    assert row(form, TILT).edited == 60
 
 
 def test_nothing_can_be_edited_while_writing() -> None:
@@ -111,7 +86,7 @@ def test_nothing_can_be_edited_while_writing() -> None:
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
     form.choose(TILT, 80)
-    form.undo()
+    form.revert()
     assert (row(form, TILT).state, row(form, TILT).edited) == (RowState.WRITING, 70)
     assert not form.changes(device(), NOW)
 
@@ -214,17 +189,6 @@ def test_what_was_not_written_stays_edited_until_it_is_reverted(fault: WriteFaul
     assert row(form, TILT).state is RowState.READ
 
 
-def test_undo_skips_values_that_were_written() -> None:
-    form = SettingsForm()
-    form.choose(TIME, 1.2)
-    form.choose(TILT, 70)
-    write(form, written(TILT, 70, read_back=70), written(TIME, 1.2, read_back=1.6, fault=WriteFault.NOT_RETAINED))
-    while form.can_undo:
-        form.undo()
-        assert row(form, TILT, device(changes={TILT: 70})).edited is None
-    assert not form.has_drafts
-
-
 @pytest.mark.parametrize(
     ("key", "value", "is_warned"),
     [(TILT, 54, True), (TILT, 55, False), (TILT, 0, True), (FLAG, False, True), (FLAG, True, False), (TIME, 0.0, True),
@@ -254,16 +218,6 @@ def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
     assert row(form, TILT).retention is None
-
-
-STEPS = st.lists(
-    st.one_of(
-        st.tuples(st.just("type"), st.sampled_from([TILT, TIME]), st.sampled_from([0, 1, 2])),
-        st.tuples(st.just("choose"), st.sampled_from([TILT, FLAG]), st.sampled_from([True, False])),
-        st.tuples(st.sampled_from(["undo", "redo", "revert", "defaults", "end"])),
-    ),
-    max_size=40,
-)
 
 
 def parsed(key: str, text: str) -> object:

@@ -4,7 +4,6 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -29,9 +28,8 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.settings.setting_texts import advice_text, what_is
+from app.settings.setting_texts import what_is
 from app.text.i18n import CHINESE
-from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, page_entries, window
 from tests.support.window.steps import find
@@ -151,24 +149,6 @@ def test_range_and_step_are_those_of_the_byte() -> None:
     assert "0.00 s to 2.55 s, in steps of 0.01 s." in what_is(BY_NAME["freefall_time"])
     assert "0° to 255°, in steps of 1°." in what_is(BY_NAME["attitude_threshold"])
     assert "115200" in what_is(BY_NAME["baud_rate"])
-
-
-def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """In sight at 1024 x 600, not only in a tooltip."""
-    with help_window(qtbot, qapp, tmp_path, entries=page_entries("settings")) as assembly:
-        assembly.window.go_to("settings")
-        page = find(assembly.window, SettingsPage)
-        qtbot.waitUntil(page.isVisible)
-        page.refresh()
-        for key, row in page.rows.items():
-            page.choose(key)
-            told, advice = capitalised(advice_text(row.command)), page.pane.advice
-            assert advice.text() == told, key
-            if told:
-                assert advice.isVisible(), key
-                assert not advice.visibleRegion().isEmpty(), key
-                qtbot.waitUntil(partial(is_whole, advice))
-        assert advice_text(BY_NAME["freefall_time"]).endswith("longer: fewer false triggers, more height lost")
 
 
 @OFFSCREEN

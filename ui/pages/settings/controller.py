@@ -1,6 +1,6 @@
 """Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -106,16 +106,25 @@ class SettingsController(QObject):
         if self.job.can_run:
             self.job.run(read_everything(), self._end_reading)
 
-    def write(self, *, accepted: frozenset[SettingChange] = frozenset(), is_unlocked: bool = False) -> None:
-        """Writes and verifies all edits. Asks first where one takes protection away; says why where it is refused."""
+    def write(
+        self,
+        *,
+        accepted: frozenset[SettingChange] = frozenset(),
+        is_unlocked: bool = False,
+        only: Collection[str] | None = None,
+    ) -> None:
+        """Writes and verifies all edits, or those of the keys `only`. Asks first where one takes protection away; says
+        why where it is refused."""
         connector = self._connector
         changes = self.form.changes(connector.current.device, connector.clock())
+        if only is not None:
+            changes = tuple(change for change in changes if change.command.key in only)
         if not changes or not self.can_write:
             return
         if is_risk_open(changes, accepted):
-            self.job.set_notice(partial(self._risk_notice, changes))
+            self.job.set_notice(partial(self._risk_notice, changes, only))
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
-            self.job.set_notice(partial(self._refused_notice, open_conditions, accepted))
+            self.job.set_notice(partial(self._refused_notice, open_conditions, accepted, only))
         else:
             heard: list[Written] = []
             begun: list[Command] = []
@@ -129,7 +138,7 @@ class SettingsController(QObject):
                 on_begun=begun.append,
             )
             self.form.begin_write(changes)
-            self.job.run(write_all(changes, context), partial(self._end_writing, heard, begun, accepted))
+            self.job.run(write_all(changes, context), partial(self._end_writing, heard, begun, accepted, only))
 
     def restore_initial(self) -> None:
         if self.initial is not None:
@@ -158,7 +167,12 @@ class SettingsController(QObject):
             self.job.set_notice(partial(self._unread_notice, missing, job.outcome().began_at))
 
     def _end_writing(
-        self, heard: list[Written], begun: list[Command], accepted: frozenset[SettingChange], job: Job[WriteReport]
+        self,
+        heard: list[Written],
+        begun: list[Command],
+        accepted: frozenset[SettingChange],
+        only: Collection[str] | None,
+        job: Job[WriteReport],
     ) -> None:
         if job.run.error is not None:
             self.form.abort_write(unconfirmed(heard), begun)
@@ -170,7 +184,7 @@ class SettingsController(QObject):
         report = job.outcome()
         self.form.on_written(report.results, self._connector.current.device, self._connector.clock())
         if report.is_refused:
-            self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
+            self.job.set_notice(partial(self._refused_notice, report.refusals, accepted, only))
         else:
             self.job.set_notice(partial(self._unless_in_doubt, self._written_notice, report))
 
@@ -188,12 +202,14 @@ class SettingsController(QObject):
 
     # Notices
 
-    def _risk_notice(self, changes: Sequence[SettingChange]) -> Notice | None:
-        accepted = frozenset(changes)
-        return risk_notice(changes, self.write, self.job.dismiss, self._unlock_choice(accepted, is_shown=False))
+    def _risk_notice(self, changes: Sequence[SettingChange], only: Collection[str] | None) -> Notice | None:
+        unlock = self._unlock_choice(frozenset(changes), only, is_shown=False)
+        return risk_notice(changes, partial(self.write, only=only), self.job.dismiss, unlock)
 
-    def _unlock_choice(self, accepted: frozenset[SettingChange], *, is_shown: bool = True) -> Choice:
-        unlocked = partial(self.write, accepted=accepted, is_unlocked=True)
+    def _unlock_choice(
+        self, accepted: frozenset[SettingChange], only: Collection[str] | None, *, is_shown: bool = True
+    ) -> Choice:
+        unlocked = partial(self.write, accepted=accepted, is_unlocked=True, only=only)
         return Choice("unlock_once", tr("Unlock this one write"), unlocked, is_step=True, is_shown=is_shown)
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
@@ -208,12 +224,17 @@ class SettingsController(QObject):
         # The engine asks for an unknown activation itself; here only a known ACTIVE refuses.
         return tuple(refusal for refusal in unmet if refusal.condition is not Interlock.MAY_WRITE or inputs.active)
 
-    def _refused_notice(self, open_conditions: tuple[Refusal, ...], accepted: frozenset[SettingChange]) -> Notice:
+    def _refused_notice(
+        self,
+        open_conditions: tuple[Refusal, ...],
+        accepted: frozenset[SettingChange],
+        only: Collection[str] | None,
+    ) -> Notice:
         text = join_sentences([tr("Nothing was written."), *(condition.sentence for condition in open_conditions)])
         can_unlock = all(condition.condition is Interlock.MAY_WRITE for condition in open_conditions)
         # The two buttons that confirm a write never share a place, so each keeps its own while it is hidden.
         anyway = risk_choices((), self.write, self.job.dismiss, is_shown=False)
-        choices = (*anyway, self._unlock_choice(accepted)) if can_unlock else ()
+        choices = (*anyway, self._unlock_choice(accepted, only)) if can_unlock else ()
         return Notice(Meaning.ATTENTION, text, choices)
 
     def _written_notice(self, report: WriteReport) -> Notice:

@@ -1,7 +1,7 @@
 """Settings page: a table of parameters with the module's value and the new one; write and verify.
 
-    head      the settings code, undo, redo, Read all, what is rare
-    table     groups of `SettingsRow` and the `BaudPanel`; beside or below it the `SettingPane` of the chosen row
+    head      the settings code, Read all, what is rare
+    table     groups of `SettingsRow` and the `BaudPanel`
     foot      profiles; Discard edits, Write
     instead   `ProfileCompare` or `CalibrationPanel`
 `SettingsController` owns the form and runs one job at a time. Only the rows scroll.
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
 from app.engine.snapshots import fresh_settings
 from app.settings.fingerprint import Fingerprint, fingerprint
@@ -29,17 +29,7 @@ from ui.forms.field_editors import VALUE_PX
 from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.panels import BaudPanel, CalibrationPanel
 from ui.pages.settings.profiles import SUFFIX, ProfileCompare, ProfileFiles
-from ui.pages.settings.row import (
-    CELL_GAP,
-    EDITOR_PX,
-    MARGINS,
-    NAME_PX,
-    STATE_PX,
-    WIDE_NAME_PX,
-    WRONG,
-    SettingPane,
-    SettingsRow,
-)
+from ui.pages.settings.row import CELL_GAP, EDITOR_PX, MARGINS, NAME_PX, STATE_PX, WIDE_NAME_PX, SettingsRow
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
@@ -50,8 +40,6 @@ from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
-SIDE_FROM_PX: Final = 872
-"""Narrower than this, the pane lies below the table."""
 _WIDE_FROM_PX: Final = 816
 """In a table of this width the names and the values have more room, and, at the size of text in use, reasons lie beside
 their states."""
@@ -60,18 +48,12 @@ _REST_PX: Final = 120
 _GAPS_PX: Final = 71
 _WIDEST_STATE_PX: Final = 121
 _LARGE_NAME_PX: Final = 172
-_SIDE_PX: Final = (154, 300)
-"""Minimum and maximum width of the pane beside the table."""
-_TABLE_PX: Final = 800
 _FOLDED_TO_PX: Final = 600
 """Up to this width of the table the button of the baud rate lies below its text."""
-_BELOW_PX: Final = 56
 _CAPTIONS_FROM_PX: Final = 540
 """A lower page gives the room of the captions to the rows: the baud rate is in sight at 1024x600."""
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
-_UNBOUNDED: Final = 16_777_215
-"""QWIDGETSIZE_MAX."""
 
 
 class SettingsPage(Page):
@@ -86,8 +68,6 @@ class SettingsPage(Page):
         self.baud = BaudPanel(services)
         self.header = self.make_header(texts, marked("Settings"))
         self.files = ProfileFiles(services, self, self.work.job)
-        self.pane = SettingPane(texts)
-        self._chosen = FORM_COMMANDS[0].key
         self.compare = ProfileCompare(texts)
         self.calibration = CalibrationPanel(services)
         self.strip = named(NoticeBar(texts), "settings_notice")
@@ -110,10 +90,7 @@ class SettingsPage(Page):
         rows = form.rows(device, now)
         for row in rows:
             key = row.command.key
-            self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
-        chosen = self.rows[self._chosen].row
-        if chosen is not None:
-            self.pane.show_row(chosen)
+            self.rows[key].show_row(row, now, is_editable=work.can_edit)
         count = len(form.changes(device, now))
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(_write_text(count or writing))
@@ -123,8 +100,6 @@ class SettingsPage(Page):
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_fill(DEFAULTS))
         self.as_found.setEnabled(work.can_fill(None if work.initial is None else work.initial.settings))
-        self.undo.setEnabled(work.can_edit and form.can_undo)
-        self.redo.setEnabled(work.can_edit and form.can_redo)
         self.find_rate.setEnabled(self._connector.current.is_open)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_code(fingerprint(fresh_settings(device, now)))
@@ -147,24 +122,6 @@ class SettingsPage(Page):
         text = tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
         return Notice(Meaning.ATTENTION, text)
 
-    # The chosen row
-
-    def choose(self, key: str) -> None:
-        if key != self._chosen:
-            self._chosen = key
-            self.refresh()
-
-    def _on_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
-        for key, row in self.rows.items():
-            if now is not None and row.isAncestorOf(now):
-                self.choose(key)
-
-    def _choose_wrong(self) -> None:
-        """After a write: chooses the first setting that failed or changed."""
-        wrong = [key for key, row in self.rows.items() if row.row is not None and row.row.state in WRONG]
-        if wrong and self._chosen not in wrong:
-            self.choose(wrong[0])
-
     # Actions
 
     def show_form(self) -> None:
@@ -176,9 +133,9 @@ class SettingsPage(Page):
         self.refresh()
 
     def _apply_profile(self, values: dict[str, Value]) -> None:
-        """Earlier edits were not ticked, nor even shown; undo brings them back."""
-        self._use_drafts(values, is_alone=True)
-        self.work.write()
+        """Other edits were not ticked, nor even shown: they stay edits."""
+        self._use_drafts(values)
+        self.work.write(only=values)
 
     def _measure(self) -> None:
         self.calibration.begin()
@@ -196,10 +153,9 @@ class SettingsPage(Page):
         self.page_wanted.emit("flights")
         self._services.exchange.tried.emit({**known, **self.work.form.edited}, None, bool)
 
-    def _use_drafts(self, values: Mapping[str, Value], *, is_alone: bool = False) -> None:
+    def _use_drafts(self, values: Mapping[str, Value]) -> None:
         self.show_form()
-        self.work.edit(partial(self.work.form.fill, values, is_alone=is_alone))
-        self.choose(next((key for key in values if key in self.rows), self._chosen))
+        self.work.edit(partial(self.work.form.fill, values))
 
     # Construction
 
@@ -211,15 +167,11 @@ class SettingsPage(Page):
                              picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
         self.read = control(QPushButton(), texts, "settings_read", "Read all", keys="F5",
                             picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip
-        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", keys="Ctrl+Z",
-                            picture=Icon.UNDO, role="quiet", slot=lambda: work.edit(form.undo))  # fmt: skip
-        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", keys="Ctrl+Shift+Z; Ctrl+Y",
-                            picture=Icon.REDO, role="quiet", slot=lambda: work.edit(form.redo))  # fmt: skip
         self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits",
                               slot=lambda: work.edit(form.revert))  # fmt: skip
         self.measure = control(QPushButton(), texts, "light_threshold_measure", says="Measure the light threshold",
                                picture=Icon.LIGHT, role="quiet", slot=self._measure)  # fmt: skip
-        for part in (self.code, self.undo, self.redo, self.read):
+        for part in (self.code, self.read):
             self.header.add(part)
         self.defaults = self.header.add_rare(
             "settings_defaults", marked("Load defaults"), lambda: work.edit(partial(form.fill, DEFAULTS))
@@ -234,14 +186,8 @@ class SettingsPage(Page):
     def _wire(self) -> None:
         work, form = self.work, self.work.form
         for row in self.rows.values():
-            row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value, is_typing=True)))
+            row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
-            row.left.connect(form.end_typing)
-            row.pressed.connect(self.choose)
-        application = QApplication.instance()
-        if isinstance(application, QApplication):
-            application.focusChanged.connect(self._on_focus)
-        work.job.changed.connect(self._choose_wrong)
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)
         self.compare.shown.connect(self._show_compare)
@@ -280,13 +226,13 @@ class SettingsPage(Page):
             content, texts, "settings_scroll", "Settings", is_vertical=True, is_transparent=True
         )
         in_column(self._make_heads(), (self.scroll_area, 1), of=table, spacing=0, margins=1)
-        self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
+        body = in_row((table, 1), margins=(Space.M, 0))
         head = in_column(self.header, margins=(Space.M, 0))
         files = self.files
         foot = FlowRow(files.title, files.open, files.recent, files.save, right=(self.revert, self.write),
                        margins=(Space.M, Space.XS))  # fmt: skip
         form = named(QWidget(), "settings_form")
-        in_column(head, (self._body, 1), self.strip, foot, of=form, spacing=0, margins=0)
+        in_column(head, (body, 1), self.strip, foot, of=form, spacing=0, margins=0)
         return form
 
     def _make_heads(self) -> QWidget:
@@ -311,19 +257,12 @@ class SettingsPage(Page):
     # Qt
 
     def fit(self) -> None:
-        is_beside = self.width() >= scaled(SIDE_FROM_PX)
         is_low, policy = self.height() < scaled(_CAPTIONS_FROM_PX), Qt.ScrollBarPolicy
         for caption in self._captions:
             caption.setVisible(not is_low)
         # A notice below the table takes height, and must not make the rows narrower.
         self.scroll_area.setVerticalScrollBarPolicy(policy.ScrollBarAlwaysOn if is_low else policy.ScrollBarAsNeeded)
-        self.pane.heading.setVisible(is_beside)
-        self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
-        least, most = _SIDE_PX
-        side_px = min(most, max(least, self.width() - 2 * Space.M - Space.S - _TABLE_PX))
-        self.pane.setMaximumSize(*((side_px, _UNBOUNDED) if is_beside else (_UNBOUNDED, _BELOW_PX)))
-        self.pane.setMinimumSize(*((side_px, _BELOW_PX) if is_beside else (least, _BELOW_PX)))
-        self._fit_columns(self.width() - 2 * Space.M - (side_px + Space.S if is_beside else 0))
+        self._fit_columns(self.width() - 2 * Space.M)
 
     def _fit_columns(self, table_px: int) -> None:
         """Gives the columns the widths that fit a table of `table_px` in the size of text in use."""

@@ -1,4 +1,4 @@
-"""Row of one setting: parameter, module value, editor, state with its reason; and the pane of the chosen one.
+"""Row of one setting: parameter, module value, editor, state with its reason or what the value means.
 
 The reason has all the width beside its state, or in a narrow table a line of its own: the row grows for it.
 """
@@ -6,8 +6,7 @@ The reason has all the width beside its state, or in a narrow table a line of it
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QMouseEvent
-from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.engine.device import How
 from app.procedures.power_cycle import Retention
@@ -23,14 +22,14 @@ from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_row
 from ui.widgets.readout import StateChip
 
 CELLS_PX: Final = 41
 """Height of a row without its margins, its line and its reason: 44 px in all."""
 NAME_PX: Final = 160
 WIDE_NAME_PX: Final = 190
-"""Where the pane leaves the table room for them."""
+"""Where the table has room for them."""
 EDITOR_PX: Final = 192
 STATE_PX: Final = 128
 CELL_GAP: Final = Space.S
@@ -57,9 +56,6 @@ class SettingsRow(QFrame):
     chosen = Signal(str, object)
     """Key and value."""
     cancelled = Signal(str)
-    left = Signal()
-    pressed = Signal(str)
-    """Key; the row was clicked beside its editor."""
 
     def __init__(self, command: Command, texts: Texts) -> None:
         super().__init__()
@@ -78,45 +74,51 @@ class SettingsRow(QFrame):
         texts.bind(self.state.setWhatsThis, "“Verified” means written, asked for again, and equal.")
         key = command.key
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
-        self.editor.left.connect(self.left)
+        self.discard = control(QToolButton(), texts, f"{command.name}_discard", says="Discard this edit",
+                               picture=Icon.DISCARD, role="narrow", slot=lambda: self.cancelled.emit(key))  # fmt: skip
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         cells = in_row(*aligned_cells(self.name, self.value_label, self.editor), (self.state, left), spacing=CELL_GAP)
         cells.addStrut(CELLS_PX)  # a reason below them moves none of them
-        self._layout: QBoxLayout = in_row(cells, (self.reason, 1), of=self, spacing=CELL_GAP, margins=MARGINS)
+        rest = in_row((self.reason, 1), 0, self.discard, spacing=CELL_GAP)
+        self._layout: QBoxLayout = in_row(cells, (rest, 1), of=self, spacing=CELL_GAP, margins=MARGINS)
 
     def fold(self, *, is_narrow: bool) -> None:
-        """Whether the reason lies below the cells."""
+        """Whether the reason lies below the cells; beside them, room is kept for the button that discards the edit."""
         direction = QBoxLayout.Direction
         self._layout.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
         self._layout.setSpacing(0 if is_narrow else CELL_GAP)
+        policy = self.discard.sizePolicy()
+        policy.setRetainSizeWhenHidden(not is_narrow)
+        self.discard.setSizePolicy(policy)
 
-    def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
+    def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
         self.row = row
         self.value_label.show_known(row.module_value, now)
         self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
+        self.discard.setVisible(row.edited is not None)
+        self.discard.setEnabled(is_editable)
         style = STYLES[row.state]
         self.state.set_caption(tr(self.command.title))
         self.state.show_state(tr(row.state.value), style.icon, style.meaning)
-        loud = (consequence.sentence for consequence in row.consequences if consequence.weight is not Weight.PLAIN)
-        reason, warning = reason_text(row), join_sentences(loud)
+        reason = reason_text(row)
+        meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
+        is_loud = any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
         is_wrong = row.state in WRONG
-        self.reason.setText(reason or warning)
+        self.reason.setText(reason or meaning)
         self.reason.setVisible(bool(self.reason.text()))
-        set_role(self.reason, "danger" if is_wrong else "attention" if warning and not reason else "small")
-        set_role(self, "marked-row-failed" if is_wrong else "marked-row-chosen" if is_chosen else "marked-row")
+        set_role(self.reason, "danger" if is_wrong else "attention" if is_loud and not reason else "small")
+        set_role(self, "marked-row-failed" if is_wrong else "marked-row")
+        tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)))
+        self.setToolTip("\n".join(line for line in tip if line))
 
     def add_beside_editor(self, button: QWidget) -> None:
         """Adds `button` to the right of the editor, next in the tab order."""
         layout = self.editor.layout()
         if layout is not None:
             layout.addWidget(button)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        super().mousePressEvent(event)
-        self.pressed.emit(self.command.key)
 
 
 def aligned_cells(name: QLabel, value_label: QWidget, editor: QWidget) -> tuple[QWidget, ...]:
@@ -141,44 +143,3 @@ def reason_text(row: FormRow) -> str:
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""
-
-
-class SettingPane(QFrame):
-    """Explanation, consequences and vendor's advice of the chosen setting."""
-
-    def __init__(self, texts: Texts) -> None:
-        super().__init__()
-        named(self, "setting_pane", "card")
-        self.title = text_label("setting_title", "strong")
-        self.term = text_label("setting_term", "small")
-        self.what = text_label("setting_what")
-        self.meaning = text_label("setting_meaning")
-        self.reason = text_label("setting_reason", "small")
-        self.advice = text_label("setting_advice", "small")
-        self.heading = named(QWidget(), "setting_heading")
-        """Below the table the chosen row is heading enough."""
-        in_column(self.title, self.term, of=self.heading, spacing=0, margins=0)
-        content = named(QWidget(), "setting_content")
-        in_column(
-            self.heading, self.reason, self.meaning, self.what, self.advice, 1,
-            of=content, spacing=Space.XS, margins=(Space.M, Space.XS),
-        )  # fmt: skip
-        scroll = scroll_area(content, texts, "setting_scroll", "Parameter", is_transparent=True)
-        in_column(scroll, of=self, margins=1)
-
-    def show_row(self, row: FormRow) -> None:
-        command = row.command
-        title, term = tr(command.title), command.vendor_term
-        is_loud = any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
-        for label, text in (
-            (self.title, title),
-            (self.term, "" if term == title else term),  # in Chinese it is the title
-            (self.reason, reason_text(row)),
-            (self.what, tr(command.explanation)),
-            (self.meaning, with_units(join_sentences(consequence.sentence for consequence in row.consequences))),
-            (self.advice, capitalised(advice_text(command))),
-        ):
-            label.setText(text)
-            label.setVisible(bool(text))
-        set_role(self.reason, "danger" if row.state in WRONG else "small")
-        set_role(self.meaning, "attention" if is_loud else "")

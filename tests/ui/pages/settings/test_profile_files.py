@@ -79,10 +79,18 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     one.until(lambda: not one.settings.work.job.is_running)
     assert one.held("attitude_threshold") == 60
     assert len(one.changes("attitude_trigger")) == len(one.changes()) == 1
-    one.click("settings_undo")
+    assert one.held("light_threshold") == 1.8
+    assert one.settings.work.form.edited == {"light_threshold_v": 1.9}, "what was not shown stays an edit"
+
+
+def test_of_what_is_ticked_a_risk_that_is_accepted_writes_no_other_edit(tmp_path: Path, one: Desk) -> None:
+    type_into(one, "light_threshold", "1.9")
+    open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("65", "40")))
+    one.click("profile_apply")
+    choose(one, "write_anyway")
+    one.until(lambda: one.held("attitude_threshold") == 40 and not one.settings.work.job.is_running)
+    assert one.held("light_threshold") == 1.8
     assert one.settings.work.form.edited == {"light_threshold_v": 1.9}
-    one.settings._services.exchange.used.emit({"freefall_time_s": 1.2})
-    assert one.settings.rows["freefall_time_s"].property("role") == "marked-row-chosen"
 
 
 def test_ticks_are_for_the_module_for_which_they_were_made(tmp_path: Path, one: Desk) -> None:

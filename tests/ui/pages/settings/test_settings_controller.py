@@ -206,7 +206,7 @@ def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[
     given(leave.store_snapshot)(AS_FOUND)  # the worker of the former module was slow
     assert work.initial is None
     work.restore_initial()
-    assert (work.count_unsent(), dict(work.form.written), work.form.can_undo, desk.says) == (0, {}, False, "")
+    assert (work.count_unsent(), dict(work.form.written), work.form.has_drafts, desk.says) == (0, {}, False, "")
     assert work.form.watch is desk.ports.connector.current.kept.watch
 
 
