@@ -1,6 +1,6 @@
 """`dps-s fired LOG…`: would these thresholds have fired in flight logs and recordings?
 
-Exit code 0 if none would have fired, 2 if a log cannot be read, 4 if one or more would have fired.
+Exit code 4 if one or more would have fired, else 2 if one cannot be read or not be judged, else 0.
 """
 
 import argparse
@@ -9,19 +9,20 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
-from app.flights.columns import NO_TIME, parse_choice
+from app.flights.answer import Answer
+from app.flights.columns import parse_choice
 from app.flights.curves import JudgedFlight, LogFiring
 from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
 from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flights.proposal import defaults_result
-from app.flights.read_log import find_logs
+from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
 from app.terminal import console
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
-from app.text.sentences import join_names, join_sentences, labelled
+from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 
@@ -45,27 +46,28 @@ def run(args: argparse.Namespace) -> int:
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
     logs = _judged(paths, LogOrder(columns, limits))
-    read = [(log, log.flight) for log in logs if log.flight is not None]
+    answers = [answer_of(log, limits) for log in logs]
     if args.json:
         console.note(judged_with)
-        console.write_lines([console.as_json(json_of(log, flight)) for log, flight in read])
-    elif read:
-        console.write_lines([*_page(read, is_must=args.must), "", *judged_with.splitlines()])
+        console.write_lines([console.as_json(json_of(log, answer)) for log, answer in zip(logs, answers, strict=True)])
+    elif any(log.flight is not None for log in logs):
+        console.write_lines([*_page(logs, answers, is_must=args.must), "", *judged_with.splitlines()])
     for log in logs:
         if log.why_not is not None:
-            why = log.why_not.translated()
-            if NO_TIME in log.why_not.in_english():
-                why = join_sentences((why, "--column time_s=NAME"))
-            console.notify(labelled(log.path, why))
+            console.notify(labelled(log.path, log.why_not.translated()))
     if args.must or args.must_not:
-        proposal = _proposal_lines([flight for _, flight in read], is_must=args.must)
+        said = _defaults_lines(logs, is_must=args.must)
         if args.json:
-            console.notify("\n".join(proposal))
+            console.notify("\n".join(said))
         else:
-            console.write_lines(proposal)
-    if len(read) < len(logs):
-        return console.USAGE_ERROR
-    return console.PARTIAL if any(log.judged[0].firings for log, _ in read) else console.SUCCESS
+            console.write_lines(said)
+    if Answer.FIRES in answers:
+        return console.PARTIAL
+    return console.SUCCESS if set(answers) == {Answer.DOES_NOT_FIRE} else console.USAGE_ERROR
+
+
+def answer_of(log: SummarisedLog, limits: TriggerLimits) -> Answer:
+    return Answer.UNREADABLE if log.flight is None else log.flight.answer(limits)
 
 
 def parse_limits(words: Sequence[str]) -> TriggerLimits:
@@ -118,16 +120,22 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
 # What is printed
 
 
-def json_of(log: SummarisedLog, flight: FlightSummary) -> dict[str, object]:
-    """Always in English."""
-    return {
-        "log": str(log.path),
-        "fires": [fire for firing in log.judged[0].firings for fire in _fires(firing)],
-        "tilt_max_deg": _number(flight.tilt_max_deg, 1),
-        "longest_fall_s": _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2),
-        "not_judged_s": _number(flight.not_judged_s, 2),
-        "problems": [problem.in_english() for problem in _problems(log, flight)],
-    }
+def json_of(log: SummarisedLog, answer: Answer) -> dict[str, object]:
+    """Always in English. `fires` is null where nobody can know whether it fires."""
+    line: dict[str, object] = {
+        "log": str(log.path), "fires": None, "tilt_max_deg": None, "longest_fall_s": None, "not_judged_s": None,
+        "problems": [problem.in_english() for problem in _problems(log)],
+        "answer": answer.value,
+    }  # fmt: skip
+    flight = log.flight
+    if flight is not None:
+        if answer is not Answer.NOT_JUDGED:
+            line["fires"] = [fire for firing in log.judged[0].firings for fire in _fires(firing)]
+        line["tilt_max_deg"] = _number(flight.tilt_max_deg, 1)
+        if flight.has_acceleration:
+            line["longest_fall_s"] = _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2)
+        line["not_judged_s"] = _number(flight.not_judged_s, 2)
+    return line
 
 
 def _fires(firing: LogFiring) -> list[dict[str, object]]:
@@ -144,10 +152,14 @@ def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def _problems(log: SummarisedLog, flight: FlightSummary) -> list[UserMessage]:
-    """Includes a difference between the readings of the vendor's rule."""
+def _problems(log: SummarisedLog) -> list[UserMessage]:
+    """Includes why it cannot be read, and a difference between the readings of the vendor's rule."""
+    if log.why_not is not None:
+        return [log.why_not]
+    if log.flight is None:
+        return []
     direct, damped = log.judged
-    problems = list(flight.problems)
+    problems = list(log.flight.problems)
     first_s, other_s = (judged.firings[0].at_s if judged.firings else math.inf for judged in (direct, damped))
     if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
         text = _NEVER if other_s == math.inf else _LATER
@@ -155,27 +167,40 @@ def _problems(log: SummarisedLog, flight: FlightSummary) -> list[UserMessage]:
     return problems
 
 
-def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool) -> list[str]:
-    head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))
-    rows = [
-        (
-            log.path.name,
-            _verdict(log.judged[0], flight, is_must=is_must),
-            f"{flight.tilt_max_deg:.0f}°" if math.isfinite(flight.tilt_max_deg) else "–",
-            f"{max(0.0, flight.longest_fall_s(log.judged[0].limits)):.2f} s",
-            f"{flight.not_judged_s:.1f} s",
-        )
-        for log, flight in read
-    ]
-    fired = sum(bool(log.judged[0].firings) for log, _ in read)
-    problems = [
-        labelled(log.path.name, problem.translated()) for log, flight in read for problem in _problems(log, flight)
-    ]
-    counted = tr("{count} of {total} fire.", count=fired, total=len(read))
-    return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
+def _page(logs: Sequence[SummarisedLog], answers: Sequence[Answer], *, is_must: bool) -> list[str]:
+    head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), capitalised(tr("not judged")))
+    names = distinct_names([log.path for log in logs])
+    rows = [_row(log, name, answer, is_must=is_must) for log, name, answer in zip(logs, names, answers, strict=True)]
+    counted = [tr("{count} of {total} fire.", count=answers.count(Answer.FIRES), total=len(logs))]
+    if Answer.UNREADABLE in answers:
+        counted.append(tr("{count} of {total} not read.", count=answers.count(Answer.UNREADABLE), total=len(logs)))
+    if Answer.NOT_JUDGED in answers:
+        counted.append(tr("{count} of {total} not judged.", count=answers.count(Answer.NOT_JUDGED), total=len(logs)))
+    problems: list[str] = []
+    for log, name in zip(logs, names, strict=True):
+        if log.flight is not None:
+            problems += [labelled(name, problem.translated()) for problem in _problems(log)]
+    lines = [*console.columns([head, *rows]), "", join_sentences(counted)]
+    return [*lines, "", *problems] if problems else lines
 
 
-def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> str:
+def _row(log: SummarisedLog, name: str, answer: Answer, *, is_must: bool) -> tuple[str, ...]:
+    flight = log.flight
+    if flight is None:
+        return (name, tr("not read"), "–", "–", "–")
+    fall_s = max(0.0, flight.longest_fall_s(log.judged[0].limits))
+    return (
+        name,
+        _verdict(log.judged[0], flight, answer, is_must=is_must),
+        f"{flight.tilt_max_deg:.0f}°" if flight.has_attitude else "–",
+        f"{fall_s:.2f} s" if flight.has_acceleration else "–",
+        f"{flight.not_judged_s:.1f} s",
+    )
+
+
+def _verdict(judged: JudgedFlight, flight: FlightSummary, answer: Answer, *, is_must: bool) -> str:
+    if answer is Answer.NOT_JUDGED:
+        return tr("not judged")
     if not judged.firings:
         return tr("no")
     first = judged.firings[0]
@@ -189,25 +214,27 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
     return f"{text}; {fire.late_text}" if fire.is_in_time else f"{text}; {fire.late_text}; {tr('after the impact')}"
 
 
-def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:
+def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str]:
     """What the vendor's defaults do in these flights. Flights of one side alone propose no thresholds."""
-    if not flights:
-        return []
+    flights = [log.flight for log in logs if log.flight is not None]
+    if len(flights) < len(logs):  # a folder that was thinned out proves nothing
+        count = len(logs) - len(flights)
+        text = tr("{count} of {total} not read: no statement on the vendor's defaults.", count=count, total=len(logs))
+        return ["", text]
     result = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
     count, total = len(result.unexpected), result.total
-    lines = ["", "\n".join(result.unexpected)]
+    lines = list(result.unexpected)
     if is_must and count:
-        lines[0] = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
+        head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
     elif is_must:
-        lines[0] = tr("The vendor's defaults fire in all {total}", total=total)
+        head = tr("The vendor's defaults fire in all {total}", total=total)
     elif count:
-        lines[0] = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
+        head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
         lines.append(tr("Did it crash? Then it must fire."))
     elif result.not_judged:
-        lines[0] = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
+        head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
     else:
-        lines[0] = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
+        head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
     if result.not_judged:
-        names = join_names(result.not_judged)
-        lines.append(tr("Without attitude or acceleration: {names}", names=names))
-    return ["", *filter(None, lines)]
+        lines.append(tr("Not judged: {names}", names=join_names(result.not_judged)))
+    return ["", head, *lines]

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.flights.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
+from app.flights.flight_log import (
+    LONGEST_LOG_S,
+    REPORT_HZ,
+    SHORTEST_LOG_S,
+    TILT_GAP_S,
+    Flags,
+    FlightLog,
+    Floats,
+    gaps_between,
+    unreadable,
+)
 from app.flights.judge import MAX_GAP_S
 from app.flights.module_view import averaged
 from app.flights.raw_log import Channel, FlagChannel, RawLog
@@ -37,19 +47,35 @@ _DECIMALS: Final = 3
 def assembled(raw: RawLog) -> FlightLog:
     """Raises `UserError` where neither attitude nor acceleration can be judged."""
     problems = list(raw.problems)
-    tilt = next(
-        (channel for channel in (_cleaned(tilt, problems) for tilt in raw.tilts_deg) if len(channel.time_s)), None
-    )
-    forces = [channel for channel in (_cleaned(force, problems) for force in raw.forces_g) if len(channel.time_s)]
-    sensed = [*((tilt,) if tilt else ()), *forces]
+    tilt: Channel | None = None
+    tilt_left_out = 0.0
+    for candidate in raw.tilts_deg:
+        cleaned = _cleaned(candidate, problems)
+        if len(cleaned.time_s):
+            tilt, tilt_left_out = cleaned, _share_left_out(cleaned, candidate)
+            break
+    forces: list[Channel] = []
+    forces_left_out: list[float] = []
+    for candidate in raw.forces_g:
+        cleaned = _cleaned(candidate, problems)
+        if len(cleaned.time_s):
+            forces.append(cleaned)
+            forces_left_out.append(_share_left_out(cleaned, candidate))
+    sensed = forces if tilt is None else [tilt, *forces]
     if not sensed:
         raise unreadable(marked("no attitude and no acceleration"))
     if tilt is None:
         problems.append(message(marked("No attitude: attitude trigger not judged.")))
     if not forces:
         problems.append(message(marked("No acceleration: free-fall trigger not judged.")))
-    start_s = min(float(channel.time_s[0]) for channel in sensed)
-    end_s = max(float(channel.time_s[-1]) for channel in sensed)
+    altitude_m = None if raw.altitude_m is None else _cleaned(raw.altitude_m, [])
+    timed = sensed if altitude_m is None or not len(altitude_m.time_s) else [*sensed, altitude_m]
+    start_s = min(float(channel.time_s[0]) for channel in timed)
+    end_s = max(float(channel.time_s[-1]) for channel in timed)
+    if raw.span_s is not None:
+        start_s = min(start_s, raw.span_s[0])
+        end_s = max(end_s, raw.span_s[1])
+    duration_s = end_s - start_s + raw.lost_end_s
     held = [_held(channel.time_s - start_s) for channel in sensed]
     ticks = _merged([places[0] for places in held])
     time_s = ticks / REPORT_HZ
@@ -63,15 +89,20 @@ def assembled(raw: RawLog) -> FlightLog:
     if not (is_judged & (np.isfinite(tilt_deg) | np.isfinite(force_g))).any():
         raise UserError(joined(problems, " "))
     _note_pauses(time_s, is_judged, problems)
+    _note_length(duration_s, problems)
+    tilts_s = np.empty(0) if tilt is None else tilt.time_s - start_s
     return FlightLog(
         name=raw.name,
         time_s=time_s,
         tilt_deg=tilt_deg,
         specific_force_g=force_g,
         is_judged=is_judged,
-        duration_s=end_s - start_s,
+        duration_s=duration_s,
+        tilt_gaps=gaps_between(tilts_s, 0.0, duration_s, TILT_GAP_S),
+        force_gaps=gaps_between(time_s[np.isfinite(force_g)], 0.0, duration_s, MAX_GAP_S),
+        left_out_share=max(tilt_left_out, min(forces_left_out, default=0.0)),
         is_on_ground=is_on_ground,
-        altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
+        altitude_m=None if altitude_m is None else _altitude_at(altitude_m, time_s + start_s),
         problems=tuple(dict.fromkeys(problems)),
     )
 
@@ -87,6 +118,18 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     kept = ascending(time_s)
     _note_left_out(marked("The clock jumps back; samples left out: {count}."), kept, problems)
     return Channel(time_s[kept], values[kept])
+
+
+def _share_left_out(cleaned: Channel, channel: Channel) -> float:
+    """Equal times are no loss: the newest of their samples is used."""
+    distinct = len(np.unique(channel.time_s))
+    return max(0.0, 1 - len(cleaned.time_s) / distinct)
+
+
+def _note_length(duration_s: float, problems: list[UserMessage]) -> None:
+    if not SHORTEST_LOG_S <= duration_s <= LONGEST_LOG_S:
+        text = marked("The log lasts {seconds:.6g} s, too short or too long for a flight: not judged.")
+        problems.append(message(text, seconds=duration_s))
 
 
 def _note_left_out(text: str, kept: Flags, problems: list[UserMessage]) -> None:
@@ -226,7 +269,7 @@ def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) 
 
 def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
     """Interpolated between samples within `ALTITUDE_HOLDS_S`; NaN elsewhere."""
-    channel = _cleaned(altitude_m, [])
+    channel = altitude_m
     if not len(channel.time_s):
         return np.full(len(time_s), np.nan)
     after = np.searchsorted(channel.time_s, time_s, "left")
@@ -261,9 +304,16 @@ def flight_of_reports(
     acceleration_g: Floats,
     problems: list[UserMessage],
     resets: Iterable["Marker"] = (),
+    *,
+    joins_s: Floats | None = None,
+    span_s: tuple[float, float] | None = None,
 ) -> FlightLog:
-    """Makes each status report a row. `resets`: by the same clock. Raises `UserError` where there
-    is none."""
+    """Makes each status report a row. `resets`: by the same clock. Raises `UserError` where there is none.
+
+    `joins_s`: where another recording of the same table begins; the pause before it is none of the module's. `span_s`:
+    first and last time of the recording.
+    """
+    count = len(time_s)
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
     is_good &= time_s >= newest
@@ -271,16 +321,29 @@ def flight_of_reports(
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
         raise unreadable(marked("no status reports"))
-    start_s = float(time_s[0])
+    start_s, end_s = float(time_s[0]), float(time_s[-1])
+    if span_s is not None:
+        start_s = min(start_s, span_s[0])
+        end_s = max(end_s, span_s[1])
+    duration_s = end_s - start_s
     is_judged = np.ones(len(time_s), np.bool_)
     _note_pauses(time_s, is_judged, problems)
+    _note_length(duration_s, problems)
+    tilt_gaps = gaps_between(time_s, start_s, end_s, TILT_GAP_S)
+    force_gaps = gaps_between(time_s, start_s, end_s, MAX_GAP_S)
+    if joins_s is not None:
+        tilt_gaps = tilt_gaps[~np.isin(tilt_gaps[:, 1], joins_s)]
+        force_gaps = force_gaps[~np.isin(force_gaps[:, 1], joins_s)]
     return FlightLog(
         name=name,
         time_s=time_s - start_s,
         tilt_deg=tilt_deg.round(_DECIMALS),
         specific_force_g=acceleration_g.round(_DECIMALS),
         is_judged=is_judged,
-        duration_s=float(time_s[-1]) - start_s,
+        duration_s=duration_s,
+        tilt_gaps=tilt_gaps - start_s,
+        force_gaps=force_gaps - start_s,
+        left_out_share=1 - len(time_s) / count,
         resets=tuple(reset._replace(time_s=reset.time_s - start_s) for reset in resets),
         problems=tuple(dict.fromkeys(problems)),
     )

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.flights.answer import Answer
 from app.flights.curves import MAX_ACCELERATION_STEPS, MAX_TIME_STEPS, steps_of
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading
@@ -39,6 +40,7 @@ class FlightOutcome(NamedTuple):
     group: FlightGroup
     direct: FirstFire
     damped: FirstFire
+    answer: Answer
 
     @property
     def is_different(self) -> bool:
@@ -49,7 +51,8 @@ class FlightOutcome(NamedTuple):
 
 def outcome_of(flight: FlightSummary, group: FlightGroup, limits: TriggerLimits) -> FlightOutcome:
     """Raises LookupError for an acceleration above 1.5 g."""
-    return FlightOutcome(flight, group, *(flight.first_fire(limits, reading) for reading in RuleReading))
+    direct, damped = (flight.first_fire(limits, reading) for reading in RuleReading)
+    return FlightOutcome(flight, group, direct, damped, flight.answer(limits))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.flights.judge import MAX_GAP_S
+from app.flights.samples import runs
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -20,12 +20,22 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Gaps = NDArray[np.float64]
+"""Shape (number, 2): begin and end of each, in seconds; ascending."""
 Progress = Callable[[float], object]
 """Called with the share of a long file that is read; may raise, to end reading."""
 NO_PROGRESS: Final[Progress] = bool
+NO_GAPS: Final[Gaps] = np.empty((0, 2))
 
 REPORT_HZ: Final = 50
 """Rows per second of a `FlightLog` that no module measured; the rate of the simulated module."""
+TILT_GAP_S: Final = 0.2
+"""The shortest tilt that fires under either reading of the rule. A longer pause between two attitudes may hide one."""
+GAP_TOLERANCE_S: Final = 0.01
+"""Half a report: clocks of logs jitter."""
+SHORTEST_LOG_S: Final = 1.0
+LONGEST_LOG_S: Final = 24 * 3600.0
+"""No flight is shorter or longer: where a log is, its clock or the unit of its times is wrong."""
 
 
 def unreadable(why: str) -> UserError:
@@ -51,7 +61,13 @@ class FlightLog:
     is_judged: Flags
     """False before the first arming and after the landing: these rows are not judged."""
     duration_s: float
-    """From the first sample of the log to its last."""
+    """From the first sample of the log to its last, including an end that was lost."""
+    tilt_gaps: Gaps = field(default_factory=NO_GAPS.copy)
+    """Where no attitude is known for so long that a tilt may be hidden, at both ends of the log, too."""
+    force_gaps: Gaps = field(default_factory=NO_GAPS.copy)
+    """Where no acceleration is known, or none that is believed."""
+    left_out_share: float = 0.0
+    """Share of the samples of attitude or acceleration that were left out as invalid, the larger of the two."""
     is_on_ground: Flags | None = None
     """None: the log does not say."""
     altitude_m: Floats | None = None
@@ -66,8 +82,38 @@ class FlightLog:
         return tuple(reset.time_s for reset in self.resets)
 
     @property
+    def has_plausible_length(self) -> bool:
+        return SHORTEST_LOG_S <= self.duration_s <= LONGEST_LOG_S
+
+    @property
+    def ground_gaps(self) -> Gaps:
+        """Where the log says that the aircraft was not in flight."""
+        firsts, lasts = runs(~self.is_judged)
+        begins = self.time_s[firsts]
+        begins[firsts == 0] = 0.0
+        ends = np.append(self.time_s, self.duration_s)[lasts + 1]
+        return np.column_stack((begins, ends))
+
+    @property
     def not_judged_s(self) -> float:
-        """Time for which at least one trigger was not judged."""
-        is_usable = self.is_judged & np.isfinite(self.tilt_deg) & np.isfinite(self.specific_force_g)
-        steps = np.diff(self.time_s[is_usable])
-        return max(0.0, round(self.duration_s - float(steps[steps <= MAX_GAP_S].sum()), 6))
+        """Time for which at least one trigger was not judged, whatever the reason, both ends of the log included."""
+        if not self.has_plausible_length:
+            return round(self.duration_s, 6)
+        return round(total_s(np.concatenate((self.tilt_gaps, self.force_gaps, self.ground_gaps))), 6)
+
+
+def gaps_between(time_s: Floats, start_s: float, end_s: float, longest_s: float) -> Gaps:
+    """The pauses between samples, and between them and both ends of the log, that are longer than `longest_s`."""
+    bounds = np.concatenate(((start_s,), time_s, (end_s,)))
+    is_gap = np.diff(bounds) > longest_s + GAP_TOLERANCE_S
+    return np.column_stack((bounds[:-1][is_gap], bounds[1:][is_gap]))
+
+
+def total_s(gaps: Gaps) -> float:
+    """The time that they cover; gaps may overlap."""
+    covered_s, reached_s = 0.0, -np.inf
+    for begin_s, end_s in sorted(gaps.tolist()):
+        if end_s > reached_s:
+            covered_s += end_s - max(begin_s, reached_s)
+            reached_s = end_s
+    return covered_s

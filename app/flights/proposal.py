@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.flights.answer import Answer
 from app.flights.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
 from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
@@ -58,7 +59,7 @@ class DefaultsResult(NamedTuple):
     unexpected: tuple[str, ...]
     """The flights that fire and must not, or that must and do not fire in time under each reading."""
     not_judged: tuple[str, ...]
-    """The flights that hold no attitude or no acceleration."""
+    """The flights that do not fire, but hold too little to say so."""
 
 
 class ThresholdProposal(NamedTuple):
@@ -121,7 +122,7 @@ def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> Def
             is_expected = not any(fire.sources for fire in fires)
         if not is_expected:
             unexpected.append(flight.name)
-        if not (flight.has_attitude and flight.has_acceleration):
+        if flight.answer(TriggerLimits()) is Answer.NOT_JUDGED:
             not_judged.append(flight.name)
     return DefaultsResult(group, len(flights), tuple(unexpected), tuple(not_judged))
 

@@ -38,6 +38,10 @@ class RawLog:
     altitude_m: Channel | None = None
     armed: FlagChannel | None = None
     on_ground: FlagChannel | None = None
+    span_s: tuple[float, float] | None = None
+    """First and last time in the file, where also those without a value are known."""
+    lost_end_s: float = 0.0
+    """Estimate of the time that the damaged end of the file would have held."""
     problems: list[UserMessage] = field(default_factory=list)
 
 

@@ -1,7 +1,7 @@
 """Reads any flight log; finds the logs in folders."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -93,3 +93,16 @@ def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
         for folder, names, files in os.walk(path):
             names.sort()
             yield from (Path(folder) / name for name in sorted(files) if Path(name).suffix.lower() in SUFFIXES)
+
+
+def distinct_names(paths: Sequence[Path]) -> list[str]:
+    """The shortest ends of the paths by which they can be told apart."""
+    names = [path.name for path in paths]
+    for depth in range(2, max((len(path.parts) for path in paths), default=0) + 1):
+        if len(set(names)) == len(names):
+            break
+        names = [
+            str(Path(*path.parts[-depth:])) if names.count(name) > 1 else name
+            for path, name in zip(paths, names, strict=True)
+        ]
+    return names

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from app.flights.answer import Answer, Coverage, coverage_of
 from app.flights.curves import NEVER, FiringCurves, firing_curves, steps_of
 from app.flights.flight_log import Flags, FlightLog, Floats
 from app.flights.judge import TriggerLimits
@@ -153,6 +154,7 @@ class FlightSummary:
     has_attitude: bool
     """The log holds an attitude while it is judged."""
     has_acceleration: bool
+    coverage: Coverage
     curves: Mapping[RuleReading, FiringCurves]
     loss_s: float | None
     """Estimated loss of control; None: not lost, or unknown."""
@@ -179,6 +181,12 @@ class FlightSummary:
         drop_m = self.altitude_at(self.loss_s) - self.altitude_at(at_s)
         return FirstFire(at_s, sources, at_s <= self.end_s, at_s - self.loss_s, drop_m)
 
+    def answer(self, limits: TriggerLimits) -> Answer:
+        """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
+        if self.first_fire(limits).sources:
+            return Answer.FIRES
+        return Answer.DOES_NOT_FIRE if self.coverage.is_enough(limits) else Answer.NOT_JUDGED
+
     def longest_fall_s(self, limits: TriggerLimits) -> float:
         """From first to last report below their acceleration, unfiltered; -1 without any. Raises LookupError."""
         step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
@@ -202,6 +210,7 @@ def summarise(log: FlightLog) -> FlightSummary:
         tilt_max_deg=float(tilts.max()) if len(tilts) else math.nan,
         has_attitude=len(tilts) > 0,
         has_acceleration=bool((log.is_judged & np.isfinite(log.specific_force_g)).any()),
+        coverage=coverage_of(log),
         curves={reading: firing_curves(log, reading) for reading in RuleReading},
         loss_s=lost.loss_s,
         impact_s=lost.impact_s,

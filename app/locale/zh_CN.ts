@@ -2030,6 +2030,10 @@
         <translation>没有建议：“不得触发”一侧没有飞行日志。</translation>
     </message>
     <message>
+        <source>No proposal: {count} of {total} not read</source>
+        <translation>没有建议：{total} 个中有 {count} 个未读取</translation>
+    </message>
+    <message>
         <source>No protection in free fall.</source>
         <translation>失重时没有保护。</translation>
     </message>
@@ -2142,8 +2146,12 @@
         <translation>未连接</translation>
     </message>
     <message>
-        <source>Not judged</source>
-        <translation>未判断</translation>
+        <source>Not judged: the log does not hold {seconds:.1f} s of it.</source>
+        <translation>未判断：日志缺少其中 {seconds:.1f} s。</translation>
+    </message>
+    <message>
+        <source>Not judged: {names}</source>
+        <translation>未判断：{names}</translation>
     </message>
     <message>
         <source>Not judged: {total:.1f} s on the ground.</source>
@@ -2588,6 +2596,10 @@
     <message>
         <source>Read back as written: {count}.</source>
         <translation>回读与写入一致：{count} 项。</translation>
+    </message>
+    <message>
+        <source>Read or remove: {names}</source>
+        <translation>请读取或移除：{names}</translation>
     </message>
     <message>
         <source>Read status and settings</source>
@@ -3266,6 +3278,10 @@
         <translation>最近九次触发及当时的参数和读数。</translation>
     </message>
     <message>
+        <source>The log lasts {seconds:.6g} s, too short or too long for a flight: not judged.</source>
+        <translation>日志时长 {seconds:.6g} s，对一次飞行来说过短或过长：未判断。</translation>
+    </message>
+    <message>
         <source>The module answers at {rate} baud.</source>
         <translation>模块应答的波特率为 {rate} 波特。</translation>
     </message>
@@ -3868,10 +3884,6 @@
     <message>
         <source>Without a serial number its name identifies it</source>
         <translation>没有序列号，由名称识别</translation>
-    </message>
-    <message>
-        <source>Without attitude or acceleration: {names}</source>
-        <translation>缺少姿态或加速度：{names}</translation>
     </message>
     <message>
         <source>Without reply</source>
@@ -4810,6 +4822,10 @@
         <translation>配置文件中没有</translation>
     </message>
     <message>
+        <source>not judged</source>
+        <translation>未判断</translation>
+    </message>
+    <message>
         <source>not kept</source>
         <translation>未保存</translation>
     </message>
@@ -5508,6 +5524,18 @@
     <message>
         <source>{count} of {total} logs</source>
         <translation>{count}/{total} 个日志</translation>
+    </message>
+    <message>
+        <source>{count} of {total} not judged.</source>
+        <translation>{total} 个中有 {count} 个未判断。</translation>
+    </message>
+    <message>
+        <source>{count} of {total} not read.</source>
+        <translation>{total} 个中有 {count} 个未读取。</translation>
+    </message>
+    <message>
+        <source>{count} of {total} not read: no statement on the vendor's defaults.</source>
+        <translation>{total} 个中有 {count} 个未读取：不对厂家默认值下结论。</translation>
     </message>
     <message>
         <source>{count} passed</source>

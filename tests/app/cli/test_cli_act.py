@@ -172,6 +172,7 @@ def test_json_is_the_contract(calm: Path, crash: Path, capsys: pytest.CaptureFix
     )
     assert first == {
         "log": str(calm), "fires": [], "tilt_max_deg": 12.0, "longest_fall_s": 0.0, "not_judged_s": 0.0, "problems": [],
+        "answer": "does_not_fire",
     }  # fmt: skip
     assert second == {
         "log": str(crash),
@@ -183,6 +184,7 @@ def test_json_is_the_contract(calm: Path, crash: Path, capsys: pytest.CaptureFix
         "longest_fall_s": 1.98,
         "not_judged_s": 0.0,
         "problems": [],
+        "answer": "fires",
     }  # fmt: skip
 
 
@@ -251,9 +253,42 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     bad = tmp_path / "bad.bin"
     bad.write_bytes(b"nothing")
     code, printed = fired(capsys, tmp_path, "--json")
+    assert code == 4
+    lines = [json.loads(line) for line in printed.out.splitlines()]
+    assert [(line["log"], line["answer"]) for line in lines] == [(str(bad), "unreadable"), (str(crash), "fires")]
+    assert lines[0]["fires"] is None
+    assert lines[0]["problems"] == ["unknown kind of file."]
+    assert f"\n{bad}: unknown kind of file.\n" in printed.err
+    crash.unlink()
+    assert fired(capsys, tmp_path, "--json")[0] == 2
+
+
+def test_a_log_that_holds_too_little_is_not_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without acceleration nobody knows of a fall; where it fires all the same, it fires."""
+    path = tmp_path / "tilt.csv"
+    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 10},20\n" for row in range(100)), encoding="utf-8")
+    code, printed = fired(capsys, path, "--json")
+    line = json.loads(printed.out)
+    assert (code, line["answer"], line["fires"]) == (2, "not_judged", None)
+    assert line["not_judged_s"] == pytest.approx(9.9)
+    assert "1 of 1 not judged." in fired(capsys, path)[1].out
+    assert fired(capsys, path, "--thresholds", "freefall_trigger=false")[0] == 0
+    assert fired(capsys, path, "--thresholds", "attitude_threshold_deg=15")[0] == 4
+
+
+def test_two_logs_of_one_name_and_a_folder_that_was_thinned_out(
+    calm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "1.ulg").write_bytes(calm.read_bytes())
+    (tmp_path / "b" / "2.ulg").write_bytes(b"no log")
+    code, printed = fired(capsys, tmp_path / "a", tmp_path / "b", "--must-not")
     assert code == 2
-    assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(crash)]
-    assert printed.err.endswith(f"\n{bad}: unknown kind of file.\n")
+    assert str(Path("a", "1.ulg")) in printed.out
+    assert str(Path("b", "1.ulg")) in printed.out
+    assert "1 of 3 not read" in printed.out
+    assert "1 of 3 not read: no statement on the vendor's defaults." in printed.out
 
 
 def test_a_csv_file_with_chosen_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

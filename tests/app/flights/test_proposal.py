@@ -169,7 +169,7 @@ def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_th
 
 def test_defaults_that_hold_only_as_far_as_a_log_is_judged_say_so() -> None:
     without = flown("tilt only", ORDINARY, hits_the_ground=False)
-    without.specific_force_g[:] = np.nan
+    without = made_flight(without.tilt_deg, np.full(len(without.time_s), np.nan), name="tilt only")
     found = proposed([without, flown("whole", ORDINARY, hits_the_ground=False)], []).defaults
     assert found is not None
     assert (found.unexpected, found.not_judged) == ((), ("tilt only",))

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from app.engine.device import StatusSample
-from app.flights.flight_log import REPORT_HZ, FlightLog
+from app.flights.flight_log import REPORT_HZ, TILT_GAP_S, FlightLog, gaps_between
+from app.flights.judge import MAX_GAP_S
 from app.flights.summary import FlightSummary, summarise
 from app.recordings.markers import Marker, MarkerKind
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
@@ -29,11 +30,16 @@ def made_flight(
     """Make a flight; without `time_s`, its rows come at the report rate. Scalars apply to every row."""
     count = max(np.size(one) for one in (tilt_deg, force_g))
     times = np.arange(count) / REPORT_HZ if time_s is None else np.asarray(time_s, np.float64)
+    tilts = np.broadcast_to(np.asarray(tilt_deg, np.float64), count).copy()
+    forces = np.broadcast_to(np.asarray(force_g, np.float64), count).copy()
+    bounds = (float(times[0]), float(times[-1])) if count else (0.0, 0.0)
     return FlightLog(
         name=name,
         time_s=times,
-        tilt_deg=np.broadcast_to(np.asarray(tilt_deg, np.float64), count).copy(),
-        specific_force_g=np.broadcast_to(np.asarray(force_g, np.float64), count).copy(),
+        tilt_deg=tilts,
+        specific_force_g=forces,
+        tilt_gaps=gaps_between(times[np.isfinite(tilts)], *bounds, TILT_GAP_S),
+        force_gaps=gaps_between(times[np.isfinite(forces)], *bounds, MAX_GAP_S),
         is_judged=np.ones(count, np.bool_) if is_judged is None else np.asarray(is_judged, np.bool_),
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),

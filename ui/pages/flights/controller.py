@@ -13,7 +13,7 @@ from app.flights.judge import TriggerLimits
 from app.flights.many_logs import LogOrder, summarise_logs
 from app.flights.module_view import RuleReading
 from app.flights.proposal import ThresholdProposal, propose, settings_of
-from app.flights.read_log import find_logs, is_csv
+from app.flights.read_log import distinct_names, find_logs, is_csv
 from app.flights.summary import FlightSummary
 from app.flights.table import read_head
 from app.text.messages import UserMessage
@@ -52,6 +52,8 @@ class FlightRow(NamedTuple):
     outcome: FlightOutcome | None
     longest_fall_s: float
     """Below the chosen acceleration; -1 where there is none."""
+    label: str
+    """The end of its path by which it can be told from the others."""
 
     @property
     def name(self) -> str:
@@ -156,10 +158,11 @@ class FlightsWork(QObject):
 
     def rows(self) -> dict[FlightGroup, list[FlightRow]]:
         rows: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
-        for flight in self.flights.values():
+        labels = distinct_names([Path(name) for name in self.flights])
+        for flight, label in zip(self.flights.values(), labels, strict=True):
             if not flight.is_waiting:
                 fall_s = -1.0 if flight.summary is None else flight.summary.longest_fall_s(self.limits)
-                rows[flight.group].append(FlightRow(flight, self.outcome_of(flight), fall_s))
+                rows[flight.group].append(FlightRow(flight, self.outcome_of(flight), fall_s, label))
         return rows
 
     def maps(self) -> tuple[FireMap, FireMap]:

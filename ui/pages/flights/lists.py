@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
+from app.flights.answer import Answer
 from app.flights.fire_map import FlightGroup, FlightOutcome
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading
@@ -82,6 +83,8 @@ class Verdict(Enum):
     """Only after the impact."""
     FIRES = 3
     HOLDS = 4
+    NOT_JUDGED = 5
+    """It does not fire, but the log holds too little to say so."""
 
 
 def verdict_of(outcome: FlightOutcome | None) -> Verdict:
@@ -89,6 +92,8 @@ def verdict_of(outcome: FlightOutcome | None) -> Verdict:
         return Verdict.UNREAD
     if outcome.is_different:
         return Verdict.DIFFERS
+    if outcome.answer is Answer.NOT_JUDGED:
+        return Verdict.NOT_JUDGED
     if not outcome.direct.sources:
         return Verdict.HOLDS
     return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
@@ -99,7 +104,7 @@ def appearance_of(group: FlightGroup, verdict: Verdict) -> StateStyle:
     match verdict:
         case Verdict.UNREAD:
             return StateStyle(Icon.WARNING, Meaning.ATTENTION)
-        case Verdict.DIFFERS:
+        case Verdict.DIFFERS | Verdict.NOT_JUDGED:
             return StateStyle(Icon.UNKNOWN, Meaning.ATTENTION)
         case Verdict.LATE:
             return StateStyle(Icon.CLOCK, Meaning.DANGER)
@@ -123,7 +128,7 @@ _NEVER_S = 1e8
 
 _WORDS: Final = {
     Verdict.UNREAD: marked("not read"), Verdict.DIFFERS: marked("unclear"), Verdict.LATE: marked("too late"),
-    Verdict.HOLDS: marked("no"),
+    Verdict.HOLDS: marked("no"), Verdict.NOT_JUDGED: marked("not judged"),
 }  # fmt: skip
 
 
@@ -157,6 +162,9 @@ def fire_text(fire: FirstFire) -> str:
 def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
     """One line, or one per reading where they disagree."""
     if not outcome.is_different:
+        if outcome.answer is Answer.NOT_JUDGED:
+            missing_s = outcome.flight.not_judged_s
+            return (tr("Not judged: the log does not hold {seconds:.1f} s of it.", seconds=missing_s),)
         return (fire_text(outcome.direct),)
     return (
         tr("The readings of the rule differ:"),
@@ -209,6 +217,9 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     different = sum(outcome.is_different for outcome in outcomes)
     if different:
         parts.append(labelled(tr("unclear"), different))
+    not_judged = sum(outcome.answer is Answer.NOT_JUDGED for outcome in outcomes)
+    if not_judged:
+        parts.append(labelled(tr("not judged"), not_judged))
     if group is FlightGroup.MUST:
         fires = [fire for outcome in outcomes for fire in (outcome.direct, outcome.damped) if fire.is_in_time]
         delays = [fire.delay_s for fire in fires if math.isfinite(fire.delay_s)]
@@ -256,7 +267,7 @@ def _duration(row: FlightRow) -> float:
 
 COLUMNS: Final = (
     TableColumn[FlightRow](
-        marked("Log"), lambda row: short_name(row.name), widest=lambda: "survey-0000", stretches=True
+        marked("Log"), lambda row: clean(row.label, longest=80), widest=lambda: "survey-0000", stretches=True
     ),
     TableColumn[FlightRow](
         marked("Fires"),
@@ -264,9 +275,7 @@ COLUMNS: Final = (
         lambda row: order_of(row.flight.group, row.outcome),
         picture=lambda row: icon(_style(row).icon, _style(row).meaning),
         ink=lambda row: _style(row).meaning,
-        widest=lambda: max(
-            (tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"), key=QFontMetrics(font()).horizontalAdvance
-        ),
+        widest=lambda: max((*map(tr, _WORDS.values()), "8888.8 s"), key=QFontMetrics(font()).horizontalAdvance),
     ),
     TableColumn[FlightRow](
         marked("Tilt"),

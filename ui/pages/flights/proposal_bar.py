@@ -8,6 +8,7 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
+from app.flights.answer import Answer
 from app.flights.fire_map import FlightGroup
 from app.flights.proposal import (
     LEAST_ACCELERATION_G,
@@ -38,7 +39,7 @@ from ui.widgets.notice_bar import NoticeBar
 
 SUFFIX: Final = ".toml"
 _ICON_PX: Final = 20
-_LINES: Final = 3
+_LINES: Final = 4
 
 
 class ProposalBar(QFrame):
@@ -91,6 +92,12 @@ class ProposalBar(QFrame):
             self._say(Icon.CLOCK, tr("Looking for thresholds…"))
         elif proposal is None or not (must_not or must):
             self._say(Icon.INFORMATION, tr("No proposal yet"))
+        elif unread := work.unread():
+            limits = None
+            total = len(work.flights)
+            text = tr("No proposal: {count} of {total} not read", count=len(unread), total=total)
+            names = join_names(short_name(flight.name) for flight in unread)
+            self._say(Icon.WARNING, text, [tr("Read or remove: {names}", names=names)], Meaning.ATTENTION)
         elif proposal.defaults is not None:
             self._say_defaults(proposal.defaults)
         elif limits is None:
@@ -98,6 +105,9 @@ class ProposalBar(QFrame):
             self._say(Icon.WARNING, tr("No thresholds separate the lists"), lines, Meaning.ATTENTION)
         else:
             lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest(group)) is not None]
+            doubtful = [flight.name for flight in must_not if flight.answer(limits) is Answer.NOT_JUDGED]
+            if doubtful:
+                lines.append(tr("Not judged: {names}", names=join_names(map(short_name, doubtful))))
             lines.append(bounds_text())
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
         self.take.setEnabled(limits is not None and limits != work.limits)
@@ -126,7 +136,7 @@ class ProposalBar(QFrame):
             lines.append(tr("No proposal: no flight is on the side “must fire”."))
         if defaults.not_judged:
             unknown = join_names(short_name(name) for name in defaults.not_judged)
-            lines.insert(0, tr("Without attitude or acceleration: {names}", names=unknown))
+            lines.insert(0, tr("Not judged: {names}", names=unknown))
         picture = Icon.WARNING if count else Icon.CHECK
         self._say(picture, head, lines, Meaning.ATTENTION if count else None)
 

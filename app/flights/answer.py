@@ -1,0 +1,111 @@
+"""Whether a log holds enough to say that nothing would have fired. What is missing is never taken for a calm flight."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+
+from app.flights.curves import MAX_ACCELERATION_STEPS, steps_of
+from app.flights.flight_log import GAP_TOLERANCE_S, FlightLog, Floats, Gaps, total_s
+from app.flights.judge import TriggerLimits
+from app.flights.module_view import RuleReading, freefall_view
+from app.flights.samples import runs
+from protocol.catalogue import TENTH_G
+
+FALL_MARGIN_S: Final = 0.1
+"""A pause in which a fall that is shorter by this than the free-fall time fits may hide one that fires."""
+MAX_MISSING_SHARE: Final = 0.1
+"""Of the flight, or of the samples, above which its rest proves nothing."""
+
+
+class Answer(Enum):
+    """Would it have fired? The value is its word in JSON."""
+
+    FIRES = "fires"
+    DOES_NOT_FIRE = "does_not_fire"
+    NOT_JUDGED = "not_judged"
+    UNREADABLE = "unreadable"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Coverage:
+    """What of one flight is missing, computed once for all thresholds. Time on the ground is not missing."""
+
+    has_plausible_length: bool
+    left_out_share: float
+    has_tilt_gap: bool
+    tilt_missing_share: float
+    force_missing_share: float
+    hidden_fall_s: Floats
+    """Shape (16,): the longest fall that a pause may hide, with the falls around it, by threshold in tenths of g."""
+
+    def is_enough(self, limits: TriggerLimits) -> bool:
+        """Whether a flight in which nothing fires with these thresholds may be said not to fire."""
+        if not self.has_plausible_length or self.left_out_share > MAX_MISSING_SHARE:
+            return False
+        if limits.attitude_is_enabled and (self.has_tilt_gap or self.tilt_missing_share > MAX_MISSING_SHARE):
+            return False
+        if limits.freefall_is_enabled:
+            step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
+            longest_s = limits.freefall_time_s - FALL_MARGIN_S + GAP_TOLERANCE_S
+            if self.force_missing_share > MAX_MISSING_SHARE or float(self.hidden_fall_s[step]) > longest_s:
+                return False
+        return True
+
+
+def coverage_of(log: FlightLog) -> Coverage:
+    tilt_gaps = _in_flight(log, log.tilt_gaps)
+    force_gaps = _in_flight(log, log.force_gaps)
+    return Coverage(
+        has_plausible_length=log.has_plausible_length,
+        left_out_share=log.left_out_share,
+        has_tilt_gap=len(tilt_gaps) > 0,
+        tilt_missing_share=_missing_share(log, tilt_gaps),
+        force_missing_share=_missing_share(log, force_gaps),
+        hidden_fall_s=_hidden_falls(log, force_gaps),
+    )
+
+
+def _in_flight(log: FlightLog, gaps: Gaps) -> Gaps:
+    """Without those that begin, last and end on the ground."""
+    first_after = np.searchsorted(log.time_s, gaps[:, 1], "left")
+    last_before = np.searchsorted(log.time_s, gaps[:, 0], "right") - 1
+    counted = np.concatenate(((0,), np.cumsum(log.is_judged)))
+    until = np.minimum(first_after + 1, len(log.time_s))
+    since = np.maximum(last_before, 0)
+    return gaps[counted[until] > counted[since]]
+
+
+def _missing_share(log: FlightLog, gaps: Gaps) -> float:
+    ground_s = total_s(log.ground_gaps)
+    flight_s = log.duration_s - ground_s
+    if flight_s <= 0:
+        return 1.0
+    return (total_s(np.concatenate((log.ground_gaps, gaps))) - ground_s) / flight_s
+
+
+def _hidden_falls(log: FlightLog, gaps: Gaps) -> Floats:
+    """Takes each gap for a fall: the longest fall by threshold in which there is at least one."""
+    hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
+    if not len(gaps):
+        return hidden_s
+    known = freefall_view(log, RuleReading.DIRECT)
+    steps = np.rint(known.values * TENTH_G.per_unit)
+    steps[~known.is_active] = np.inf
+    # Each gap becomes two samples without weight, at its begin and at its end. Known samples have the same times: they
+    # come before the begin and after the end, so that nothing parts a gap.
+    begins_s, ends_s = gaps.T
+    time_s = np.concatenate((ends_s, known.time_s, begins_s))
+    rank = np.repeat((0, 1, 2), (len(gaps), len(known.time_s), len(gaps)))
+    order = np.lexsort((rank, time_s))
+    time_s = time_s[order]
+    is_gap = rank[order] != 1
+    steps = np.where(is_gap, -1.0, np.concatenate((ends_s, steps, begins_s))[order])
+    gaps_before = np.concatenate(((0,), np.cumsum(is_gap)))
+    for step in range(MAX_ACCELERATION_STEPS + 1):
+        firsts, lasts = runs(steps < step)
+        has_gap = gaps_before[lasts + 1] > gaps_before[firsts]
+        lasted_s = time_s[lasts[has_gap]] - time_s[firsts[has_gap]]
+        hidden_s[step] = lasted_s.max(initial=0.0)
+    return hidden_s
