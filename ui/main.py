@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QPlainTextDocumentLayout, QWidget
 
 from app import version
@@ -143,6 +143,8 @@ def assemble(
     log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
+    # The platform's file dialogs would let a person rename and remove files, and no LOCK would reach them.
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
     install_accessible_roles()
     preferences = preferences or Preferences()
     texts = Texts()

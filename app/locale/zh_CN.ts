@@ -1834,6 +1834,10 @@
         <translation>命名</translation>
     </message>
     <message>
+        <source>Name of the new folder</source>
+        <translation>新文件夹的名称</translation>
+    </message>
+    <message>
         <source>Name on its label</source>
         <translation>标签上的名称</translation>
     </message>
@@ -1884,6 +1888,10 @@
     <message>
         <source>Never written: baud rate, serial output, an active module.</source>
         <translation>不写入：波特率、串口输出、已激活的模块。</translation>
+    </message>
+    <message>
+        <source>New folder…</source>
+        <translation>新建文件夹…</translation>
     </message>
     <message>
         <source>New module</source>
@@ -5322,6 +5330,10 @@
         <translation>本电脑不信任其证书</translation>
     </message>
     <message>
+        <source>this name is not possible</source>
+        <translation>不能使用此名称</translation>
+    </message>
+    <message>
         <source>time is up</source>
         <translation>十秒已过</translation>
     </message>
@@ -5608,6 +5620,10 @@
     <message>
         <source>{file} needs a newer version of this program.</source>
         <translation>{file} 需要本程序的更新版本。</translation>
+    </message>
+    <message>
+        <source>{folder} cannot be made: {why}.</source>
+        <translation>无法创建 {folder}：{why}。</translation>
     </message>
     <message>
         <source>{group}: {what} to spare ({name})</source>

@@ -17,6 +17,7 @@ from tests.adversary.commands import NAMES
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import Breach
 from tests.adversary.program import temporary_homes
+from tests.support.confined import confined_home
 
 RUNS = 5600
 
@@ -62,4 +63,5 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with confined_home():
+        sys.exit(main())

@@ -10,12 +10,15 @@ import os
 import subprocess
 import sys
 from itertools import product
+from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
 from tests.gestures.clumsy import run
 from tests.gestures.gesture_table import LANGUAGES, SIZES, run_window
+from tests.support.confined import confined_home
 
+ROOT = Path(__file__).parents[2]
 SCALE = "QT_SCALE_FACTOR"
 
 
@@ -30,7 +33,7 @@ def _run_table(application: QApplication, every: int, first: int) -> int:
     if SCALE in os.environ:
         return len(left)
     words = [sys.executable, "-m", "tests.gestures", "--every", str(every), "--first", str(first)]
-    return len(left) + subprocess.run(words, env={**os.environ, SCALE: "2"}, check=False).returncode
+    return len(left) + subprocess.run(words, cwd=ROOT, env={**os.environ, SCALE: "2"}, check=False).returncode
 
 
 def main() -> int:
@@ -52,4 +55,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with confined_home():
+        sys.exit(main())

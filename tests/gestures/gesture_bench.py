@@ -351,6 +351,8 @@ def gesture_bench(
         patch("ui.main.Ports", partial(Ports, make_worker=made.make_worker, clock=clock)),
         patch("app.engine.worker.open_line", made.open_line),
         patch.object(storage, "journal", lambda *_: journal),
+        # Hands at random never have a dialog for files under them: whoever is asked cancels at once.
+        patch("ui.files.file_dialogs._open_file_dialog", lambda dialog, _then: dialog.deleteLater()),
     ):
         options = WindowOptions(language=language)
         preferences = Preferences(folder / "window.ini")

@@ -44,6 +44,7 @@ from tests.benchmarks.window import (
     window_apart,
 )
 from tests.soak.chaos import Chaos
+from tests.support.confined import confined_home
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly, WindowOptions, start
@@ -269,4 +270,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with confined_home():
+        sys.exit(main())

@@ -1,5 +1,8 @@
 """Dialogs that ask for a file or a name, suggested file names, and the page that opens a file.
 
+A dialog never renames, moves or removes a file: each is Qt's own (`ui/main.py` sees to it) and read-only. That takes
+Qt's "New Folder" away, so a dialog that saves has one of ours.
+
 `open_dialog` is the one way to show a modal dialog: it returns at once and calls `then` when the dialog was accepted.
 Nothing waits in an event loop of its own, and what is asked for is what it was when the dialog opened.
 """
@@ -11,9 +14,20 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QMimeData, QObject, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog, QLabel, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QFileDialog,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
+    QMenu,
+    QToolButton,
+    QWidget,
+)
 
 from app.text.i18n import tr
+from app.text.sentences import error_text
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon
@@ -61,12 +75,62 @@ def bring_to_front(window: QWidget) -> None:
 def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> QFileDialog:
     dialog = QFileDialog(parent, title.rstrip("…"), str(folder), kinds)
     dialog.setFileMode(mode)
+    dialog.setOption(QFileDialog.Option.ReadOnly)
+    for view in dialog.findChildren(QAbstractItemView):  # a drag to a file manager could move the file
+        view.setDragDropMode(QAbstractItemView.DragDropMode.NoDragDrop)
+    _folder_button(dialog).hide()
     dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("Folder"))  # Qt has no Chinese for these two
     dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files"))
     for button in dialog.findChildren(QToolButton):
         if button.objectName() in _ARROWS:  # Qt's are black in the dark theme, too
             button.setIcon(icon(_ARROWS[button.objectName()]))
     return dialog
+
+
+def _folder_button(dialog: QFileDialog) -> QToolButton:
+    """Qt's "New Folder", which a read-only dialog never enables."""
+    button = dialog.findChild(QToolButton, "newFolderButton")
+    if not isinstance(button, QToolButton):
+        raise TypeError("the dialog is not Qt's own")
+    return button
+
+
+def _offer_new_folder(dialog: QFileDialog) -> None:
+    """Puts a button of ours in the place of Qt's."""
+    theirs = _folder_button(dialog)
+    rows = dialog.findChildren(QHBoxLayout)
+    row = next(row for row in rows if row.indexOf(theirs) >= 0)
+    button = named(QToolButton(), "new_folder")
+    button.setIcon(icon(Icon.FOLDER_NEW))
+    button.setAccessibleName(tr("New folder…"))
+    button.setToolTip(tr("New folder…"))
+    button.setAutoRaise(theirs.autoRaise())
+    button.clicked.connect(lambda: _ask_folder_name(dialog, tr("Name of the new folder"), ""))
+    row.insertWidget(row.indexOf(theirs), button)
+
+
+def _ask_folder_name(dialog: QFileDialog, label: str, name: str) -> None:
+    """Makes a folder where the dialog is, and goes there; a name that does not do is asked for again."""
+
+    def make(name: str) -> None:
+        try:
+            folder = _make_folder(Path(dialog.directory().absolutePath()), name)
+        except (OSError, ValueError) as error:
+            why = tr("{folder} cannot be made: {why}.", folder=visible(name), why=error_text(error))
+            _ask_folder_name(dialog, why, name)
+        else:
+            dialog.setDirectory(str(folder))
+
+    ask_text(dialog, tr("New folder…"), label, make, text=name)
+
+
+def _make_folder(parent: Path, name: str) -> Path:
+    """Raises OSError, and ValueError for what is no name of a folder."""
+    if not name.strip() or name in (".", "..") or Path(name).name != name:
+        raise ValueError(tr("this name is not possible"))
+    folder = parent / name
+    folder.mkdir()
+    return folder
 
 
 def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
@@ -103,13 +167,16 @@ def ask_path(
     dialog.setOption(QFileDialog.Option.DontConfirmOverwrite, is_extended)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.selectFile(suggested.name)
+    _offer_new_folder(dialog)
     _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
-def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], object]) -> None:
+def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], object], *, text: str = "") -> None:
+    """`text` is what stands in the field at first."""
     dialog = QInputDialog(parent)
     dialog.setWindowTitle(title.rstrip("…"))
     dialog.setLabelText(label)
+    dialog.setTextValue(text)
     for part in dialog.findChildren(QLabel):
         part.setWordWrap(True)
     open_dialog(dialog, "text_dialog", lambda: then(dialog.textValue()))

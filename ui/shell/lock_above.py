@@ -69,8 +69,6 @@ class LockAbove(QObject):
         super().__init__(parent)
         self._ports, self._texts, self._lock, self._button = ports, texts, ports.lock, button
         self._keys = [QKeySequence(key) for key in LOCK_KEYS]
-        # A dialog of the platform has its own event loop: nothing of ours would reach it.
-        QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
         application().installEventFilter(self)
 
     def stop(self) -> None:

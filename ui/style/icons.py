@@ -75,6 +75,7 @@ class Icon(Enum):
     RECORD = "record"
     RECORDINGS = "recordings"
     FOLDER = "folder"
+    FOLDER_NEW = "folder-new"
     BUNDLE = "bundle"
     TO_LIVE = "to-live"
     RESTART = "restart"
