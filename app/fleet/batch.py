@@ -1,9 +1,8 @@
 """A batch of new modules, one after the other at one port: what each gets, what is kept of it, and what is left to do.
 
-The same for `dps-s provision` and the window. A module is read, written, verified, enabled and checked by
-`app.preflight.provision`; what is READY gets the name and its record under it, what is not is set aside with its
-reason and without a name. Everything is a fact of the store, so that the same names and settings go on where they were
-left.
+For `dps-s provision`. A module is read, written, verified, enabled and checked by `app.preflight.provision`; what is
+READY gets the name and its record under it, what is not is set aside with its reason and without a name. Everything is
+a fact of the store, so that the same names and settings go on where they were left.
 """
 
 from collections.abc import Sequence

@@ -210,10 +210,6 @@
         <translation>添加每个模块的串口。</translation>
     </message>
     <message>
-        <source>Add the port that the modules are plugged into.</source>
-        <translation>请添加连接模块的串口。</translation>
-    </message>
-    <message>
         <source>Add to a profile…</source>
         <translation>写入已有配置文件…</translation>
     </message>
@@ -352,10 +348,6 @@
     <message>
         <source>Automatic triggers</source>
         <translation>自动触发</translation>
-    </message>
-    <message>
-        <source>BATCH DONE</source>
-        <translation>本批完成</translation>
     </message>
     <message>
         <source>Back</source>
@@ -962,10 +954,6 @@
         <translation>即使已锁定，也请远离伞仓开口。</translation>
     </message>
     <message>
-        <source>Every name is given. Export the list and print the labels.</source>
-        <translation>名称已全部分配。请导出列表并打印标签。</translation>
-    </message>
-    <message>
         <source>Every session is recorded automatically.</source>
         <translation>每次连接都会自动记录。</translation>
     </message>
@@ -1166,10 +1154,6 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
-        <source>Go back and begin again: what is done is kept.</source>
-        <translation>请返回并重新开始：已完成的都已保存。</translation>
-    </message>
-    <message>
         <source>Guided test not within the last {days} days: {test}.</source>
         <translation>最近 {days} 天内未做引导测试：{test}。</translation>
     </message>
@@ -1358,10 +1342,6 @@
         <translation>已删除其中批准的参数校验码。</translation>
     </message>
     <message>
-        <source>Its label reads {module}</source>
-        <translation>标签是 {module}</translation>
-    </message>
-    <message>
         <source>JSON Schema of an output</source>
         <translation>输出的 JSON Schema</translation>
     </message>
@@ -1424,10 +1404,6 @@
     <message>
         <source>Known stations</source>
         <translation>已知站点</translation>
-    </message>
-    <message>
-        <source>LABEL: {module}?</source>
-        <translation>标签是 {module} 吗？</translation>
     </message>
     <message>
         <source>LOCK ALL</source>
@@ -1838,10 +1814,6 @@
         <translation>新文件夹的名称</translation>
     </message>
     <message>
-        <source>Name on its label</source>
-        <translation>标签上的名称</translation>
-    </message>
-    <message>
         <source>Name the module to keep these records.</source>
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
@@ -1996,10 +1968,6 @@
     <message>
         <source>No module answers on {port} at {rate} baud.</source>
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
-    </message>
-    <message>
-        <source>No module is READY without both triggers.</source>
-        <translation>两项触发未启用的模块不会待激活。</translation>
     </message>
     <message>
         <source>No modules yet</source>
@@ -2442,10 +2410,6 @@
         <translation>插入</translation>
     </message>
     <message>
-        <source>Plug in the next module. Only questions are sent until its label is confirmed.</source>
-        <translation>请接入下一个模块。确认标签之前只发送查询。</translation>
-    </message>
-    <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
         <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
     </message>
@@ -2550,10 +2514,6 @@
         <translation>证明模块在线；上电后自行发送两次。</translation>
     </message>
     <message>
-        <source>Put this label on the module, then scan it, type it or press.</source>
-        <translation>请把该标签贴到模块上，然后扫码、输入或按按钮。</translation>
-    </message>
-    <message>
         <source>Quantity</source>
         <translation>项目</translation>
     </message>
@@ -2628,10 +2588,6 @@
     <message>
         <source>Reading the trigger records</source>
         <translation>正在读取触发记录</translation>
-    </message>
-    <message>
-        <source>Reading, writing, enabling and checking. LOCK works at any time.</source>
-        <translation>正在读取、写入、启用并检查。锁定随时有效。</translation>
     </message>
     <message>
         <source>Reading: {what}</source>
@@ -2784,10 +2740,6 @@
     <message>
         <source>SIMULATED MODULE: no evidence.</source>
         <translation>模拟模块：不能作为依据。</translation>
-    </message>
-    <message>
-        <source>STOPPED</source>
-        <translation>已停止</translation>
     </message>
     <message>
         <source>Same module</source>
@@ -3176,10 +3128,6 @@
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
         <translation>已触发：锁定并读取触发记录。</translation>
-    </message>
-    <message>
-        <source>Take the label {module} off: the name is free.</source>
-        <translation>请取下标签 {module}：该名称仍可使用。</translation>
     </message>
     <message>
         <source>Take the rotors off.</source>
@@ -3836,10 +3784,6 @@
     <message>
         <source>Was {before}, now {after}; not written here.</source>
         <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
-    </message>
-    <message>
-        <source>What each module gets</source>
-        <translation>每个模块的配置</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -5674,10 +5618,6 @@
         <translation>{minutes} 分 {seconds} 秒</translation>
     </message>
     <message>
-        <source>{module} is not one of the names left.</source>
-        <translation>{module} 不在剩余的名称中。</translation>
-    </message>
-    <message>
         <source>{module} is the name of another module: left out.</source>
         <translation>{module} 已是另一模块的名称：跳过。</translation>
     </message>
@@ -5692,10 +5632,6 @@
     <message>
         <source>{module}, given by --module</source>
         <translation>{module}，由 --module 指定</translation>
-    </message>
-    <message>
-        <source>{module}: LEAVE IT IN</source>
-        <translation>{module}：请勿拔下</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>

@@ -110,15 +110,9 @@ class ModuleName(QObject):
     def confirm_identity(self) -> None:
         self._port.confirm_identity(self._port.identity)
 
-    def treat_as_new(self, *, name: str = "") -> None:
-        """A person says that it is another module, of this name or without one yet."""
-        self._before_new(partial(self._begin_new, name))
-
-    def take_back(self, name: str) -> None:
-        """The module does not get this name after all: nothing of it is expected of the one that does."""
-        if self.name == name:
-            self.choose("")
-        self._forget_read(name)
+    def treat_as_new(self) -> None:
+        """A person says that it is another module, which has no name yet."""
+        self._before_new(partial(self._begin_new, ""))
 
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too

@@ -196,8 +196,6 @@ class Ports(QObject):
         """Called before what was known of the module shown is dropped, because a person says that it is another."""
         self.before_leaving: Callable[[Port, Callable[[], object]], object] = lambda _port, act: act()
         """Called before a person's wish to disconnect a port is done."""
-        self.asked_on: str | None = None
-        """Key of the page that asks itself which module it is: the window asks nothing beside it."""
         self._connections: list[Port] = []
         self._leaving: set[Port] = set()
         self._jobs: set[Job[Any]] = set()

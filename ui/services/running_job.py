@@ -55,7 +55,7 @@ class RunningJob(JobNotice):
         """The running procedure (`waiting`, English, until it reports progress), else the last notice."""
         if self._job is None:
             return self.result_notice()
-        return progress_notice(progress_text(self.progress, waiting), self.cancel if can_cancel else None)
+        return progress_notice(_progress_text(self.progress, waiting), self.cancel if can_cancel else None)
 
     def _on_another_module(self) -> None:
         self.drop()
@@ -75,7 +75,7 @@ class RunningJob(JobNotice):
                 self.dismiss()  # a person disconnected, which cancelled it
 
 
-def progress_text(report: Report | None, waiting: str) -> str:
+def _progress_text(report: Report | None, waiting: str) -> str:
     """What a procedure does; `waiting`, English, until it reports progress."""
     if report is None:
         return tr(waiting)

@@ -238,8 +238,6 @@ class Attention(QObject):
             return self._question.make()
         port = self._connector.current
         asked, locking = identity_notice(port), self._lock_notice()
-        if asked is not None and self._connector.asked_on == self._shown_page():
-            return locking  # one question at a time
         if asked is not None:
             if locking is None:
                 return asked

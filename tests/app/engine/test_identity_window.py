@@ -316,7 +316,7 @@ def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, f
         store.store_evidence(name, before)
     last = "M-37" if fits else "M-90"
     if first == "new module":
-        one.naming.treat_as_new(name="M-08")
+        one.naming.treat_as_new()
     else:
         one.naming.choose("M-38" if first == "a name that fits" else "M-90")
     one.naming.choose(last)

@@ -26,8 +26,6 @@ from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.files.report_printer import print_pages
 from ui.pages.fleet.add_port import AddPort
-from ui.pages.fleet.batch_panel import BatchPanel
-from ui.pages.fleet.batch_turns import BatchTurns
 from ui.pages.fleet.card_widget import NEED_MEANINGS, Board, CardWidget
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.pages.fleet.members import FleetMembers
@@ -36,7 +34,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page, WaysBack
 from ui.services.port import Port
-from ui.services.running_job import is_risk_open, progress_text, risk_notice
+from ui.services.running_job import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
@@ -71,7 +69,6 @@ class FleetPage(Page):
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[Port, CardWidget] = {}
-        self.turns = BatchTurns(services, self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
         self._make_controls()
         self._lay_out()
@@ -79,14 +76,13 @@ class FleetPage(Page):
         for changed in (
             self.members.changed,
             self.checks.changed,
-            self.turns.changed,
             self.result.changed,
             self._connector.ports.listed,
         ):
             changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._on_finished)
         self.profile.changed.connect(self._show_profile)
-        self._turn, self._pointed_at, self._has_batch = 0, -inf, False
+        self._turn, self._pointed_at = 0, -inf
 
     # Construction
 
@@ -112,8 +108,6 @@ class FleetPage(Page):
         self.panel = ProfilePanel(self._services, self.profile, self.members)
         self.panel.closed.connect(self._close_profile)
         self.panel.write_pressed.connect(self._write_profile)
-        self.batch = BatchPanel(self._services, self.turns, self.result)
-        self.batch.closed.connect(self._close_batch)
 
     def _lay_out(self) -> None:
         head = self.make_header(
@@ -123,8 +117,7 @@ class FleetPage(Page):
             "fleet_enable", marked("Enable triggers and check all"), partial(self._check, is_enabling=True)
         )
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
-        self.start_batch = head.add_rare("fleet_batch", marked("Batch of new modules…"), self.open_batch)
-        self.stack = stacked(named(QStackedWidget(), "fleet_stack"), self.empty, self.view, self.panel, self.batch)
+        self.stack = stacked(named(QStackedWidget(), "fleet_stack"), self.empty, self.view, self.panel)
         top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         # Below the cards, so that a notice moves none of them.
         foot = in_row(self.notice_bar, margins=(Space.M, 0, Space.M, Space.S))
@@ -144,10 +137,7 @@ class FleetPage(Page):
         self._order(cards)
         self._show_summary(list(cards.values()))
         self._show_controls()
-        if self._has_batch:
-            self.batch.refresh()
-            self.stack.setCurrentWidget(self.batch)
-        elif self.profile.profile is not None:
+        if self.profile.profile is not None:
             self.panel.refresh()
             self.stack.setCurrentWidget(self.panel)
         else:
@@ -187,9 +177,6 @@ class FleetPage(Page):
         return now - self._pointed_at < HELD_S
 
     def _show_summary(self, cards: list[Card]) -> None:
-        if self._has_batch:
-            self.summary.setText(self.batch.summary())
-            return
         parts = [labelled(tr("Modules"), len(cards))] if cards else []
         counts = Counter(card.need for card in cards)
         if counts[Need.NOTHING]:
@@ -205,7 +192,7 @@ class FleetPage(Page):
     def _show_controls(self) -> None:
         connections = self.members.connections
         has_members, is_checking = bool(connections), any(connection.is_checking for connection in connections)
-        is_free = not (is_checking or self.profile.is_running or self._has_batch)
+        is_free = not (is_checking or self.profile.is_running)
         has_reachable = bool(self.members.reachable)
         self.check.setEnabled(has_reachable and is_free)
         self.enable.setEnabled(has_reachable and is_free)
@@ -214,15 +201,13 @@ class FleetPage(Page):
         self.lock_all.setEnabled(any(connection.is_open for connection in connections))
         for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
-        self.summary.setVisible(has_members or self._has_batch)
+        self.summary.setVisible(has_members)
         self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
 
     def _notice(self, cards: list[Card]) -> Notice | None:
         locking = self._lock_notice(cards)
         if locking is not None:
             return locking
-        if self.turns.is_working:
-            return progress_notice(progress_text(self.turns.report, "Waiting for the module"), self.turns.cancel)
         if self.checks.is_running:
             done, total = len(self.checks.results), self.checks.total
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
@@ -303,16 +288,6 @@ class FleetPage(Page):
     def _close_profile(self) -> None:
         self.result.dismiss()
         self.profile.open(None)
-
-    def open_batch(self) -> None:
-        self._has_batch = True
-        self.result.dismiss()
-
-    def _close_batch(self) -> None:
-        """Leave its turns, then the form."""
-        self._has_batch = self.turns.bench is not None
-        self.turns.stop()
-        self.result.dismiss()
 
     def _write_profile(self, *, accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Writes the profile to all modules; asks first where it takes protection away."""
