@@ -394,10 +394,6 @@
         <translation>开机次数</translation>
     </message>
     <message>
-        <source>Boot count {before} → {after}.</source>
-        <translation>开机次数 {before} → {after}。</translation>
-    </message>
-    <message>
         <source>Bytes</source>
         <translation>字节</translation>
     </message>
@@ -1382,14 +1378,6 @@
         <translation>已保存在本机。</translation>
     </message>
     <message>
-        <source>Kept over the power cycle.</source>
-        <translation>断电重启后仍保持。</translation>
-    </message>
-    <message>
-        <source>Kept over the power cycle: {count}. {boots}</source>
-        <translation>断电重启后保持：{count} 项。{boots}</translation>
-    </message>
-    <message>
         <source>Key</source>
         <translation>按键</translation>
     </message>
@@ -1448,10 +1436,6 @@
     <message>
         <source>LOCK was pressed</source>
         <translation>已按“锁定”</translation>
-    </message>
-    <message>
-        <source>LOST at the power cycle: it holds {stands}.</source>
-        <translation>断电重启后丢失：模块当前为 {stands}。</translation>
     </message>
     <message>
         <source>Lag</source>
@@ -1790,10 +1774,6 @@
         <translation>未签名：任何人都能制作这样的记录。</translation>
     </message>
     <message>
-        <source>NOT all kept over the power cycle: see the rows. {boots}</source>
-        <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
-    </message>
-    <message>
         <source>NOT reported, treat as ACTIVE: {names}</source>
         <translation>未上报锁定，请按已激活对待：{names}</translation>
     </message>
@@ -2036,10 +2016,6 @@
     <message>
         <source>No recordings yet</source>
         <translation>还没有数据记录</translation>
-    </message>
-    <message>
-        <source>No restart was seen.</source>
-        <translation>未观察到重启。</translation>
     </message>
     <message>
         <source>No result: {why}.</source>
@@ -2434,10 +2410,6 @@
         <translation>串口</translation>
     </message>
     <message>
-        <source>Power cycle: {fate}.</source>
-        <translation>断电重启：{fate}。</translation>
-    </message>
-    <message>
         <source>Power off</source>
         <translation>断电</translation>
     </message>
@@ -2696,10 +2668,6 @@
     <message>
         <source>Restart loses settings</source>
         <translation>重启后参数丢失</translation>
-    </message>
-    <message>
-        <source>Restarted; the boot count does not prove a power cycle.</source>
-        <translation>已重启；开机次数不能证明曾断电重启。</translation>
     </message>
     <message>
         <source>Restarts</source>
@@ -3104,14 +3072,6 @@
     <message>
         <source>Support</source>
         <translation>支持</translation>
-    </message>
-    <message>
-        <source>Survives a power cycle?</source>
-        <translation>断电重启后是否保持？</translation>
-    </message>
-    <message>
-        <source>Switch the module off and on</source>
-        <translation>请将模块断电重启</translation>
     </message>
     <message>
         <source>Switched off at {time}</source>
@@ -5340,10 +5300,6 @@
     <message>
         <source>unknown</source>
         <translation>未知</translation>
-    </message>
-    <message>
-        <source>unknown (cannot be read)</source>
-        <translation>未知（无法读取）</translation>
     </message>
     <message>
         <source>unknown code</source>

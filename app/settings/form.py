@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 from app.engine.device import DeviceView, How, Known
 from app.engine.setting_changes import ChangedSetting
-from app.procedures.power_cycle import SettingRetention
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import SettingChange
 from app.safety.consequences import Consequence, consequences
@@ -64,8 +63,6 @@ class FormRow:
     """Why it failed, in the language in use."""
     is_pending: bool = False
     """The next write will send it."""
-    retention: SettingRetention | None = None
-    """Whether it survived the last observed power cycle."""
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
@@ -103,9 +100,6 @@ class SettingsForm:
         self._failures: dict[str, _Failure] = {}
         self.watch = watch or SettingsWatch()
         """Of the connection; it knows what other parts of the program write."""
-        self.written: dict[str, Value] = {}
-        """Values written to this module, which a power cycle should not change."""
-        self._retentions: dict[str, SettingRetention] = {}
 
     # Editing
 
@@ -216,7 +210,6 @@ class SettingsForm:
             state = _known_state(module_value)
         return FormRow(
             command=command, module_value=module_value, edited=value, state=state, reason=reason, is_pending=is_pending,
-            retention=None if is_in_doubt else self._retentions.get(key),
         )  # fmt: skip
 
     # Writing
@@ -227,7 +220,6 @@ class SettingsForm:
         for key in self._writing:
             self._failures.pop(key, None)
             self._verified.pop(key, None)
-            self._retentions.pop(key, None)
 
     def on_written(self, results: Iterable[Written], device: DeviceView | None = None, now: float = 0.0) -> None:
         """Takes the outcome of each change. What was refused before it was sent stays edited; of the rest, what the
@@ -241,7 +233,6 @@ class SettingsForm:
                 continue
             if written.fault is None:
                 settled.append(key)
-                self.written[key] = written.target
                 if written.verified:
                     self._verified[key] = written.target
                     self.watch.expect(key, written.target)
@@ -264,14 +255,9 @@ class SettingsForm:
         }
         self.on_written(known)
 
-    def set_retentions(self, retentions: Mapping[str, SettingRetention]) -> None:
-        self._retentions = dict(retentions)
-        self.watch.accept(retentions)  # their rows show what the power cycle changed
-
     def reset(self, watch: SettingsWatch | None = None) -> None:
         """Discards everything, for another module."""
         self.watch = watch or SettingsWatch()
-        self.written, self._retentions = {}, {}
         self._edited = {}
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None

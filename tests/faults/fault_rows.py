@@ -13,7 +13,6 @@ from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
 from app.procedures.light_calibration import measure_light
 from app.procedures.lock import Locked, lock
-from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything, undisturbed
 from app.procedures.settings_reading import SettingsReading, is_another, read_one_module, read_settings
 from app.procedures.stream import StreamSwitch, watch
@@ -168,15 +167,6 @@ def _changes() -> list[SettingChange]:
     return [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
 
 
-def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
-    booted = cell.bench.module.memory.boot_count != BOOTS
-    if survival.ending in (Ending.RESTARTED, Ending.SEVERAL) and not booted:
-        return ["a restart, and there was none"]
-    holds = truth(cell.bench, cell.clock.now_s)
-    kept = [key for key, stamp in survival.stamps.items() if stamp.result is Retention.RETAINED]
-    return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].target]
-
-
 def _restarted() -> Procedure[bool]:
     before: EngineView = yield Inspect()
     yield Ask(STATUS.query())
@@ -261,11 +251,6 @@ ROWS: tuple[Row, ...] = (
         "write_all.write_logged",
         lambda: write_logged(DISABLED, WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,))), {}),
         _no_logged_lie,
-    ),
-    Row(
-        "power_cycle.survives_power_cycle",
-        lambda: survives_power_cycle({"attitude_threshold_deg": 60}, longest_wait_s=3.0),
-        _no_survival_lie,
     ),
     Row(
         "light_calibration.measure_light",

@@ -15,7 +15,6 @@ from app.preflight.verdict import Verdict, assess
 from app.procedures.act import perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.light_calibration import measure_light
-from app.procedures.power_cycle import Ending, survives_power_cycle
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.records.trigger_filing import read_triggers
@@ -118,15 +117,6 @@ def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
         assert rig.is_exchanged
         assert (report.changed, {*journal.outcomes.values()}) == ((), {Outcome.UNKNOWN}), frame
         assert not any(written.verified or written.read_back for written in report.results), frame
-
-
-@pytest.mark.parametrize("boots", [20, 90])
-def test_its_settings_are_not_said_to_be_those_that_the_first_one_kept(boots: int) -> None:
-    """It was plugged in instead of switching that one off and on."""
-    rig = ExchangedRig(5, boots=boots)
-    result = rig.run(survives_power_cycle({"attitude_threshold_deg": 60}))
-    assert rig.is_exchanged
-    assert (result.ending, result.stamps) == (Ending.UNPROVEN, {})
 
 
 @pytest.mark.parametrize("boots", [37, 90])

@@ -18,7 +18,6 @@ from app.procedures.handshake import handshake
 from app.procedures.history import read_history
 from app.procedures.light_calibration import measure_light
 from app.procedures.lock import lock
-from app.procedures.power_cycle import survives_power_cycle
 from app.procedures.read import read_everything
 from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch
@@ -70,8 +69,6 @@ def write_one(*, is_held: bool = False) -> Procedure[WriteReport]:
         (write_one, {"mute-codes": "23"}, 26.73, 100),
         (lambda: write_one(is_held=True), {}, 2.35, 59),
         (lock, SILENT, 12.07, 33),
-        (lambda: survives_power_cycle({}), SILENT, 123.6, 119),
-        (lambda: survives_power_cycle({}), {}, 120.25, 242),
         (lambda: run_preflight(Evidence(port="sim")), SILENT, 11.06, 11),
         (lambda: run_preflight(Evidence(port="sim")), NO_SETTINGS, 26.3, 104),
     ],

@@ -7,7 +7,6 @@ import pytest
 
 from app.archive.module_history import _setting
 from app.engine.device import DeviceView, How, Known, StaleReason
-from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
@@ -107,7 +106,6 @@ def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowSt
     write(form, written(TILT, 70, read_back=70))
     assert row(form, TILT, after).state is RowState.VERIFIED
     assert not form.has_drafts
-    assert form.written == {TILT: 70}
     # Anything that casts doubt ends it, for good.
     assert row(form, TILT, device(**doubtful, changes={TILT: 70})).state is state
     assert row(form, TILT, after).state is RowState.READ
@@ -124,15 +122,13 @@ def test_while_another_module_may_answer_no_row_says_what_came_of_the_former_one
     form.fill({TILT: 70, fall: 0.3})
     write(form, written(TILT, 70, read_back=60, fault=WriteFault.NOT_RETAINED),
           written(fall, 0.3, read_back=0.3))  # fmt: skip
-    form.set_retentions({TIME: SettingRetention(1.6, Retention.RETAINED, 1.6)})
     row(form, LIGHT, before)
     proven = form.rows(after, NOW)
     assert {one.state for one in proven} >= {RowState.FAILED, RowState.CHANGED, RowState.VERIFIED}
-    assert row(form, TIME, after).retention is not None
     is_in_doubt = True
     rows = form.rows(after, NOW)
     assert {one.state for one in rows} == {RowState.EDITED, RowState.READ, RowState.UNKNOWN}
-    assert not any(one.reason or one.retention for one in rows)
+    assert not any(one.reason for one in rows)
     is_in_doubt = False
     assert form.rows(after, NOW) == proven
 
@@ -209,15 +205,6 @@ def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     form.choose(TIME, 0.8)
     assert "3.14 m" in row(form, TIME).consequences[0].sentence
     assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences
-
-
-def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
-    form = SettingsForm()
-    form.set_retentions({TILT: SettingRetention(70, Retention.LOST, 60)})
-    assert row(form, TILT).retention == SettingRetention(70, Retention.LOST, 60)
-    form.choose(TILT, 70)
-    form.begin_write(form.changes(device(), NOW))
-    assert row(form, TILT).retention is None
 
 
 def parsed(key: str, text: str) -> object:

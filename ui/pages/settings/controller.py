@@ -1,4 +1,4 @@
-"""Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
+"""Controller of the Settings page: reads, writes and verifies; one job at a time."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +10,6 @@ from app.engine.identity import Trust
 from app.engine.procedure import Cancelled
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
-from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
@@ -150,10 +149,6 @@ class SettingsController(QObject):
             act()
             self.job.dismiss()
 
-    def test_power_cycle(self) -> None:
-        if self.job.can_run and self.form.written:
-            self.job.run(survives_power_cycle(dict(self.form.written)), self._end_power_cycle)
-
     # Ends of jobs
 
     def _end_reading(self, job: Job[Everything]) -> None:
@@ -187,14 +182,6 @@ class SettingsController(QObject):
             self.job.set_notice(partial(self._refused_notice, report.refusals, accepted, only))
         else:
             self.job.set_notice(partial(self._unless_in_doubt, self._written_notice, report))
-
-    def _end_power_cycle(self, job: Job[PowerCycleResult]) -> None:
-        if job.run.error is not None:
-            self.job.set_notice(partial(_interrupted_notice, job.run.error))
-            return
-        result = job.outcome()
-        self.form.set_retentions(result.stamps)
-        self.job.set_notice(partial(self._unless_in_doubt, _power_cycle_notice, result))
 
     def _begin_again(self) -> None:
         self.form.reset(self._connector.current.kept.watch)
@@ -261,10 +248,9 @@ class SettingsController(QObject):
         )
         parts = [tr(text, count=found, names=found) for text, found in counts if found]
         parts += [refusal.sentence for refusal in report.refusals]
-        test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
         is_bad = bad or moved or doubtful or unread or report.refusals
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
-        return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
+        return Notice(meaning, join_sentences(parts), (), self.job.dismiss)
 
     def _unread(self, commands: Sequence[Command], began_at: float | None) -> str:
         """The titles of those that were not read since either."""
@@ -285,15 +271,3 @@ def _interrupted_notice(error: BaseException) -> Notice:
     if isinstance(error, Cancelled):
         return Notice(Meaning.INFORMATION, tr("Cancelled."))
     return Notice(Meaning.DANGER, tr("Interrupted."))  # what is known, also since, is in the rows
-
-
-def _power_cycle_notice(result: PowerCycleResult) -> Notice:
-    if result.ending is Ending.NOT_SEEN:
-        return Notice(Meaning.ATTENTION, tr("No restart was seen."))
-    if result.ending is Ending.UNPROVEN:
-        return Notice(Meaning.ATTENTION, tr("Restarted; the boot count does not prove a power cycle."))
-    boots = tr("Boot count {before} → {after}.", before=result.boots_before, after=result.boots_after)
-    if result.is_fine:
-        kept = sum(stamp.result is Retention.RETAINED for stamp in result.stamps.values())
-        return Notice(Meaning.GOOD, tr("Kept over the power cycle: {count}. {boots}", count=kept, boots=boots))
-    return Notice(Meaning.DANGER, tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots))

@@ -9,10 +9,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.engine.device import How
-from app.procedures.power_cycle import Retention
 from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
-from app.settings.setting_texts import advice_text, value_text
+from app.settings.setting_texts import advice_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
@@ -132,14 +131,6 @@ def reason_text(row: FormRow) -> str:
     """Why the row is in its state; empty where the state says it all."""
     if row.reason:
         return row.reason
-    retention = row.retention
-    if retention is not None and not row.is_pending:
-        if retention.result is Retention.RETAINED:
-            return tr("Kept over the power cycle.")
-        if retention.result is Retention.LOST and retention.read_back is not None:
-            read_back = value_text(row.command, retention.read_back)
-            return tr("LOST at the power cycle: it holds {stands}.", stands=read_back)
-        return tr("Power cycle: {fate}.", fate=tr(retention.result.value))
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""

@@ -178,22 +178,6 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
     assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
 
 
-@pytest.mark.parametrize("remembers", [True, False])
-def test_survives_a_power_cycle(remembers: bool, one: Desk) -> None:
-    type_into(one, "freefall_time", "1.2")
-    write(one)
-    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-    choose(one, "survives")
-    one.until(lambda: "Switch the module off and on" in notice(one))
-    if not remembers:
-        one.bench.module.memory.freefall_time = 160  # a module that forgets
-    one.bench.restart()
-    one.until(lambda: not one.settings.work.job.is_running)
-    stamped = reason(one, TIME)
-    assert stamped == ("Kept over the power cycle." if remembers else "LOST at the power cycle: it holds 1.60 s.")
-    assert ("37 → 38" in notice(one)) is True
-
-
 def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, one: Desk) -> None:
     def wheel(box: QWidget) -> None:
         here = QPointF(box.rect().center())
