@@ -1,165 +1,90 @@
-"""The .venv of a checkout: created, updated and repaired.
+"""What a checkout needs: its .venv with the locked packages, and what Linux has to have for Qt.
 
-A stamp in it records what it was made from.  The stamp is removed before anything in .venv is changed and written at
-the end, so an interrupted installation has none, and is repeated.
+A stamp in .venv says what it was made from. It is removed before anything there is changed and written at the end, so
+an interrupted installation has none, and is repeated.
 """
 
-import contextlib
 import hashlib
-import importlib
-import json
+import importlib.util
 import os
 import shutil
 import subprocess
 import sys
-import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
+from subprocess import DEVNULL, PIPE, STDOUT
+
+from app.system.qt_libraries import ALWAYS, FOR_X, install_command, missing
 
 ROOT = Path(__file__).resolve().parent.parent
-if str(ROOT) not in sys.path:
-    sys.path.insert(1, str(ROOT))  # for modules of the program that the set-up uses
 LOCK = ROOT / "packaging" / "lock.txt"
 PYPROJECT = ROOT / "pyproject.toml"
 VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 VENV_PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
-STAMP = VENV / "bootstrap.json"
-PROGRAM, EVERYTHING = "program", "everything"
-_DEVELOPMENT = "# what building and testing it need"
-"""The line of the lock that separates what the program needs from the rest."""
-YES = "DPS_S_SETUP_YES"
-"""Environment variable: install without asking. `--yes` sets it."""
+STAMP = VENV / "made-from.txt"
+PROGRAM, TESTS, PACKAGES = EXTENTS = ("program", "tests", "packages")
+"""What .venv is for: each needs what those before it need, and the lines of the lock below its own name."""
+FOR_TESTS = {"initdb": "postgresql", "Xvfb": "xvfb", "xdotool": "xdotool"}
+FOR_PACKAGES = {"objdump": "binutils", "appstreamcli": "appstream", "desktop-file-validate": "desktop-file-utils"}
+"""Programs, each with Debian's package."""
 
 
 class SetupError(Exception):
     """A sentence for the user: what is missing and what to type."""
 
-    def __init__(self, sentence: str, *, exit_code: int = 3) -> None:
-        super().__init__(sentence)
-        self.exit_code = exit_code
+
+def make_ready(extent: str, *, is_yes: bool = False) -> None:
+    """Make sure that Linux and .venv have what is needed. Raises SetupError or OSError."""
+    if is_current(extent):
+        return
+    if sys.platform == "linux":
+        _require_system_packages(extent, is_yes=is_yes)
+    _install(extent)
 
 
-def wanted_stamp(extent: str) -> dict[str, str]:
-    """The stamp of a current .venv.  It has the path, which scripts in .venv contain."""
-    return {
-        "extent": extent,
-        "root": str(ROOT),
-        "python": f"{sys.implementation.name} {sys.version_info.major}.{sys.version_info.minor}",
-        "lock": hashlib.sha256(LOCK.read_bytes()).hexdigest(),
-        "pyproject": hashlib.sha256(PYPROJECT.read_bytes()).hexdigest(),
-    }
+def is_current(extent: str) -> bool:
+    """Whether .venv has what is needed, for this Python and in this place."""
+    enough = EXTENTS[EXTENTS.index(extent) :]
+    return _found_stamp() in [_wanted_stamp(one) for one in enough] and VENV_PYTHON.exists()
+
+
+def _wanted_stamp(extent: str) -> list[str]:
+    made_from = hashlib.sha256(LOCK.read_bytes() + PYPROJECT.read_bytes()).hexdigest()
+    return [f"{ROOT}: {sys.version.split()[0]}", made_from, extent]
+
+
+def _found_stamp() -> list[str]:
+    return STAMP.read_text(encoding="utf-8").splitlines() if STAMP.is_file() else []
 
 
 def locked(extent: str) -> list[str]:
     """The lines of the lock for this extent."""
-    text = LOCK.read_text(encoding="utf-8")
-    if extent == PROGRAM:
-        text = text.partition(_DEVELOPMENT)[0]
-    return [line for line in text.splitlines() if "==" in line]
+    further = EXTENTS[EXTENTS.index(extent) + 1 :]
+    lines = LOCK.read_text(encoding="utf-8").splitlines()
+    heads = [number for number, line in enumerate(lines) if line.strip("# ") in further]
+    return [line for line in lines[: min(heads, default=len(lines))] if "==" in line]
 
 
-def found_stamp() -> dict[str, str]:
-    """The stamp of the present .venv; empty if there is none or it is incomplete."""
-    try:
-        stamp = json.loads(STAMP.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return stamp if isinstance(stamp, dict) else {}
-
-
-def make_ready(extent: str = EVERYTHING) -> None:
-    """Make sure that .venv has everything, or with `PROGRAM` what the program needs.  Raises SetupError."""
-    if is_current(extent):
-        return
-    with _only_one():
-        if is_current(extent):  # another process made it meanwhile
-            return
-        try:
-            _make(extent)
-        except OSError as error:
-            raise SetupError(f"{VENV} cannot be created: {error}.") from error
-
-
-def is_current(extent: str = EVERYTHING) -> bool:
-    """Whether .venv has what this extent needs."""
-    return found_stamp() in (wanted_stamp(extent), wanted_stamp(EVERYTHING)) and _runs()
-
-
-def _runs() -> bool:
-    """Whether the Python of .venv starts, which fails after its base Python was removed."""
-    command = [str(VENV_PYTHON), "-I", "-S", "-c", ""]
-    try:
-        return subprocess.run(command, capture_output=True, timeout=60, check=False).returncode == 0
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-
-
-def _make(extent: str) -> None:
-    started = time.monotonic()
-    required, present = wanted_stamp(extent), found_stamp()
-    can_be_reused = (present.get("root"), present.get("python")) == (required["root"], required["python"]) and _runs()
+def _install(extent: str) -> None:
+    is_reused = _found_stamp()[:1] == _wanted_stamp(extent)[:1] and VENV_PYTHON.exists()
     STAMP.unlink(missing_ok=True)
-    if not can_be_reused:
-        _rebuild()
-    listed = VENV / "requirements.txt"
-    packages = locked(extent)
-    listed.write_text("\n".join(packages) + "\n", encoding="utf-8")
+    if not is_reused:
+        if VENV.is_symlink():
+            VENV.unlink()
+        say(f"Creating .venv with Python {sys.version.split()[0]}...")
+        run([sys.executable, "-m", "venv", "--clear", str(VENV)], f"Python could not make {VENV}")
+    listed, packages = VENV / "requirements.txt", locked(extent)
+    listed.write_text("\n".join(packages), encoding="utf-8")
     say(f"Installing {len(packages)} packages from packaging/lock.txt into .venv...")
-    # The lock names all packages; pip takes its index from the user's settings.
-    _pip("install", "--no-compile", "--no-deps", "--requirement", str(listed))
+    _pip("install", "--no-deps", "--requirement", str(listed))
     _pip("install", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     _pip("check")
-    half = STAMP.with_suffix(".half")
-    half.write_text(json.dumps(required, indent=1), encoding="utf-8")
-    half.replace(STAMP)
-    say(f"Installed in {time.monotonic() - started:.0f} s.")
-
-
-def _rebuild() -> None:
-    if not os.access(ROOT, os.W_OK):
-        raise SetupError(f"{ROOT} cannot be written by this user, but .venv is created there.")
-    if VENV.is_symlink() or VENV.is_file():
-        VENV.unlink()
-    elif VENV.exists():
-        if Path(sys.prefix).resolve() == VENV.resolve():
-            raise SetupError(f"{VENV} has to be created again, but this is its own Python: use another Python.")
-        say("The .venv is broken, incomplete or of another Python: creating it again.")
-        shutil.rmtree(VENV)
-    say(f"Creating .venv with Python {sys.version.split()[0]}...")
-    run([sys.executable, "-m", "venv", str(VENV)], f"Python's own venv module could not make {VENV}", exit_code=3)
-
-
-def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
-    """Install Debian packages if this user is root and agrees, else raise SetupError with the command to type."""
-    names = " ".join(packages)
-    if os.geteuid() != 0:
-        raise SetupError(f"{reason}. Type: sudo apt-get install {names}")
-    say(f"{reason}. This installs it:\n  apt-get install --no-install-recommends {names}")
-    if not _agrees():
-        raise SetupError(f"Nothing was installed. Type: apt-get install {names}")
-    for command in (["update", "-q"], ["install", "-q", "-y", "--no-install-recommends", *packages]):
-        # The update may fail for one of several sources: the installation is tried in any case.
-        failure = f"apt-get install {names} failed" if command[0] == "install" else None
-        run(["apt-get", *command], failure, exit_code=3, variables={"DEBIAN_FRONTEND": "noninteractive"})
-    importlib.invalidate_caches()
-
-
-def _agrees() -> bool:
-    """Ask at a terminal; scripts, containers and continuous integration are not asked."""
-    if os.environ.get("CI") or os.environ.get(YES) or sys.stdin is None or not sys.stdin.isatty():
-        return True
-    try:
-        answer = input("Install now? [Y/n] ")
-    except EOFError:
-        return False
-    return answer.strip().lower() in ("", "y", "yes")
+    STAMP.write_text("\n".join(_wanted_stamp(extent)), encoding="utf-8")
 
 
 def _pip(*arguments: str) -> None:
     """By uv where it is there and can do it, as it cannot where only pip's settings name the index; else by pip."""
-    variables = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
     uv = shutil.which("uv")
     if uv is not None:
         try:
@@ -167,44 +92,72 @@ def _pip(*arguments: str) -> None:
             return
         except SetupError:
             say("uv could not do it; pip is asked.")
-    run([str(VENV_PYTHON), "-m", "pip", *arguments], f"pip {arguments[0]} failed", variables=variables)
+    run([str(VENV_PYTHON), "-m", "pip", "--disable-pip-version-check", *arguments], f"pip {arguments[0]} failed")
 
 
 def run(
-    command: Sequence[str],
-    failure: str | None,
-    *,
-    variables: Mapping[str, str] = MappingProxyType({}),
-    folder: Path = ROOT,
-    exit_code: int = 4,
-    limit_s: float | None = None,
+    command: Sequence[str], failure: str | None, *, variables: Mapping[str, str] | None = None, folder: Path = ROOT
 ) -> str:
-    """Run a program to its end, and return what it printed. `variables` are added to the environment.
+    """Run a program to its end, with these variables in addition, and return what it printed.
 
     Raises SetupError where it fails, if `failure` says what that means.
     """
+    environ = {**os.environ, "PIP_USER": "0", **(variables or {})}
     done = subprocess.run(
-        command, cwd=folder, env={**os.environ, **variables}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, errors="replace", check=False, timeout=limit_s,
-    )  # fmt: skip
+        command, cwd=folder, env=environ, stdin=DEVNULL, stdout=PIPE, stderr=STDOUT, errors="replace", check=False
+    )
     if done.returncode != 0 and failure is not None:
-        raise SetupError(f"{done.stdout}\n{failure}; it says why above.", exit_code=exit_code)
+        raise SetupError(f"{done.stdout}\n{failure}; it says why above.")
     return done.stdout
-
-
-@contextlib.contextmanager
-def _only_one() -> Iterator[None]:
-    """Let one process at a time change .venv, if the platform has file locks."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    with LOCK.open("rb") as lock:
-        with contextlib.suppress(OSError):  # some network drives have no locks
-            fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
 
 
 def say(sentence: str) -> None:
     print(sentence, flush=True)
+
+
+def _require_system_packages(extent: str, *, is_yes: bool) -> None:
+    """Install what the system lacks if this user is root, else name it with the command.
+
+    Raises SetupError where something is missing that nothing works without.
+    """
+    lacking = _required() | _useful(extent)
+    command = install_command(lacking.values())
+    if lacking and command is not None and os.geteuid() == 0 and _agrees(command, is_yes=is_yes):
+        quiet = {"DEBIAN_FRONTEND": "noninteractive"}
+        run(["apt-get", "update", "-q"], None, variables=quiet)  # one of several sources may fail
+        words = ["apt-get", "install", "-q", "-y", "--no-install-recommends", *lacking.values()]
+        run(words, "apt-get failed", variables=quiet)
+        importlib.invalidate_caches()
+        lacking = _required()
+    if lacking:
+        advice = f"Type: {command}" if command else "Install the packages of this system that have it."
+        sentence = f"The system lacks {', '.join(lacking)}. {advice}"
+        if _required():
+            raise SetupError(sentence)
+        say(f"{sentence}\nMost things work without.")
+
+
+def _required() -> dict[str, str]:
+    lacking = missing(ALWAYS)
+    if importlib.util.find_spec("ensurepip") is None:  # Debian has it apart from Python
+        lacking["Python's module venv"] = f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"
+    return lacking
+
+
+def _useful(extent: str) -> dict[str, str]:
+    """What a window on a screen, Chinese text, some tests and building packages need."""
+    fonts = shutil.which("fc-list")
+    has_chinese = fonts is not None and bool(run([fonts, ":lang=zh-cn", "file"], None).strip())
+    programs = {PROGRAM: {}, TESTS: FOR_TESTS, PACKAGES: FOR_TESTS | FOR_PACKAGES}[extent]
+    # Debian's PostgreSQL has its programs in a folder of its own.
+    path = os.pathsep.join([os.environ.get("PATH", os.defpath), *map(str, Path("/usr/lib/postgresql").glob("*/bin"))])
+    absent = {name: package for name, package in programs.items() if shutil.which(name, path=path) is None}
+    return missing(FOR_X) | ({} if has_chinese else {"a Chinese font": "fonts-wqy-microhei"}) | absent
+
+
+def _agrees(command: str, *, is_yes: bool) -> bool:
+    """Ask at a terminal; scripts, containers and continuous integration are not asked."""
+    say(f"The system lacks packages. This installs them: {command}")
+    if is_yes or os.environ.get("CI") or sys.stdin is None or not sys.stdin.isatty():
+        return True
+    return input("Install now? [Y/n] ").strip().lower() in ("", "y", "yes")

@@ -4,7 +4,7 @@ import ctypes
 import os
 import sys
 
-from app.system.qt_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
+from app.system.qt_libraries import install_command, missing, wanted_libraries
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 
@@ -27,15 +27,12 @@ def window_obstacle() -> str | None:
 
 def missing_libraries() -> str | None:
     """The missing libraries and the command that installs them; None if nothing is missing."""
-    lacking = missing(wanted_libraries(is_screen_wanted=True)) if sys.platform.startswith("linux") else ()
+    lacking = missing(wanted_libraries()) if sys.platform.startswith("linux") else {}
     if not lacking:
         return None
-    names = ", ".join(library.name for library in lacking)
-    what, manager = tr("Missing system libraries: {names}.", names=names), package_manager()
-    if manager is None:
-        return what
-    command = f"sudo {INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
-    return join_sentences((what, tr("Type: {command}", command=command)))
+    what = tr("Missing system libraries: {names}.", names=", ".join(lacking))
+    command = install_command(lacking.values())
+    return what if command is None else join_sentences((what, tr("Type: {command}", command=command)))
 
 
 def _refuses_x() -> bool:
