@@ -1,9 +1,25 @@
 # Shortcuts for packaging/bootstrap.py, which works without make. Arguments: make test ARGS="-k frame"
 PYTHON ?= python3
 ARGS ?=
+CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
 
-.PHONY: demo test check bench soak gestures adversary nightly package packages
-demo test check bench soak gestures adversary nightly package:
+.PHONY: demo test check setup translations package bench soak gestures adversary nightly
+demo test check setup translations package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
-packages: package
+# Campaigns, which take minutes to hours.
+bench: setup
+	$(CAMPAIGN) tests.benchmarks $(ARGS)
+soak gestures adversary: setup
+	$(CAMPAIGN) tests.$@ $(ARGS)
+
+# All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
+nightly: setup
+	failed=0; \
+	HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test || failed=1; \
+	$(CAMPAIGN) tests.soak --seconds 1800 || failed=1; \
+	$(CAMPAIGN) tests.gestures --every 28 || failed=1; \
+	$(CAMPAIGN) tests.gestures --sequences 200 || failed=1; \
+	$(CAMPAIGN) tests.adversary || failed=1; \
+	$(CAMPAIGN) tests.benchmarks || failed=1; \
+	exit $$failed

@@ -1,131 +1,118 @@
-"""Builds the bundle: a folder with the program, Python and Qt."""
+"""Builds the bundle: a folder with the program, Python and Qt, and what is made from it on macOS and Windows."""
 
-import gzip
 import json
-import platform
+import re
 import shutil
 import sys
-import tarfile
+import sysconfig
+import tempfile
 import zipfile
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
-from bundle_contents import Entry
-from environment import ROOT, run
-from icon_files import write_program_icons
-from inventory import parts
-from linux.elf import make_run_paths_relative
-from parts import Part
-from release import COMMAND, NAME, TITLE, Release, filled, set_rights, stamp_times
-from sbom import LICENCES, bill_of_materials
+from environment import PROGRAM, ROOT, locked, run, say
+from icon_files import write_icons
+from release import DIST, NAME, TITLE, VERSION, WORK, bundle_name, epoch, filled, numbers
 
-SPEC: Final = ROOT / "packaging" / "dps-s.spec"
-BILL: Final = "sbom.cdx.json"
-_LINUX_README: Final = ROOT / "packaging" / "linux" / "README.txt"
-_WITH_DEBUG_TABLES: Final = ("libpython3*.so*", "zstandard/*.so", "lz4/**/*.so", "python3*/lib-dynload/*.so")
-"""Stripping makes these smaller by a third to a half. Qt's and numpy's libraries stay as shipped."""
+SBOM = "sbom.cdx.json"
+_HEAD = """DPS-S Configurator is under the MIT licence (LICENSE.txt). It brings works of others:
+
+Python {python}, under the licence at the end of this file.
+Qt and PySide6, under the LGPL, version 3 (licences/). They lie here as files of their own: whoever wants to may put
+others in their place. What Qt itself is made of is listed at https://doc.qt.io/qt-6/licenses-used-in-qt.html, and its
+sources are at https://download.qt.io.
+Libraries of the system that this was built on, under its licences: {libraries}.
+The Python packages below. {sbom} lists them for programs.
+
+"""
 
 
-def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Path:
-    """Build it from the wheel; returns the folder, on macOS the .app, in `dist`.
-
-    Raises SetupError if PyInstaller fails or a licence is unknown.
-    """
-    site, icons, contents = work / "site", work / "icons", work / "contents.json"
+def make_bundle(wheel: Path) -> Path:
+    """Build it from the wheel; returns the folder, on macOS the .app, in dist/. Raises SetupError."""
+    site, icons = WORK / "site", WORK / "icons"
     with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(site)  # noqa: S202  built by us
-    write_program_icons(icons)
-    _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
-    listed = json.loads(contents.read_text(encoding="utf-8"))
-    collected = [Entry(place.replace("\\", "/"), source, kind) for place, source, kind in listed]
-    bundled = parts(collected, site)
-    built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
-    folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
-    shutil.move(built, folder)
-    papers, internal = folder, folder / "_internal"
-    if sys.platform == "darwin":
-        papers, internal = folder / "Contents" / "Resources", folder / "Contents" / "Frameworks"
-    if sys.platform.startswith("linux"):
-        _strip(internal)
-        machine, glibc = release.system.partition("-")[2], platform.libc_ver()[1]
-        readme = filled(_LINUX_README, VERSION=release.version, MACHINE=machine, GLIBC=glibc)
-        (folder / "README.txt").write_text(readme, encoding="utf-8")
-    _add_papers(papers, internal, release, bundled)
-    shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
-    if sys.platform.startswith("linux"):
-        set_rights(folder, [folder / COMMAND])
-    elif sys.platform == "darwin":
-        from macos.disk_image import sign_again
-
-        sign_again(folder)
-    stamp_times(folder, release.epoch)
+        archive.extractall(site)
+    write_icons(icons)
+    command = [sys.executable, "-m", "PyInstaller", "--noconfirm", "--log-level", "ERROR"]
+    command += ["--distpath", str(WORK / "frozen"), "--workpath", str(WORK / "pyinstaller")]
+    variables = {"DPS_S_SITE": str(site), "DPS_S_ICONS": str(icons), "SOURCE_DATE_EPOCH": str(epoch())}
+    # Outside of the checkout, whose metadata it would include.
+    run([*command, str(ROOT / "packaging" / "dps-s.spec")], "PyInstaller failed", variables=variables, folder=WORK)
+    is_mac = sys.platform == "darwin"
+    folder = DIST / (f"{TITLE}.app" if is_mac else bundle_name())
+    shutil.move(WORK / "frozen" / (folder.name if is_mac else NAME), folder)
+    papers = folder / "Contents" / "Resources" if is_mac else folder
+    _write_papers(papers, folder / "Contents" / "Frameworks" if is_mac else folder / "_internal")
+    shutil.copyfile(papers / SBOM, DIST / f"{bundle_name()}.cdx.json")
+    if sys.platform == "linux":
+        (folder / "README.txt").write_text(filled(ROOT / "packaging/linux/README.txt"), encoding="utf-8")
+    elif is_mac:
+        # Not run here: written for macOS, never executed. PyInstaller's signature does not cover what was added.
+        run(["codesign", "--force", "--deep", "--sign", "-", str(folder)], "codesign failed")
     return folder
 
 
-def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> None:
-    """Run it outside of the checkout, whose metadata it would include."""
-    command = [sys.executable, "-m", "PyInstaller", "--noconfirm", "--log-level", "ERROR"]
-    command += ["--distpath", str(work / "frozen"), "--workpath", str(work / "pyinstaller"), str(SPEC)]
-    variables = {
-        "PYTHONHASHSEED": "1",  # the order of names in compiled modules is then always the same
-        "SOURCE_DATE_EPOCH": str(release.epoch),
-        "PYINSTALLER_CONFIG_DIR": str(work / "cache"),
-        **{name: str(place) for name, place in places.items()},
-    }
-    run(command, "PyInstaller failed", variables=variables, folder=work)
+def _write_papers(folder: Path, internal: Path) -> None:
+    """Write the licences and the lists of parts: for people by pip-licenses, for programs by cyclonedx-bom."""
+    shutil.copyfile(ROOT / "LICENSE", folder / "LICENSE.txt")
+    shutil.copytree(ROOT / "packaging" / "licences", folder / "licences")
+    names = [re.split("[=;]", line)[0].strip() for line in locked(PROGRAM)]
+    names.remove("setuptools")  # installs it from a checkout
+    command = [sys.executable, "-m", "piplicenses", "--format=plain-vertical", "--with-urls", "--with-license-file"]
+    command += ["--no-license-path", "--packages", *names]
+    listed = run(command, "pip-licenses failed").replace("\nUNKNOWN\n", "\n")  # where a package brings no text
+    python = Path(sysconfig.get_path("stdlib")) / "LICENSE.txt"
+    ending = python.read_text(encoding="utf-8") if python.is_file() else "https://docs.python.org/3/license.html"
+    libraries = ", ".join(sorted(path.name for path in internal.glob("lib*.so*") if not path.is_symlink())) or "none"
+    head = _HEAD.format(python=sys.version.split()[0], libraries=libraries, sbom=SBOM)
+    (folder / "NOTICES.txt").write_text(f"{head}{listed}\n\n{ending}\n", encoding="utf-8")
+    known = {_plain(name) for name in names}
+    command = [sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible", sys.executable]
+    bom = json.loads(run([*command, "--pyproject", "pyproject.toml", "-o", "-"], "cyclonedx-bom failed"))
+    bom["components"] = [part for part in bom["components"] if _plain(part["name"]) in known]
+    references = {part["bom-ref"] for part in bom["components"]}
+    bom["dependencies"] = [one for one in bom["dependencies"] if one["ref"] in references]
+    for one in bom["dependencies"]:
+        one["dependsOn"] = [other for other in one.get("dependsOn", []) if other in references]
+    (folder / SBOM).write_text(json.dumps(bom, indent=1), encoding="utf-8")
 
 
-def _add_papers(folder: Path, internal: Path, release: Release, bundled: Sequence[Part]) -> None:
-    """Write the list of parts, and a folder with the licence of each part."""
-    bill = bill_of_materials(release, bundled, internal)
-    (folder / BILL).write_text(f"{bill}\n", encoding="utf-8")
-    own = folder / LICENCES / NAME
-    own.mkdir(parents=True)
-    shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
-    for part in bundled:
-        place = folder / LICENCES / part.folder
-        place.mkdir(parents=True)
-        for number, text in enumerate(part.texts):
-            name = text.name if not (place / text.name).exists() else f"{number}-{text.parent.name}-{text.name}"
-            (place / name).write_bytes(text.read_bytes())
+def _plain(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _strip(internal: Path) -> None:
-    """Remove paths of the build machine and debug information."""
-    make_run_paths_relative(internal)
-    for pattern in _WITH_DEBUG_TABLES:
-        for library in sorted(internal.glob(pattern)):
-            if not library.is_symlink():
-                run(["strip", "--strip-debug", str(library)], "strip failed")
+def make_disk_image(app: Path) -> None:
+    """Not run here: written for macOS, never executed. A compressed image with the .app and a link to Applications.
+
+    The program is signed ad hoc. Without a warning Gatekeeper opens only programs that are signed with a Developer ID
+    (`codesign --deep --options runtime --sign ID`) and notarised (`xcrun notarytool submit`), which needs an account.
+    """
+    with tempfile.TemporaryDirectory() as content:
+        run(["ditto", str(app), f"{content}/{app.name}"], "ditto failed")  # keeps links and signatures
+        (Path(content) / "Applications").symlink_to("/Applications")
+        target = str(DIST / f"{bundle_name()}.dmg")
+        run(
+            ["hdiutil", "create", "-volname", TITLE, "-srcfolder", content, "-format", "UDZO", target], "hdiutil failed"
+        )
 
 
-def pack(folder: Path, release: Release) -> None:
-    """The bundle as one file beside it: .tar.gz on Linux, .zip on Windows, .dmg on macOS."""
-    target = str(folder.parent / release.bundle_name)
-    if sys.platform == "darwin":
-        from macos.disk_image import make_disk_image
-
-        make_disk_image(folder, Path(f"{target}.dmg"))
-    elif sys.platform == "win32":
-        shutil.make_archive(target, "zip", root_dir=folder.parent, base_dir=folder.name)
+def make_installer(bundle: Path) -> None:
+    """Build the installer for Windows if NSIS is there. Raises SetupError if it fails."""
+    compiler = shutil.which("makensis")
+    if compiler is None:
+        say("NSIS is not installed here, so there is no installer; the bundle and its .zip are complete.")
     else:
-        write_tar(Path(f"{target}.tar.gz"), folder, release.epoch)
+        run([compiler, *installer_words(bundle, WORK / "icons")], "NSIS failed")
 
 
-def write_tar(target: Path, folder: Path, epoch: int) -> None:
-    """Pack a folder reproducibly: sorted, with one time and no owner."""
-
-    def plain(info: tarfile.TarInfo) -> tarfile.TarInfo:
-        info.uid = info.gid = 0
-        info.uname = info.gname = ""
-        info.mode = 0o755 if info.isdir() or info.mode & 0o100 else 0o644
-        info.mtime = epoch
-        return info
-
-    with (
-        target.open("wb") as file,
-        gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=epoch, compresslevel=6) as zipped,
-        tarfile.open(fileobj=zipped, mode="w", format=tarfile.PAX_FORMAT) as tar,
-    ):
-        tar.add(folder, arcname=folder.name, filter=plain)  # adds a folder's files in the order of their names
+def installer_words(bundle: Path, icons: Path) -> list[str]:
+    """What NSIS is called with, which runs on Windows and on Linux."""
+    defined = {
+        "VERSION": VERSION,
+        "NUMBERS": numbers(),
+        "BUNDLE": bundle,
+        "OUTPUT": f"{bundle}-setup.exe",
+        "ICON": icons / f"{NAME}.ico",
+        "SIZE_KB": sum(path.stat().st_size for path in bundle.rglob("*") if path.is_file()) // 1024,
+    }
+    options = ["-V2", "-WX", "-INPUTCHARSET", "UTF8", *(f"-D{name}={value}" for name, value in defined.items())]
+    return [*options, str(ROOT / "packaging" / "windows" / "installer.nsi")]

@@ -1,7 +1,7 @@
 """Builds and tests all packages:  python3 packaging/bootstrap.py package
 
-Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer if NSIS is installed, on macOS the disk
-image, and SHA256SUMS, in a new dist/. Then runs tests/packages, which install, start and use them.
+Builds wheel, sdist and bundle with the notices of its parts, on Linux the .deb, on Windows the installer, on macOS the
+disk image, and SHA256SUMS, in a new dist/. Then runs tests/packages, which install, start and use them.
 """
 
 import argparse
@@ -10,68 +10,45 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
-import time
 from pathlib import Path
 
-from bundle import make_bundle, pack, write_tar
+from bundle import make_bundle, make_disk_image, make_installer
+from debian import make_deb
 from environment import ROOT, SetupError, run, say
-from release import Release, read_release, refusals
-
-DIST = ROOT / "dist"
-WORK = ROOT / "build" / "package"
-SUMS = "SHA256SUMS"
+from release import DIST, WORK, epoch, refusals
 
 
 def build(wheel: Path | None = None) -> None:
     """Build everything for this system, or what is built from this wheel. Raises SetupError."""
-    release = read_release()
     for folder in (DIST, WORK):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
     if wheel is None:
         say("Building wheel and sdist ...")
-        wheel = build_wheel(release, DIST)
+        wheel = build_wheel(DIST)
     say("Building bundle ...")
-    bundle = make_bundle(release, wheel, work=WORK, dist=DIST)
+    bundle = make_bundle(wheel)
     say("Packing it ...")
-    pack(bundle, release)
-    if sys.platform.startswith("linux"):
-        from linux.debian import make_deb
-
-        say("Building .deb ...")
-        make_deb(release, bundle, work=WORK, dist=DIST)
+    if sys.platform == "darwin":
+        make_disk_image(bundle)
     elif sys.platform == "win32":
-        from windows.installer import make_installer
+        shutil.make_archive(str(bundle), "zip", root_dir=DIST, base_dir=bundle.name)
+        make_installer(bundle)
+    else:
+        shutil.make_archive(str(bundle), "gztar", root_dir=DIST, base_dir=bundle.name, owner="root", group="root")
+        make_deb(bundle)
+    files = sorted(path for path in DIST.iterdir() if path.is_file())
+    sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
+    (DIST / "SHA256SUMS").write_text("".join(sums), encoding="utf-8", newline="\n")
+    for path in files:
+        say(f"  {path.relative_to(ROOT)}  {path.stat().st_size / 1e6:.1f} MB")
 
-        say("Building installer ...")
-        make_installer(release, bundle, DIST, WORK / "icons")
-    write_sums(DIST)
 
-
-def build_wheel(release: Release, dist: Path) -> Path:
+def build_wheel(folder: Path) -> Path:
     """The wheel is built from the sdist, so that untracked files of the checkout do not get into it."""
-    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(dist), str(ROOT)]
-    run(command, "The wheel could not be built", variables={"SOURCE_DATE_EPOCH": str(release.epoch)})
-    _settle_sdist(next(dist.glob("*.tar.gz")), release)
-    return next(dist.glob("*.whl"))
-
-
-def _settle_sdist(sdist: Path, release: Release) -> None:
-    """Pack it again without the time and the user's name, which setuptools writes into it."""
-    with tempfile.TemporaryDirectory() as folder:
-        shutil.unpack_archive(sdist, folder)  # without a filter, which Python has only since 3.11.4
-        write_tar(sdist, next(Path(folder).iterdir()), release.epoch)
-
-
-def write_sums(dist: Path) -> None:
-    """Write the sums for `sha256sum --check`."""
-    lines = [
-        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n"
-        for path in sorted(dist.iterdir())
-        if path.is_file() and path.name != SUMS
-    ]
-    (dist / SUMS).write_text("".join(lines), encoding="utf-8", newline="\n")
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    run(command, "The wheel could not be built", variables={"SOURCE_DATE_EPOCH": str(epoch())})
+    return next(folder.glob("*.whl"))
 
 
 def main(arguments: list[str]) -> int:
@@ -81,27 +58,20 @@ def main(arguments: list[str]) -> int:
     part.add_argument("--only-from", type=Path, metavar="WHEEL", help="build from this wheel, and do not run the tests")
     part.add_argument("--only-test", action="store_true", help="test what was built before")
     parser.add_argument("--release", action="store_true", help="build only what may be passed on")
-    parser.add_argument("--installers", action="store_true", help="install the wheel by pipx and by uv, too")
     chosen = parser.parse_args(arguments)
     reasons = refusals() if chosen.release else []
     if reasons:
-        print("\n".join(["This cannot be released:", *reasons]), file=sys.stderr)
+        print("This cannot be released:", *reasons, sep="\n", file=sys.stderr)
         return 3
-    started = time.monotonic()
     try:
         if not chosen.only_test:
             build(chosen.only_from)
     except SetupError as error:
         print(error, file=sys.stderr)
-        return error.exit_code
-    for path in sorted(DIST.iterdir()):
-        say(f"  {path.relative_to(ROOT)}" + (f"  {path.stat().st_size / 1e6:.1f} MB" if path.is_file() else "/"))
-    say(f"Built in {time.monotonic() - started:.0f} s.")
+        return 4
     if chosen.only_build or chosen.only_from:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
-    if chosen.installers:
-        variables["DPS_S_INSTALLERS"] = "1"
     command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/packages"]
     return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode
 

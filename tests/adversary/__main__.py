@@ -32,7 +32,7 @@ def told(campaign: Campaign) -> str:
     ]
     for result in campaign.breaches:
         lines += [f"  {finding.breach.value}: {finding.text}" for finding in result.findings]
-        lines.append(f'    again: python3 packaging/bootstrap.py adversary --only "{result.plan}"')
+        lines.append(f'    again: .venv/bin/python -m tests.adversary --only "{result.plan}"')
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""`python -m tests.benchmarks [NAME …]`: runs benchmarks and prints their results as docs/performance.md has them."""
+"""`python -m tests.benchmarks [NAME …]` runs benchmarks and prints their results, the chief of docs/performance.md."""
 
 import argparse
 import platform

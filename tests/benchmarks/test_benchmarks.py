@@ -62,6 +62,5 @@ def test_missed_aims_are_marked_and_set_the_exit_code_only_with_strict(
 
 def test_the_page_has_every_benchmark() -> None:
     page = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
-    headings = [line.removeprefix("## ") for line in page.splitlines() if line.startswith("## ")]
-    assert [heading for heading in headings if heading in NAMES] == list(NAMES)
+    assert [name for name in NAMES if f"\n| {name} |" not in page] == []
     assert all((ROOT / f"tests/benchmarks/{name}.py").exists() for name in NAMES)

@@ -14,10 +14,7 @@ from app.text.i18n import CHINESE, read_messages
 ROOT: Final = Path(__file__).parents[2]
 TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
 DOCUMENTS: Final = tuple(
-    page
-    for folder in (ROOT, ROOT / "docs", ROOT / "ui" / "help" / "guide")
-    for page in sorted(folder.glob("*.md"))
-    if page.name != "glossary.md"
+    page for folder in (ROOT, ROOT / "docs", ROOT / "ui" / "help" / "guide") for page in sorted(folder.glob("*.md"))
 )
 HAN: Final = "\u3400-\u9fff"
 OTHER_SENSE: Final = {
@@ -51,7 +48,7 @@ class Term(NamedTuple):
 
 def terms() -> list[Term]:
     found = []
-    for line in (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines():
+    for line in (ROOT / "docs" / "internals" / "glossary.md").read_text(encoding="utf-8").splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if line.startswith("|") and len(cells) == 4 and cells[0] != "English" and not cells[0].startswith("-"):
             found.append(Term(cells[0], tuple(word.strip() for word in cells[1].split("/")), cells[2]))
@@ -96,7 +93,7 @@ def _speaks_of(word: re.Pattern[str], english: str) -> bool:
 @cache
 def rows_below(heading: str) -> list[tuple[str, list[str]]]:
     """Rows of the two-column table with this first heading: the forbidden word and its replacement."""
-    lines = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
+    lines = (ROOT / "docs" / "internals" / "glossary.md").read_text(encoding="utf-8").splitlines()
     start = next(n for n, line in enumerate(lines) if line.startswith(f"| {heading} |")) + 2
     rows = takewhile(lambda line: line.startswith("|"), lines[start:])
     pairs_below = (tuple(map(str.strip, row.strip("|").split("|"))) for row in rows)

@@ -20,7 +20,11 @@ from tests.vendor.frames import VECTORS
 
 ROOT: Final = Path(__file__).parents[2]
 PAGES: Final = tuple(
-    sorted(page for folder in (ROOT, ROOT / "docs", ROOT / "ui" / "help" / "guide") for page in folder.glob("*.md"))
+    sorted(
+        page
+        for folder in (ROOT, ROOT / "docs", ROOT / "docs" / "internals", ROOT / "ui" / "help" / "guide")
+        for page in folder.glob("*.md")
+    )
 )
 _LINK = re.compile(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)

@@ -3,18 +3,14 @@
 import os
 import sys
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.packages.programs import ROOT, Program
-from tests.support.setup_files import PACKAGING
 
 DIST = "DPS_S_DIST"
 collect_ignore_glob = [] if DIST in os.environ else ["test_*.py"]
-if "DPS_S_INSTALLERS" not in os.environ:
-    collect_ignore_glob.append("test_installers.py")
 if not sys.platform.startswith("linux"):
     collect_ignore_glob.append("test_deb.py")
 
@@ -43,17 +39,3 @@ def bundle(dist: Path, version: str) -> Path:
 def program(bundle: Path, tmp_path: Path) -> Program:
     """`dps-s` of the bundle with its own home folder."""
     return Program((str(bundle / ("dps-s.exe" if sys.platform == "win32" else "dps-s")),), tmp_path / "home")
-
-
-@pytest.fixture(scope="session")
-def packaging_on_path() -> Iterator[None]:
-    """Makes packaging/ importable, as the build does."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(PACKAGING))
-        yield
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Runs the longest test first, so that it does not run alone at the end."""
-    items.sort(key=lambda item: item.name != "test_wheel_and_sdist_install_and_run")

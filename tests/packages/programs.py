@@ -101,3 +101,15 @@ def check_reading(program: Program) -> None:
     assert said["settings"]["attitude_threshold_deg"] == 60
     assert said["status"]["triggered"] is False
     assert len(records["records"]) == 2
+
+
+def leave_a_record(program: Program, module: str) -> None:
+    """A pre-flight check under the module's name, which the store keeps."""
+    done = program.run("preflight", "--port", "sim://", "--module", module)
+    assert done.returncode in (0, 1), done.stderr
+
+
+def has_record(program: Program, module: str) -> bool:
+    """Whether the store still knows the check."""
+    said = program.json("archive", "report", "--json")
+    return any(one["module"] == module and one["checks"] == 1 for one in said["modules"])

@@ -1,283 +1,326 @@
-"""The entry, its commands, and the lock that they install."""
+"""What bootstrap.py installs, asks and runs, with pip, venv and apt-get replaced by a recorder."""
 
-import ast
 import os
 import re
+import shutil
+import subprocess
 import sys
 import tomllib
-from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
-from packaging.utils import NormalizedName, canonicalize_name
+from packaging.utils import canonicalize_name
 
+from app.system import qt_libraries
 from tests.support.setup_files import PACKAGING, ROOT, SetupFiles
 
 
-def test_old_pythons_can_read_the_entry_and_are_refused(setup: SetupFiles) -> None:
-    source = (PACKAGING / "bootstrap.py").read_bytes()
-    assert source.isascii()
-    tree = ast.parse(source, feature_version=(3, 4))
-    too_new = (ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Match, ast.AsyncFunctionDef, ast.Nonlocal)
-    assert not [node for node in ast.walk(tree) if isinstance(node, too_new)]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef):
-            assert node.returns is None
-            assert not node.args.kwonlyargs
-            assert not any(argument.annotation for argument in node.args.args)
-    refusal = setup.bootstrap.refusal
-    for version in ((2, 7), (3, 6, 15), (3, 10, 99)):
-        assert refusal(version).startswith(
-            f"DPS-S Configurator needs Python 3.11 or later, and this is Python {version[0]}.{version[1]}: "
+class Checkout:
+    """A checkout in a temporary folder on a Debian, where programs are recorded instead of run."""
+
+    def __init__(self, root: Path, setup: SetupFiles, patch: pytest.MonkeyPatch) -> None:
+        self.setup, self.patch = setup, patch
+        self.commands: list[list[str]] = []
+        self.failing = ""
+        self.lacking: set[str] = set()
+        self.uv: str | None = None
+        self.user = 0
+        self.answer: str | None = None
+        """What somebody at a terminal types; None where there is no terminal."""
+        self.lock = root / "lock.txt"
+        root.mkdir()
+        self.lock.write_text(
+            "# program\nnumpy==1.0\n\n# tests\npytest==1.0\n\n# packages\nbuild==1.0\n", encoding="utf-8"
         )
-    for version in ((3, 11), (3, 12, 1), (4, 0)):
-        assert refusal(version) is None
+        (root / "pyproject.toml").write_text("[project]\n", encoding="utf-8")
+        self.venv = root / ".venv"
+        self.python = self.venv / "bin" / "python"
+        places = {"ROOT": root, "LOCK": self.lock, "PYPROJECT": root / "pyproject.toml", "VENV": self.venv}
+        places |= {"BIN": self.python.parent, "VENV_PYTHON": self.python, "STAMP": self.venv / "made-from.txt"}
+        for name, path in places.items():
+            patch.setattr(setup.environment, name, path)
+        patch.setattr(sys, "platform", "linux")
+        patch.setattr(subprocess, "run", self._run)
+        patch.setattr(shutil, "which", self._which)
+        patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
+        patch.setattr(qt_libraries, "_loads", lambda name: name not in self.lacking)
+        patch.setattr(sys, "stdin", self)
+        patch.setattr("builtins.input", lambda _question: self.answer)
+        patch.delenv("CI", raising=False)
 
+    def isatty(self) -> bool:
+        return self.answer is not None
 
-def test_all_after_the_check_waits_for_it() -> None:
-    """The entry imports nothing of ours before it has looked at the version."""
-    tree = ast.parse((PACKAGING / "bootstrap.py").read_text(encoding="utf-8"))
-    at_top = [alias.name for node in tree.body if isinstance(node, ast.Import) for alias in node.names]
-    assert at_top == ["sys"]
-    assert not [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    def _which(self, name: str, path: str | None = None) -> str | None:
+        if name == "uv":
+            return self.uv
+        return None if name in self.lacking else f"/usr/bin/{name}"
 
+    def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
+        self.commands.append([str(word) for word in command])
+        has_failed = bool(self.failing) and self.failing in command
+        if "venv" in command and not has_failed:
+            shutil.rmtree(self.venv, ignore_errors=True)
+            self.python.parent.mkdir(parents=True)
+            self.python.touch()
+        if "apt-get" in command and "install" in command:
+            self.lacking.clear()
+        return subprocess.CompletedProcess(command, returncode=int(has_failed), stdout="fonts, and what apt says")
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "packaging/bootstrap.py",
-        "packaging/commands.py",
-        "packaging/environment.py",
-        "packaging/system_libraries.py",
-        "app/__init__.py",
-        "app/system/__init__.py",
-        "app/system/qt_libraries.py",
-        "app/system/screen.py",
-        "app/text/__init__.py",
-        "app/text/i18n.py",
-        "app/text/sentences.py",
-    ],
-)
-def test_the_standard_library_is_enough(name: str) -> None:
-    from tests.test_layers import imports
+    def make_ready(self, extent: str = "tests", *, is_yes: bool = False) -> list[str]:
+        """Make it ready; what was run for it."""
+        self.commands.clear()
+        self.setup.environment.make_ready(extent, is_yes=is_yes)
+        known = ("apt-get", "venv", "install", "check")
+        kinds = [next((word for word in known if word in command), "") for command in self.commands]
+        return [kind for kind in kinds if kind]
 
-    source = (PACKAGING.parent / name).read_text(encoding="utf-8")
-    modules = {one.module.removesuffix(f".{one.module.rpartition('.')[2]}") for one in imports(source)}
-    ours = {"bootstrap", "commands", "environment", "system_libraries", "app.system.qt_libraries"}
-    ours |= {"app.system.screen", "app.text.i18n", "app.text.sentences"}
-    assert {module for module in modules if module.partition(".")[0] not in sys.stdlib_module_names} <= ours
+    def installed(self) -> list[str]:
+        """The packages of Debian."""
+        return [word for command in self.commands if command[:2] == ["apt-get", "install"] for word in command[5:]]
 
-
-def pretend_all_is_ready(setup: SetupFiles, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(setup.environment, "make_ready", lambda extent: None)
-    patch.setattr(setup.environment, "is_current", lambda extent: True)
-    patch.setattr(setup.system_libraries, "make_ready", lambda **_: None)
+    def refusal(self, extent: str = "tests") -> str:
+        with pytest.raises(self.setup.environment.SetupError) as caught:
+            self.make_ready(extent)
+        return str(caught.value)
 
 
 @pytest.fixture
-def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], dict[str, str]]]:
-    """Everything is installed, and programs are recorded."""
-    calls: list[tuple[list[str], dict[str, str]]] = []
+def checkout(tmp_path: Path, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> Checkout:
+    return Checkout(tmp_path / "a checkout", setup, monkeypatch)
 
-    def call(program: list[Any], **variables: str) -> int:
-        calls.append(([str(word) for word in program], variables))
+
+WHOLE = ["venv", "install", "install", "check"]
+PACKAGES_ONLY = ["install", "install", "check"]
+
+
+def test_the_first_call_makes_all_and_the_second_nothing(checkout: Checkout) -> None:
+    assert checkout.make_ready() == WHOLE
+    assert (checkout.venv / "requirements.txt").read_text(encoding="utf-8").split() == ["numpy==1.0", "pytest==1.0"]
+    assert not [word for command in checkout.commands for word in command if "://" in word or "index" in word]
+    assert checkout.make_ready() == []
+
+
+def test_what_is_needed_in_addition_comes_when_it_is_needed(checkout: Checkout) -> None:
+    assert checkout.make_ready("program") == WHOLE
+    assert checkout.make_ready("tests") == PACKAGES_ONLY
+    assert checkout.make_ready("program") == [], "what tests need is enough for the program"
+    assert checkout.make_ready("packages") == PACKAGES_ONLY
+    assert checkout.make_ready("tests") == []
+
+
+def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(checkout: Checkout) -> None:
+    checkout.uv = "/home/u/.local/bin/uv"
+    checkout.make_ready()
+    assert {command[0] for command in checkout.commands[-3:]} == {checkout.uv}
+    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
+    checkout.failing = checkout.uv
+    checkout.make_ready()
+    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
+
+
+@pytest.mark.parametrize("step", ["--requirement", "--editable", "check"])
+def test_an_interrupted_installation_is_begun_again(checkout: Checkout, step: str) -> None:
+    checkout.failing = step
+    assert "what apt says" in checkout.refusal()
+    checkout.failing = ""
+    assert checkout.make_ready() == WHOLE
+
+
+def test_what_changed_is_installed_into_the_same_venv(checkout: Checkout) -> None:
+    checkout.make_ready()
+    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
+    assert checkout.make_ready() == PACKAGES_ONLY
+
+
+@pytest.mark.parametrize("harm", ["no Python", "another place", "made by somebody else"])
+def test_a_venv_that_does_not_fit_is_made_again(checkout: Checkout, harm: str) -> None:
+    checkout.make_ready()
+    if harm == "no Python":
+        checkout.python.unlink()
+    elif harm == "another place":
+        checkout.patch.setattr(checkout.setup.environment, "ROOT", checkout.venv.parent / "moved")
+    else:
+        (checkout.venv / "made-from.txt").unlink()
+    assert checkout.make_ready() == WHOLE
+
+
+# What the system has to have
+
+EVERYTHING = {"libEGL.so.1", "libGL.so.1", "libxcb-cursor.so.0", "initdb", "fc-list"}
+PACKAGES = {"libegl1", "libgl1", "libxcb-cursor0", "postgresql", "fonts-wqy-microhei"}
+
+
+def test_root_gets_all_at_once(checkout: Checkout) -> None:
+    checkout.lacking = set(EVERYTHING)
+    assert checkout.make_ready()[:2] == ["apt-get", "apt-get"]
+    assert set(checkout.installed()) == PACKAGES
+
+
+def test_a_user_gets_one_command_for_everything(checkout: Checkout) -> None:
+    checkout.lacking, checkout.user = set(EVERYTHING), 1000
+    said = checkout.refusal()
+    assert "libEGL.so.1" in said
+    assert set(said.partition("Type: sudo apt-get install ")[2].split()) == PACKAGES
+    assert not [command for command in checkout.commands if "fc-list" not in command[0]]
+
+
+def test_what_only_some_things_need_stops_nothing(checkout: Checkout, capsys: pytest.CaptureFixture[str]) -> None:
+    checkout.lacking, checkout.user = {"initdb", "libxcb-cursor.so.0"}, 1000
+    assert checkout.make_ready() == WHOLE
+    assert "Type: sudo apt-get install libxcb-cursor0 postgresql" in capsys.readouterr().out
+
+
+def test_another_system_gets_the_list_of_libraries(checkout: Checkout) -> None:
+    checkout.lacking = {"apt-get", "libEGL.so.1", "libGL.so.1"}
+    assert re.match(r"The system lacks libGL\.so\.1, libEGL\.so\.1\. Install the packages", checkout.refusal())
+
+
+@pytest.mark.parametrize(("answer", "is_done"), [("", True), ("y", True), ("n", False)])
+def test_at_a_terminal_root_is_asked(checkout: Checkout, answer: str, is_done: bool) -> None:
+    checkout.lacking, checkout.answer = {"libEGL.so.1"}, answer
+    if is_done:
+        checkout.make_ready()
+    else:
+        assert "Type: sudo apt-get install libegl1" in checkout.refusal()
+    assert checkout.installed() == (["libegl1"] if is_done else [])
+
+
+def test_yes_answers_the_question(checkout: Checkout) -> None:
+    checkout.lacking, checkout.answer = {"libEGL.so.1"}, "n"
+    checkout.make_ready(is_yes=True)
+    assert checkout.installed() == ["libegl1"]
+
+
+# The commands
+
+
+@pytest.fixture
+def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Everything is installed; what was asked for, and which programs were run."""
+    asked: list[Any] = []
+
+    def call(program: list[Any], **_: str) -> int:
+        asked.append([str(word) for word in program[1:]])
         return 7
 
-    pretend_all_is_ready(setup, monkeypatch)
+    monkeypatch.setattr(setup.commands, "make_ready", lambda extent, *, is_yes: asked.append((extent, is_yes)))
     monkeypatch.setattr(setup.commands, "call", call)
-    return calls
+    return asked
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("arguments", "needs", "words"),
     [
-        (["test", "-k", "foo"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
-        (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
-        (["soak"], ["-m", "tests.soak"]),
-        (["run", "read", "--port", "sim://"], ["read", "--port", "sim://"]),
-        (["translations", "check"], ["docs/generate/translations.py", "check"]),
+        (["test", "-k", "foo"], ("tests", False), ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
+        (["--yes", "run", "read"], ("program", True), ["read"]),
+        (["run", "--yes", "lock", "--yes"], ("program", True), ["lock", "--yes"]),
+        (["run", "set", "--yes"], ("program", False), ["set", "--yes"]),
+        (["translations", "check", "--yes"], ("tests", True), ["docs/generate/translations.py", "check"]),
+        (["package", "--only-build"], ("packages", False), ["packaging/package.py", "--only-build"]),
     ],
 )
-def test_arguments_are_passed_on(
-    setup: SetupFiles, ready: list[Any], arguments: list[str], words: list[str], monkeypatch: pytest.MonkeyPatch
+def test_arguments_are_passed_on_and_yes_stands_before_the_command_or_after_it(
+    setup: SetupFiles,
+    ready: list[Any],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    needs: tuple[str, bool],
+    words: list[str],
 ) -> None:
-    monkeypatch.setattr(setup.commands.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
     assert setup.commands.main(arguments) == 7
-    assert [program[1:] for program, _ in ready] == [words]
-
-
-def test_each_campaign_of_the_night_runs_though_one_before_it_failed(
-    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("HYPOTHESIS_PROFILE", "quick")
-    assert setup.commands.main(["nightly"]) == 7
-    campaigns = [program[2] for program, _ in ready]
-    assert campaigns == [
-        "pytest",
-        "tests.soak",
-        *["tests.gestures"] * 2,
-        "tests.adversary",
-        "tests.benchmarks",
-    ]
-    assert os.environ["HYPOTHESIS_PROFILE"] == "thorough"
-
-
-@pytest.mark.parametrize("command", ["demo", "test", "windows", "package", "run"])
-def test_help_of_a_command_installs_nothing(
-    command: str, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(setup.environment, "is_current", lambda extent: False)
-    for module in (setup.environment, setup.system_libraries):
-        monkeypatch.setattr(module, "make_ready", lambda *_, **__: pytest.fail("something would be installed"))
-    assert setup.commands.main([command, "--help"]) == 0
-    assert capsys.readouterr().out == f"bootstrap.py {command}: {setup.commands.COMMANDS[command].explanation}\n"
-
-
-def test_yes_stands_before_the_command_and_goes_to_what_installs(
-    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(setup.environment.YES, "")
-    assert setup.commands.main(["--yes", "run", "set", "--yes"]) == 7
-    assert ready[0][0][1:] == ["set", "--yes"]
-    assert os.environ[setup.environment.YES] == "1"
-
-
-def test_tests_need_no_screen(setup: SetupFiles, ready: list[Any]) -> None:
-    setup.commands.main(["test"])
-    assert ready[0][1] == {"QT_QPA_PLATFORM": "offscreen"}
+    assert ready == [needs, words]
 
 
 def test_check_runs_all_even_after_a_failure(setup: SetupFiles, ready: list[Any]) -> None:
     assert setup.commands.main(["check"]) == 7
-    assert [program[2] for program, _ in ready] == ["ruff", "ruff", "mypy"]
+    assert [program[1] for program in ready[1:]] == ["ruff", "ruff", "mypy"]
 
 
-def test_demo_opens_the_window(setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
-    monkeypatch.setattr(setup.commands, "window_obstacle", lambda: None)
-    assert setup.commands.main(["demo", "--lang", "zh_CN"]) == 7
-    assert ready[0][0][1:] == ["gui", "--demo", "--lang", "zh_CN"]
-
-
-@pytest.mark.parametrize(
-    ("platform", "why"), [("", "No screen."), ("offscreen", "QT_QPA_PLATFORM asks for no screen (offscreen).")]
-)
-def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
-    setup: SetupFiles,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    platform: str,
-    why: str,
+@pytest.mark.parametrize("obstacle", ["", "No screen."])
+def test_demo_opens_the_window_or_leaves_evidence(
+    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch, obstacle: str
 ) -> None:
-    evidence = tmp_path / "demo"
-    calls: list[list[str]] = []
-
-    def call(program: list[Any], **variables: str) -> int:
-        calls.append([str(word) for word in program[1:]])
-        evidence.mkdir()
-        (evidence / "values.json").touch()
-        return 0
-
-    pretend_all_is_ready(setup, monkeypatch)
-    monkeypatch.setenv("QT_QPA_PLATFORM", platform)
-    monkeypatch.setattr(setup.commands, "window_obstacle", lambda: None if platform else why)
-    monkeypatch.setattr(setup.commands, "call", call)
-    monkeypatch.setattr(setup.commands, "EVIDENCE", evidence)
-    assert setup.commands.main(["demo"]) == 0
-    assert calls == [["gui", "--demo", "--offscreen-seconds", "10", "--evidence", str(evidence)]]
-    printed = capsys.readouterr().out
-    assert printed.startswith(why)
-    assert str(evidence / "values.json") in printed
+    monkeypatch.setattr(setup.commands, "_why_no_window", lambda: obstacle)
+    assert setup.commands.main(["demo", "--lang", "zh_CN"]) == 7
+    assert ready[1][:2] == ["gui", "--demo"]
+    assert ready[1][-2:] == ["--lang", "zh_CN"]
+    assert ("--evidence" in ready[1]) == bool(obstacle)
 
 
-def test_a_missing_requirement_is_reported_in_one_sentence_with_code_3(
+@pytest.mark.parametrize("command", ["demo", "test", "package", "run"])
+def test_help_of_a_command_installs_nothing(
+    command: str, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(setup.commands, "is_current", lambda extent: False)
+    monkeypatch.setattr(setup.commands, "make_ready", lambda *_, **__: pytest.fail("something would be installed"))
+    assert setup.commands.main([command, "--help"]) == 0
+    assert setup.commands.COMMANDS[command][0] in capsys.readouterr().out
+
+
+def test_a_missing_requirement_is_code_3_and_an_unknown_command_code_2(
     setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def refuse(extent: str) -> None:
+    def refuse(extent: str, *, is_yes: bool) -> None:
         raise setup.environment.SetupError("Type: sudo apt-get install libegl1")
 
-    pretend_all_is_ready(setup, monkeypatch)
-    monkeypatch.setattr(setup.environment, "make_ready", refuse)
+    monkeypatch.setattr(setup.commands, "make_ready", refuse)
     assert setup.commands.main(["test"]) == 3
     assert capsys.readouterr().err == "Type: sudo apt-get install libegl1\n"
+    assert setup.commands.main(["dance"]) == 2
+    assert setup.commands.main([]) == 2
 
 
-@pytest.mark.parametrize("arguments", [[], ["dance"]])
-def test_an_unknown_command_is_code_2(setup: SetupFiles, arguments: list[str]) -> None:
-    with pytest.raises(SystemExit) as caught:
-        setup.commands.main(arguments)
-    assert caught.value.code == 2
-
-
-def test_programs_end_with_their_own_code(setup: SetupFiles, capfd: pytest.CaptureFixture[str]) -> None:
-    call = setup.commands.call
-    assert call([sys.executable, "-c", "raise SystemExit(5)"]) == 5
-    script = "import os; print(os.environ['DPS_S_A'], os.environ['DPS_S_B'])"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DPS_S_A", "the user's")
-        assert call([sys.executable, "-c", script], DPS_S_A="ours", DPS_S_B="ours") == 0
+def test_programs_end_with_their_own_code_and_keep_the_users_variables(
+    setup: SetupFiles, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DPS_S_A", "the user's")
+    script = "import os; print(os.environ['DPS_S_A'], os.environ['DPS_S_B']); raise SystemExit(5)"
+    assert setup.commands.call([sys.executable, "-c", script], DPS_S_A="ours", DPS_S_B="ours") == 5
     assert capfd.readouterr().out.strip() == "the user's ours"
 
 
-def test_the_lock_is_exact_and_fits_the_project() -> None:
-    lines = (PACKAGING / "lock.txt").read_text(encoding="utf-8").splitlines()
-    locked = [Requirement(line) for line in lines if line and not line.startswith("#")]
-    assert all(requirement.url is None and "--" not in str(requirement) for requirement in locked)
-    assert all([one.operator for one in requirement.specifier] == ["=="] for requirement in locked)
-    names = [canonicalize_name(one.name) for one in locked]
-    for system in SYSTEMS:
-        fitting = [one for one in locked if one.marker is None or one.marker.evaluate(system)]
-        versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in fitting}
-        assert len(versions) == len(fitting), system
-        assert set(names) - {name for name, count in Counter(names).items() if count == 1} <= set(versions)
-        _check_versions(versions)
+def test_only_the_standard_library_is_imported() -> None:
+    """In a fresh interpreter without any package, as in a fresh clone."""
+    code = f"import sys; sys.path[:0] = [{str(PACKAGING)!r}, {str(ROOT)!r}]; import commands"
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
-def test_what_the_program_and_its_installation_need_is_locked_apart(setup: SetupFiles) -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    wanted = {canonicalize_name(Requirement(one).name) for one in project["project"]["dependencies"]}
-    wanted |= {canonicalize_name(Requirement(one).name) for one in project["build-system"]["requires"]}
-    environment = setup.environment
-    found = [canonicalize_name(Requirement(one).name) for one in environment.locked(environment.PROGRAM)]
-    assert wanted <= set(found)
-    assert not {"pytest", "mypy", "ruff", "pyinstaller"} & set(found)
-    assert set(found) < {canonicalize_name(Requirement(one).name) for one in environment.locked(environment.EVERYTHING)}
-
+# The lock
 
 SYSTEMS = [
     {"sys_platform": system, "python_version": version, "python_full_version": f"{version}.0"}
     for system in ("linux", "win32", "darwin")
-    for version in ("3.11", "3.13", "3.14")
+    for version in ("3.11", "3.12", "3.13", "3.14")
 ]
 
 
-def _check_versions(versions: Mapping[NormalizedName, str]) -> None:
-
+@pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: f"{system['sys_platform']}-{system['python_version']}")
+def test_the_lock_is_exact_and_fits_the_project(system: dict[str, str], setup: SetupFiles) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]
-    wanted += project["project"]["optional-dependencies"]["package"]
-    wanted += project["build-system"]["requires"]
-    for requirement in map(Requirement, wanted):
-        assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
-
-
-def test_the_version_is_the_projects() -> None:
-    import app
-
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert app.version() == project["version"]
+    wanted = {"program": [*project["project"]["dependencies"], *project["build-system"]["requires"]]}
+    wanted["tests"] = wanted["program"] + project["project"]["optional-dependencies"]["dev"]
+    wanted["packages"] = wanted["tests"] + project["project"]["optional-dependencies"]["package"]
+    for extent, requirements in wanted.items():
+        locked = [Requirement(line) for line in setup.environment.locked(extent)]
+        fitting = [one for one in locked if one.marker is None or one.marker.evaluate(system)]
+        versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in fitting}
+        assert len(versions) == len(fitting), "each is there once"
+        for requirement in map(Requirement, requirements):
+            assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
+    program = {canonicalize_name(Requirement(line).name) for line in setup.environment.locked("program")}
+    assert not {"pytest", "mypy", "ruff", "pyinstaller"} & program
 
 
 def test_makefile_and_ci_use_commands_that_there_are(setup: SetupFiles) -> None:
-    known = {*setup.commands.COMMANDS}
-    rule = next(
-        line for line in (ROOT / "Makefile").read_text(encoding="utf-8").splitlines() if line.startswith("demo")
-    )
-    assert set(rule.rstrip(":").split()) <= known
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    rule = next(line for line in text.splitlines() if line.startswith("demo"))
+    assert set(rule.rstrip(":").split()) <= {*setup.commands.COMMANDS}
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    used = set(re.findall(r"bootstrap\.py (\w+)", script))
-    assert {"test", "check", "demo"} <= used <= known
+    assert "packaging/bootstrap.py" in script
+    used = set(re.findall(r"\bbare ([a-z]+)", script))
+    assert {"test", "check", "demo"} <= used <= {*setup.commands.COMMANDS}

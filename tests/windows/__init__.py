@@ -1,1 +1,1 @@
-"""Tests of the program for Windows on a Linux computer, under Wine: `packaging/bootstrap.py windows` runs them."""
+"""Tests of the program for Windows on a Linux computer, under Wine: `packaging/windows/wine.py package` runs them."""

@@ -16,7 +16,7 @@ from tests.support.setup_files import PACKAGING
 
 WANTED = "DPS_S_UNDER_WINE"
 collect_ignore_glob = [] if WANTED in os.environ else ["test_*.py"]
-sys.path.insert(1, str(PACKAGING))
+sys.path[1:1] = [str(PACKAGING), str(PACKAGING / "windows")]
 PORT = "COM5"
 
 
@@ -32,15 +32,15 @@ class WindowsProgram:
     """The command that gives it one."""
 
     def run(self, *words: str, limit_s: float = 120, **variables: str) -> "subprocess.CompletedProcess[str]":
-        from windows.wine import inside
+        from wine import inside
 
         command = [*self.screen, "wine", *self.words, *words]
         own = {**self.variables, **variables}
-        return inside(command, folder=self.folder, prefix=self.prefix, limit_s=limit_s, is_error_apart=True, **own)
+        return inside(command, folder=self.folder, prefix=self.prefix, limit_s=limit_s, **own)
 
     def on_a_console(self, *words: str, code_page: int, limit_s: float = 120, **variables: str) -> str:
         """What a person sees: a terminal of Linux' is a console of this code page to Wine."""
-        from windows.wine import entered, environment
+        from wine import entered, environment
 
         command = f"chcp {code_page} & {' '.join((*self.words, *words))}"
         own = {**self.variables, **variables, "LC_CTYPE": "C.UTF-8", "TERM": "xterm"}
@@ -61,7 +61,7 @@ class WindowsProgram:
     @contextmanager
     def running(self, *words: str, **variables: str) -> Iterator["subprocess.Popen[bytes]"]:
         """Start it; end it with all its processes when the block ends."""
-        from windows.wine import entered, environment, shut_down
+        from wine import entered, environment, shut_down
 
         process = subprocess.Popen(
             entered([*self.screen, "wine", *self.words, *words]),
@@ -80,7 +80,7 @@ class WindowsProgram:
 @pytest.fixture(scope="session")
 def dps_s() -> Iterator[WindowsProgram]:
     """`dps-s` from the copy of the checkout, by the Python of Windows."""
-    from windows.wine import PYTHON, SOURCE, shut_down
+    from wine import PYTHON, SOURCE, shut_down
 
     yield WindowsProgram((PYTHON, "-m", "app"), SOURCE)
     shut_down()
@@ -89,7 +89,7 @@ def dps_s() -> Iterator[WindowsProgram]:
 @pytest.fixture(scope="module")
 def module() -> Iterator[RunningModule]:
     """A simulated module, a Linux process, on COM5."""
-    from windows.wine import connect_com_port
+    from wine import connect_com_port
 
     with run_module("--history", "3", "--cell", "4.1") as running:
         connect_com_port(5, Path(running.port))

@@ -23,17 +23,13 @@ _KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-con
 @pytest.fixture(scope="module")
 def fresh() -> Iterator[Path]:
     """A fresh Windows with the setup program and a simulated module on COM5."""
-    from windows.wine import DRIVE, PLACE, connect_com_port, install_fonts, new_prefix, shut_down
+    from wine import PLACE, SOURCE, connect_com_port, new_prefix, shut_down
 
     prefix = PLACE / "installed"
     shutil.rmtree(prefix, ignore_errors=True)
     prefix.mkdir()
     new_prefix(prefix)
-    windows = prefix / "drive_c" / "windows"
-    # Part of Windows and missing in Wine; no package contains it.
-    shutil.copy(DRIVE / "windows" / "system32" / "icuuc.dll", windows / "system32")
-    install_fonts(prefix)
-    shutil.copy(next((PLACE / "packages").glob("*-setup.exe")), prefix / "drive_c" / "setup.exe")
+    shutil.copy(next((SOURCE / "dist").glob("*-setup.exe")), prefix / "drive_c" / "setup.exe")
     with run_module("--history", "2", "--cell", "4.1") as module:
         connect_com_port(5, Path(module.port), prefix)
         yield prefix
@@ -41,7 +37,7 @@ def fresh() -> Iterator[Path]:
 
 
 def _wine(prefix: Path, *words: str) -> int:
-    from windows.wine import inside
+    from wine import inside
 
     return inside(["wine", *words], prefix=prefix, limit_s=240).returncode
 
@@ -112,7 +108,7 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
 
 def _check_window(prefix: Path, program: Path) -> None:
     """The window on Qt's windows platform, connected over the COM port."""
-    from windows.wine import inside
+    from wine import inside
 
     window = _in_windows(prefix, program / "dps-s-window.exe")
     words = ["gui", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
@@ -145,7 +141,7 @@ def _check_open_command(prefix: Path, local: Path) -> None:
 
 
 def _default(prefix: Path, key: str) -> str:
-    from windows.wine import inside
+    from wine import inside
 
     said = inside(["wine", "reg", "query", f"{_CLASSES}\\{key}", "/ve"], prefix=prefix, limit_s=60).stdout
     return said.partition("REG_SZ")[2].strip()

@@ -1,1 +1,0 @@
-"""The disk image for macOS; not run here."""

@@ -1,1 +1,0 @@
-"""For Windows: the installer, and building and testing under Wine."""
