@@ -11,6 +11,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.diagnosis.symptoms import PortEvidence
+from app.engine.address_lock import is_network_address
 from app.engine.procedure import Slept
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import Silence
@@ -30,7 +31,9 @@ class Cause(Enum):
     LOG_IN_AGAIN = "the group is not yet effective"
     NO_PERMISSION = "no permission"
     REFUSED = "connection refused"
+    OTHER_SERVER = "not an RFC 2217 server"
     UNREACHABLE = "host not reached"
+    CUT_OFF = "connection closed"
     MISSING = "no such port"
     UNPLUGGED = "unplugged"
     STUCK = "takes no bytes"
@@ -180,7 +183,29 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
 
 def _is_unreached_address(seen: PortEvidence) -> bool:
     is_unopened = seen.trouble_kind() in (PortTrouble.MISSING, PortTrouble.UNUSABLE)
-    return is_unopened and seen.port.startswith(("socket://", "rfc2217://"))
+    return is_unopened and is_network_address(seen.port)
+
+
+def _is_no_rfc2217(seen: PortEvidence) -> bool:
+    """pyserial says it by its text only."""
+    return _is_unreached_address(seen) and "RFC2217" in str(seen.trouble)
+
+
+def _is_lost_address(seen: PortEvidence) -> bool:
+    return seen.trouble_kind() is PortTrouble.LOST and is_network_address(seen.port)
+
+
+def _is_stuck_address(seen: PortEvidence) -> bool:
+    return seen.trouble_kind() is PortTrouble.STUCK and is_network_address(seen.port)
+
+
+def _is_garbage_of_a_socket(seen: PortEvidence) -> bool:
+    """Over a plain socket this program sets no baud rate; over RFC 2217 it does."""
+    return seen.port.startswith("socket://") and seen.came() is Silence.GARBAGE
+
+
+def _is_mute_socket(seen: PortEvidence) -> bool:
+    return seen.port.startswith("socket://") and seen.came() is Silence.NOTHING and not seen.was_online
 
 
 CAUSES: tuple[CauseRow, ...] = (
@@ -207,8 +232,14 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.REFUSED, lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
              marked("{port}: connection refused."),
              marked("Start the program that offers the port, or correct the address.")),
+    CauseRow(Cause.OTHER_SERVER, _is_no_rfc2217, marked("{port}: no RFC 2217 server answers."),
+             marked("Correct the address, or try socket://HOST:PORT.")),
     CauseRow(Cause.UNREACHABLE, _is_unreached_address, marked("{port} cannot be reached."),
              marked("Start the program that offers the port, or correct the address.")),
+    CauseRow(Cause.CUT_OFF, _is_lost_address, marked("{port}: the connection was closed."),
+             marked("Check the network and the program that offers the port, then connect again.")),
+    CauseRow(Cause.STUCK, _is_stuck_address, marked("Write to {port} timed out."),
+             marked("Check the network and the program that offers the port, then connect again.")),
     CauseRow(Cause.MISSING, lambda seen: seen.trouble_kind() is PortTrouble.MISSING, marked("There is no port {port}."),
              marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
@@ -236,6 +267,8 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.BAD_LINE, PortEvidence.is_bad_line,
              marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
              marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
+    CauseRow(Cause.WRONG_RATE, _is_garbage_of_a_socket, marked("No readable frames on {port}."),
+             marked("Check the address, and the baud rate in the program that offers the port.")),
     CauseRow(Cause.WRONG_RATE, lambda seen: seen.came() is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
              terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
@@ -244,6 +277,9 @@ CAUSES: tuple[CauseRow, ...] = (
              is_at_module=True, step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.FELL_SILENT, lambda seen: seen.came() is not None and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
+             is_at_module=True),
+    CauseRow(Cause.NOTHING, _is_mute_socket, marked("No module answers on {port}."),
+             marked("Check the address, the baud rate at the other end, and the module's power and wires."),
              is_at_module=True),
     CauseRow(Cause.NOTHING, lambda seen: seen.came() is Silence.NOTHING,
              marked("No module answers on {port} at {rate} baud."),

@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import NamedTuple
 
+from app.engine.address_lock import is_network_address
 from app.engine.identity import UNKNOWN, Expected, Identity
 from app.engine.ports import PortInfo
 from app.engine.transport import PortTrouble
@@ -52,6 +53,7 @@ class Absence(Enum):
     """Why the port is not open again yet; the value is a sentence in English, translatable."""
 
     AWAY = marked("Plug the same adapter in again: it is connected automatically.")
+    NO_ANSWER = marked("It is connected again when the address answers.")
     ANOTHER = marked("Another adapter is in its place: plug the same one in again, or choose a port.")
     SEVERAL = marked("Several adapters look the same: choose the module's port.")
     FAILED = marked("The port does not open yet; it is tried again.")
@@ -249,11 +251,15 @@ class Reconnection:
         if self.is_waiting:
             is_gone = trouble in LOSSES or trouble is PortTrouble.MISSING
             if self._absence.is_waiting:
-                self._absence = Absence.AWAY if is_gone else Absence.FAILED
+                self._absence = self._away() if is_gone else Absence.FAILED
         elif trouble in LOSSES:
             is_known = self._lasts or (self.address is not None and bool(self.address.identity))
-            self._lose(now, Absence.AWAY if is_known else Absence.NAME_ONLY)
+            self._lose(now, self._away() if is_known else Absence.NAME_ONLY)
             self._enter(PortStage.LOST)
+
+    def _away(self) -> Absence:
+        is_network = self.address is not None and is_network_address(self.address.device)
+        return Absence.NO_ANSWER if is_network else Absence.AWAY
 
     def _at_same_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
         behind = _behind(address.device) if not address.is_url else ""

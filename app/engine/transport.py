@@ -6,7 +6,7 @@ raises SerialException, OSError, termios.error (not an OSError) or TypeError, de
 
     PortError
      ├─ MISSING      no such port: unplugged, or another name
-     ├─ BUSY         another program has it open
+     ├─ BUSY         another program has it open, or of this user the same network address
      ├─ NOT_ALLOWED  this user may not open it
      ├─ UNUSABLE     not a port, or the driver refuses the settings
      ├─ UNSUPPORTED  a kind of address, or an option in it, that this program does not open
@@ -26,16 +26,17 @@ from enum import Enum
 from pathlib import Path
 from threading import Event, Lock
 from types import MappingProxyType
-from typing import NamedTuple, Protocol
+from typing import IO, NamedTuple, Protocol
 
 import serial
 
-try:
-    import termios
-except ImportError:  # Windows
-    _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
-else:
-    _DRIVER_ERRORS = (OSError, ValueError, TypeError, AttributeError, termios.error)
+from app.engine.address_lock import AddressHeld, is_network_address, lock_address
+
+_DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
+if sys.platform != "win32":
+    from app.engine import terminal_settings
+
+    _DRIVER_ERRORS += (terminal_settings.TerminalError,)
 
 READ_SLICE_S = 0.01
 """pyserial's time-out of a read, where the wait cannot be given for each read."""
@@ -154,9 +155,10 @@ class SerialLine:
     Only the thread that opened it may use it, except `interrupt` and `abort`.
     """
 
-    def __init__(self, port: str, opened: serial.Serial) -> None:
+    def __init__(self, port: str, opened: serial.Serial, address_lock: IO[bytes] | None = None) -> None:
         self.port = port
         self._serial = opened
+        self._address_lock = address_lock
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
         """Readable after `interrupt`; POSIX only."""
         self._aborts: int | None = getattr(opened, "pipe_abort_write_r", None)
@@ -264,12 +266,28 @@ class SerialLine:
             data = data[written:]
 
     def use_rate(self, baud_rate: int) -> None:
-        """Continue at another rate, with empty buffers; raises `PortError` LOST."""
+        """Continue at another rate, with empty buffers; raises `PortError` LOST, or UNUSABLE if the driver refuses."""
         try:
             self._serial.baudrate = baud_rate
+            self.complete_settings()
             self._serial.reset_input_buffer()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def complete_settings(self) -> None:
+        """Set what pyserial leaves as it was, and make sure that the driver took everything.
+
+        Raises `PortError` UNUSABLE if it did not. An address and a port on Windows have no such settings.
+        """
+        number = getattr(self._serial, "fd", None)
+        if number is None or sys.platform == "win32":
+            return
+        terminal_settings.complete(number)
+        refused = terminal_settings.refused(number, self.baud_rate)
+        if refused:
+            raise PortError(PortTrouble.UNUSABLE, self.port, f"the driver refuses {refused}")
+        if not terminal_settings.is_pseudo_terminal(self.port):
+            terminal_settings.keep_others_off(number)
 
     def interrupt(self) -> None:
         """End a waiting read with b"", or else the next one. From any thread."""
@@ -297,17 +315,20 @@ class SerialLine:
                 self._serial.reset_output_buffer()
         with suppress(*_DRIVER_ERRORS):
             self._serial.close()
+        if self._address_lock is not None:
+            self._address_lock.close()
 
 
 def open_line(port: str, baud_rate: int) -> SerialLine:
-    """Open a device name, a pseudo-terminal or a pyserial URL (`socket://`, `sim://`), 8N1; raises `PortError`.
+    """Open a device name, a pseudo-terminal or a URL (`socket://`, `rfc2217://`, `sim://`), 8N1; raises `PortError`.
 
     Requests exclusive use, leaves DTR and RTS low (some adapters connect them to a reset), and discards what was
     received before.
     """
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
-        serial.protocol_handler_packages.append("app.port_urls")
+        serial.protocol_handler_packages.insert(0, "app.port_urls")  # before pyserial's: for rfc2217:// it has one, too
+    address_lock = _lock_address(port) if is_network_address(port) else None
     try:
         opened = serial.serial_for_url(
             port, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
@@ -318,13 +339,27 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.rts = False
         opened.open()
     except Exception as error:
+        if address_lock is not None:
+            address_lock.close()
         trouble = _trouble_at_opening(error)
         holder = holder_of(port) if trouble is PortTrouble.BUSY else None
         raise PortError(trouble, port, str(error), holder) from error
-    line = SerialLine(port, opened)
+    line = SerialLine(port, opened, address_lock)
     try:
+        line.complete_settings()
         opened.reset_input_buffer()
+    except PortError:
+        line.close()
+        raise
     except _DRIVER_ERRORS as error:
         line.close()
         raise PortError(PortTrouble.LOST, port, str(error)) from error
     return line
+
+
+def _lock_address(port: str) -> IO[bytes] | None:
+    try:
+        return lock_address(port)
+    except AddressHeld as held:
+        holder = None if held.pid is None else PortHolder("dps-s", held.pid)
+        raise PortError(PortTrouble.BUSY, port, "another of these programs is connected", holder) from held

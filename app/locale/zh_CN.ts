@@ -522,6 +522,22 @@
         <translation>请检查供电、地线和 TX/RX 是否交叉。</translation>
     </message>
     <message>
+        <source>Check the address and the network.</source>
+        <translation>请检查地址和网络。</translation>
+    </message>
+    <message>
+        <source>Check the address, and the baud rate in the program that offers the port.</source>
+        <translation>请检查地址，以及提供该串口的程序中的波特率。</translation>
+    </message>
+    <message>
+        <source>Check the address, the baud rate at the other end, and the module's power and wires.</source>
+        <translation>请检查地址、对端的波特率，以及模块的供电和接线。</translation>
+    </message>
+    <message>
+        <source>Check the network and the program that offers the port, then connect again.</source>
+        <translation>请检查网络和提供该串口的程序，然后重新连接。</translation>
+    </message>
+    <message>
         <source>Check the wire to the module's RX.</source>
         <translation>请检查连到模块 RX 的线。</translation>
     </message>
@@ -668,6 +684,10 @@
     <message>
         <source>Copy picture</source>
         <translation>复制图片</translation>
+    </message>
+    <message>
+        <source>Correct the address, or try socket://HOST:PORT.</source>
+        <translation>请更正地址，或试用 socket://HOST:PORT。</translation>
     </message>
     <message>
         <source>Could not read the tilt: check it.</source>
@@ -1288,6 +1308,10 @@
     <message>
         <source>It is being written: not deleted.</source>
         <translation>正在写入，未删除。</translation>
+    </message>
+    <message>
+        <source>It is connected again when the address answers.</source>
+        <translation>该地址有应答后将重新连接。</translation>
     </message>
     <message>
         <source>It is kept as recording {name}.</source>
@@ -1950,6 +1974,17 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
+<<<<<<< HEAD
+=======
+        <source>No module answers on {port}.</source>
+        <translation>{port} 上没有模块应答。</translation>
+    </message>
+    <message>
+        <source>No module is READY without both triggers.</source>
+        <translation>两项触发未启用的模块不会待激活。</translation>
+    </message>
+    <message>
+>>>>>>> 1a3ba6a7 (transport: open rfc2217://, hold 8N1, and keep two programs apart)
         <source>No modules yet</source>
         <translation>还没有模块</translation>
     </message>
@@ -2004,6 +2039,10 @@
     <message>
         <source>No readable frames on {port} at {rate} baud.</source>
         <translation>{port} 上以 {rate} 波特收不到有效帧。</translation>
+    </message>
+    <message>
+        <source>No readable frames on {port}.</source>
+        <translation>{port} 上收不到有效帧。</translation>
     </message>
     <message>
         <source>No recent files</source>
@@ -5692,6 +5731,14 @@
     <message>
         <source>{port}: connection refused.</source>
         <translation>{port}：连接被拒绝。</translation>
+    </message>
+    <message>
+        <source>{port}: no RFC 2217 server answers.</source>
+        <translation>{port}：没有 RFC 2217 服务器应答。</translation>
+    </message>
+    <message>
+        <source>{port}: the connection was closed.</source>
+        <translation>{port}：连接已断开。</translation>
     </message>
     <message>
         <source>{rate} baud</source>

@@ -1,1 +1,1 @@
-"""Additional port URLs for pyserial: sim://."""
+"""Additional port URLs for pyserial: sim:// and rfc2217://."""

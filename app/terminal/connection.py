@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from app.engine.address_lock import is_network_address
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
 from app.engine.transport import PortError
@@ -87,7 +88,10 @@ class Conversation:
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():
                 late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
-                raise NoLink(join_sentences((late, tr("Unplug the adapter and plug it in again."))))
+                advice = tr("Unplug the adapter and plug it in again.")
+                if is_network_address(port):
+                    advice = tr("Check the address and the network.")
+                raise NoLink(join_sentences((late, advice)))
         clear_progress()
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock has a resolution of 16 ms

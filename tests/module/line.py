@@ -33,10 +33,10 @@ class Line:
         """A test may put others in their place while it runs, as somebody who moves the plug."""
         self._keeps_rate = keeps_rate
         self._random = random.Random(1)
-        self._host, self._slave = os.openpty()
-        tty.setraw(self._slave)
+        self._host, self.slave = os.openpty()
+        tty.setraw(self.slave)
         os.set_blocking(self._host, False)
-        self.port = os.ttyname(self._slave)
+        self.port = os.ttyname(self.slave)
         self._link = link
         if link is not None:
             Path(link).unlink(missing_ok=True)
@@ -63,7 +63,7 @@ class Line:
         if self._is_plugged:
             self._is_plugged = False
             os.close(self._host)
-            os.close(self._slave)
+            os.close(self.slave)
 
     def host_rate(self) -> int | None:
         """Return the rate that the host set last, None for one that has no name here."""
@@ -72,7 +72,7 @@ class Line:
 
     def host_termios(self) -> list[Any]:
         """Return what the host set, as `termios.tcgetattr` gives it."""
-        return termios.tcgetattr(self._slave)
+        return termios.tcgetattr(self.slave)
 
     def _run(self) -> None:
         while not self._ended.is_set():

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
-from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
+from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose, explain
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, EvidenceCollector, PortEvidence
 from app.engine.procedure import Ask, Procedure
@@ -67,9 +67,15 @@ def with_facts(evidence: PortEvidence, **values: Any) -> PortEvidence:
     return evidence._replace(facts=AdapterFacts(**values))
 
 
-def unreached(detail: str) -> PortEvidence:
-    port = "socket://10.0.0.9:7000"
+ADDRESS = "socket://10.0.0.9:7000"
+
+
+def unreached(detail: str, port: str = ADDRESS) -> PortEvidence:
     return PortEvidence(port=port, trouble=PortError(_trouble_at_opening(OSError(detail)), port, detail))
+
+
+def cut_off(kind: PortTrouble) -> PortEvidence:
+    return PortEvidence(port=ADDRESS, trouble=PortError(kind, ADDRESS, ""))
 
 
 TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
@@ -113,6 +119,10 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("no such port", trouble(PortTrouble.MISSING), Cause.MISSING),
     ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), Cause.REFUSED),
     ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), Cause.UNREACHABLE),
+    ("another server", unreached("Remote does not seem to support RFC2217", "rfc2217://10.0.0.9:7000"),
+     Cause.OTHER_SERVER),
+    ("the other end closes", cut_off(PortTrouble.LOST), Cause.CUT_OFF),
+    ("the other end takes nothing", cut_off(PortTrouble.STUCK), Cause.STUCK),
     ("unplugged", trouble(PortTrouble.LOST), Cause.UNPLUGGED),
     ("stuck", trouble(PortTrouble.STUCK), Cause.STUCK),
     ("no serial port", trouble(PortTrouble.UNUSABLE), Cause.UNUSABLE),
@@ -127,6 +137,8 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
      Cause.SLOW_ADAPTER),
     ("answers in steps of 16 ms", online(round_trip_minimum_s=0.0155, round_trip_median_s=0.016), Cause.SLOW_ADAPTER),
     ("greeted: nothing", PortEvidence(port=PORT, silence=Silence.NOTHING), Cause.NOTHING),
+    ("greeted: nothing at an address", PortEvidence(port=ADDRESS, silence=Silence.NOTHING), Cause.NOTHING),
+    ("greeted: garbage at an address", PortEvidence(port=ADDRESS, silence=Silence.GARBAGE), Cause.WRONG_RATE),
     ("greeted: garbage", PortEvidence(port=PORT, silence=Silence.GARBAGE), Cause.WRONG_RATE),
     ("greeted: an echo", PortEvidence(port=PORT, silence=Silence.ECHO), Cause.ECHO),
     ("greeted: other frames", PortEvidence(port=PORT, silence=Silence.OTHER_FRAMES), Cause.DEAF),
@@ -193,6 +205,13 @@ def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Ph
 def test_every_cause_has_a_row_in_the_table_and_in_this_test() -> None:
     assert {row.cause for row in CAUSES} == set(Cause)
     assert {cause for _, _, cause in TABLE} == set(Cause)
+
+
+@pytest.mark.parametrize("evidence", [seen for _, seen, _ in TABLE if "://" in seen.port])
+def test_of_an_address_nothing_is_said_of_adapters(evidence: PortEvidence) -> None:
+    said = explain(evidence)
+    for word in ("plug", "adapter", "driver", "cable", "find the baud rate"):
+        assert word not in f"{said.what} {said.next_step}".lower()
 
 
 def test_every_cause_has_its_own_text() -> None:

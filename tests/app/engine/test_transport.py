@@ -131,7 +131,7 @@ def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
         return fake
 
     monkeypatch.setattr(serial, "serial_for_url", made)
-    open_line(port, 9600)
+    open_line(port, 9600).close()
     assert given == {"do_not_open": True, "baudrate": 9600, "timeout": 0.01, "write_timeout": 0.3}
     assert fake.opened_with == {"exclusive": is_exclusive, "dtr": False, "rts": False}
 

@@ -1,0 +1,54 @@
+"""pyserial URL handler for `rfc2217://HOST:PORT`: pyserial's, with a limit of writing and a reader that ends quietly.
+
+pyserial's refuses every `write_timeout`, lets a write wait for five seconds, and prints what ended its reading thread.
+"""
+
+import logging
+import socket
+from typing import TYPE_CHECKING
+
+import serial.rfc2217
+from serial.serialutil import SerialException, SerialTimeoutException
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+NEGOTIATION_S = 1.0
+"""For each of its two parts, where the URL has no `timeout`; with pyserial's three seconds opening takes too long."""
+_log = logging.getLogger(__name__)
+
+
+class Serial(serial.rfc2217.Serial):
+    """As pyserial's, with what it lacks."""
+
+    _write_timeout: float | None
+    _socket: socket.socket | None
+
+    def from_url(self, url: str) -> tuple[str, int]:
+        self._network_timeout = NEGOTIATION_S
+        return super().from_url(url)
+
+    def _reconfigure_port(self) -> None:
+        limit_s = self._write_timeout
+        self._write_timeout = None  # else it raises NotImplementedError
+        try:
+            super()._reconfigure_port()  # type: ignore[misc]
+        finally:
+            self._write_timeout = limit_s
+        if self._socket is not None:
+            self._socket.settimeout(limit_s)
+
+    def write(self, data: "ReadableBuffer", /) -> int | None:
+        """Raises `SerialTimeoutException` if the other end takes no bytes, as pyserial's other ports do."""
+        try:
+            return super().write(data)
+        except SerialException as error:
+            if isinstance(error.__context__, TimeoutError):
+                raise SerialTimeoutException("Write timeout") from error
+            raise
+
+    def _telnet_read_loop(self) -> None:
+        try:
+            super()._telnet_read_loop()  # type: ignore[misc]
+        except Exception as error:  # noqa: BLE001  pyserial's, of what is no RFC 2217; reading says that the thread ended
+            _log.warning("the answers of %s are no RFC 2217: %r", self.portstr, error)

@@ -1,0 +1,118 @@
+"""Each kind of address against what may stand at its other end, with the command line in a process of its own."""
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from app.engine.transport import PortError, PortTrouble, open_line
+from tests.module.line import Line, now
+from tests.module.module import Module
+from tests.support import tcp_peers
+from tests.support.processes import PROGRAM, ran
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="the peers have pseudo-terminals"),
+    pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning"),  # pyserial's
+]
+ADAPTER_WORDS = ("adapter", "plug", "driver")
+"""What a network address has none of."""
+Server = Callable[[str], AbstractContextManager[str]]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "server"), [("socket", tcp_peers.raw_bridge), ("rfc2217", tcp_peers.rfc2217_server)]
+)
+def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, server: Server) -> None:
+    module = Module(now=now())
+    module.settings[0x10] = 1
+    with Line(module) as line, server(line.port) as address:
+        port = f"{scheme}://{address}"
+        locked = ran(*PROGRAM, "lock", "--port", port)
+        assert locked.returncode == 0, locked.stderr
+        written = ran(*PROGRAM, "set", "freefall_time_s=0.90", "--port", port)
+        assert written.returncode == 0, written.stderr
+        read = ran(*PROGRAM, "read", "--json", "--port", port)
+    assert read.returncode == 0, read.stderr
+    assert json.loads(read.stdout)["settings"]["freefall_time_s"] == 0.9
+    assert module.settings[0x10] == 0
+
+
+def test_the_rate_is_found_through_rfc2217() -> None:
+    module = Module(now=now())
+    module.settings[0x24] = 3
+    module.rate = 19200
+    with Line(module) as line, tcp_peers.rfc2217_server(line.port) as address:
+        found = ran(*PROGRAM, "find", "--json", "--port", f"rfc2217://{address}")
+    assert json.loads(found.stdout)["baud_rate"] == 19200, found.stderr
+
+
+PEERS: dict[str, Callable[[], AbstractContextManager[str]]] = {
+    "silent": partial(tcp_peers.serving, tcp_peers.silent),
+    "closing": partial(tcp_peers.serving, tcp_peers.closing),
+    "resetting": partial(tcp_peers.serving, tcp_peers.resetting),
+    "web server": tcp_peers.web_server,
+}
+
+
+@pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
+@pytest.mark.parametrize("peer", PEERS)
+def test_what_is_no_serial_server_is_said_of_the_address(scheme: str, peer: str) -> None:
+    with PEERS[peer]() as address:
+        port = f"{scheme}://{address}"
+        ended = ran(*PROGRAM, "read", "--port", port)
+    assert ended.returncode == 3, ended.stderr
+    assert ended.stderr.count("\n") == 1, ended.stderr
+    assert port in ended.stderr
+    for word in ADAPTER_WORDS:
+        assert word not in ended.stderr.lower()
+
+
+def test_nobody_listens() -> None:
+    with tcp_peers.serving(tcp_peers.silent) as address:
+        pass
+    ended = ran(*PROGRAM, "read", "--port", f"socket://{address}")
+    assert ended.returncode == 3
+    assert "refused" in ended.stderr
+
+
+@pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
+def test_a_second_program_is_kept_off_an_address(scheme: str) -> None:
+    server = tcp_peers.raw_bridge if scheme == "socket" else tcp_peers.rfc2217_server
+    with Line(Module(now=now())) as line, server(line.port) as address:
+        port = f"{scheme}://{address}"
+        held = open_line(port, 115200)
+        try:
+            second = ran(*PROGRAM, "read", "--port", port.replace("127.0.0.1", "localhost"))
+        finally:
+            held.close()
+        after = ran(*PROGRAM, "read", "--port", port)
+    assert second.returncode == 3
+    assert f"in use by dps-s (process {os.getpid()})" in second.stderr
+    assert after.returncode == 0, after.stderr
+
+
+def test_without_a_folder_for_locks_an_address_opens_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "dps-s-configurator").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with tcp_peers.serving(tcp_peers.silent) as address:
+        open_line(f"socket://{address}", 115200).close()
+
+
+def test_an_address_that_takes_no_more_bytes_is_stuck() -> None:
+    """RFC 2217: pyserial would wait for five seconds."""
+    with Line(Module(now=now())) as line, tcp_peers.rfc2217_server(line.port) as address:
+        opened = open_line(f"rfc2217://{address}", 115200)
+        try:
+            with pytest.raises(PortError) as failed:
+                opened.write(bytes(50_000_000))
+        finally:
+            opened.close()
+    assert failed.value.trouble is PortTrouble.STUCK

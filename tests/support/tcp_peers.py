@@ -1,0 +1,135 @@
+"""What may stand at the other end of a network address: serial servers that work, and such as do not. POSIX only."""
+
+import select
+import socket
+import struct
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
+import serial
+import serial.rfc2217
+
+from tests.support.patience import PATIENCE_S
+
+Handler = Callable[[socket.socket, threading.Event], None]
+"""Serves one client until it leaves or the event is set."""
+_SLICE_S = 0.02
+CHUNK = 4096
+
+
+@contextmanager
+def serving(handler: Handler) -> Iterator[str]:
+    """Serve one client after the other on a free port; the value is `HOST:PORT`."""
+    ended = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def run() -> None:
+            while not ended.is_set():
+                if select.select([listener], [], [], _SLICE_S)[0]:
+                    client, _ = listener.accept()
+                    with client, suppress(ConnectionError):
+                        handler(client, ended)
+
+        thread = threading.Thread(target=run, name="tcp peer")
+        thread.start()
+        try:
+            yield f"127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            ended.set()
+            thread.join(PATIENCE_S)
+
+
+def silent(_client: socket.socket, ended: threading.Event) -> None:
+    """Take the connection and say nothing."""
+    ended.wait(PATIENCE_S)
+
+
+def closing(client: socket.socket, _ended: threading.Event) -> None:
+    """Close the connection at the first bytes."""
+    client.recv(CHUNK)
+
+
+def resetting(client: socket.socket, _ended: threading.Event) -> None:
+    """Break the connection off at the first bytes."""
+    client.recv(CHUNK)
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+
+
+@contextmanager
+def web_server() -> Iterator[str]:
+    """A real one, which answers what it cannot read with an error page."""
+
+    class Quiet(BaseHTTPRequestHandler):
+        timeout = _SLICE_S
+
+        def log_message(self, *_: object) -> None:
+            """Say nothing."""
+
+    with HTTPServer(("127.0.0.1", 0), Quiet) as server:
+        thread = threading.Thread(target=partial(server.serve_forever, _SLICE_S), name="web server")
+        thread.start()
+        try:
+            yield f"127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join(PATIENCE_S)
+
+
+@contextmanager
+def raw_bridge(device: str) -> Iterator[str]:
+    """Hand bytes on between a client and a serial port, as ser2net's raw mode."""
+    with ExitStack() as stack:
+        port = stack.enter_context(serial.Serial(device, 115200, timeout=0))
+
+        def bridge(client: socket.socket, ended: threading.Event) -> None:
+            while not ended.is_set():
+                ready, _, _ = select.select([client.fileno(), port.fileno()], [], [], _SLICE_S)
+                if client.fileno() in ready:
+                    data = client.recv(CHUNK)
+                    if not data:
+                        return
+                    port.write(data)
+                if port.fileno() in ready:
+                    client.sendall(port.read(CHUNK))
+
+        yield stack.enter_context(serving(bridge))
+
+
+class _WithoutLines(serial.Serial):
+    """A pseudo-terminal has no modem lines, and pyserial's server asks for and sets all."""
+
+    cts = dsr = ri = cd = False
+    dtr = rts = False
+
+
+@contextmanager
+def rfc2217_server(device: str) -> Iterator[str]:
+    """The same by RFC 2217, with pyserial's own server: the client sets the rate and the lines of the port."""
+    with ExitStack() as stack:
+        port = stack.enter_context(_WithoutLines(device, 115200, timeout=0))
+
+        class Connection:
+            """What pyserial's `PortManager` writes its own answers to."""
+
+            def __init__(self, client: socket.socket) -> None:
+                self._client = client
+
+            def write(self, data: bytes) -> None:
+                self._client.sendall(data)
+
+        def serve(client: socket.socket, ended: threading.Event) -> None:
+            manager = serial.rfc2217.PortManager(port, Connection(client))  # type: ignore[arg-type]
+            while not ended.is_set():
+                ready, _, _ = select.select([client.fileno(), port.fileno()], [], [], _SLICE_S)
+                if client.fileno() in ready:
+                    data = client.recv(CHUNK)
+                    if not data:
+                        return
+                    port.write(b"".join(manager.filter(data)))
+                if port.fileno() in ready:
+                    client.sendall(b"".join(manager.escape(port.read(CHUNK))))
+
+        yield stack.enter_context(serving(serve))
