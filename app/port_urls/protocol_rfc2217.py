@@ -18,7 +18,7 @@ NEGOTIATION_S = 1.0
 _log = logging.getLogger(__name__)
 
 
-class Serial(serial.rfc2217.Serial):
+class Rfc2217Port(serial.rfc2217.Serial):
     """As pyserial's, with what it lacks."""
 
     _write_timeout: float | None
@@ -52,3 +52,8 @@ class Serial(serial.rfc2217.Serial):
             super()._telnet_read_loop()  # type: ignore[misc]
         except Exception as error:  # noqa: BLE001  pyserial's, of what is no RFC 2217; reading says that the thread ended
             _log.warning("the answers of %s are no RFC 2217: %r", self.portstr, error)
+
+
+def serial_class_for_url(url: str) -> tuple[str, type[Rfc2217Port]]:
+    """Called by pyserial."""
+    return url, Rfc2217Port
