@@ -1974,17 +1974,10 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
-<<<<<<< HEAD
-=======
         <source>No module answers on {port}.</source>
         <translation>{port} 上没有模块应答。</translation>
     </message>
     <message>
-        <source>No module is READY without both triggers.</source>
-        <translation>两项触发未启用的模块不会待激活。</translation>
-    </message>
-    <message>
->>>>>>> 1a3ba6a7 (transport: open rfc2217://, hold 8N1, and keep two programs apart)
         <source>No modules yet</source>
         <translation>还没有模块</translation>
     </message>
