@@ -5,7 +5,6 @@ The module of a sub-command is imported only when it is called.
 
 import argparse
 import atexit
-import errno
 import gc
 import io
 import logging
@@ -14,13 +13,12 @@ import sys
 import time
 from collections.abc import Sequence
 from datetime import datetime
-from importlib import import_module
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
-from app.terminal.arguments import Parser, translate_argparse
+from app.terminal.arguments import Parser
 from app.terminal.left_active import say_left_active
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
@@ -54,7 +52,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
-    translate_argparse()
     _replace_unusable_zone()
     try:
         code = _run_or_refuse(words)
@@ -116,7 +113,7 @@ def _run(words: list[str]) -> int:
     entry = BY_NAME.get(words[0])
     if entry is None:
         raise console.Refused(_why_no_command(words[0]))
-    args = entry.parser().parse_words(words[1:])
+    args = entry.parse_words(words[1:])
     console.set_verbosity(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
@@ -129,15 +126,14 @@ def _run(words: list[str]) -> int:
     for address in ports:
         _refuse_unknown_address(address)
     if is_window:
-        return _open_window(args)
+        args.open_window = _open_window
+        return entry.run(args)
     if getattr(args, "json", False):
         _write_utf8()
     args.printer = _print_pages
     if entry.name != "lock":  # which waits for no file
         say_left_active(ports, getattr(args, "module", None) or "")
-    module, _, name = args.function.rpartition(".")
-    code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
-    return code
+    return entry.run(args)
 
 
 def _choose_port() -> str:
@@ -184,29 +180,20 @@ def _why_no_command(word: str) -> str:
 
 def _whole_parser() -> Parser:
     """A parser whose help lists all commands in their groups, without importing them."""
-    about = tr("Configures, tests and watches a DPS-S parachute module.")
+    about = "Configures, tests and watches a DPS-S parachute module."
     parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.description = f"{about}\n\n{grouped_summaries()}"
     parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
-    parser.epilog = "\n".join((
-        tr("Help: {command}", command="dps-s COMMAND -h"),
-        tr("Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."),
-    ))  # fmt: skip
+    parser.epilog = (
+        "Help on a command: dps-s COMMAND -h\n"
+        "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
+    )
     parser.add_argument("--version", action="store_true")
     return parser
 
 
 def _open_window(args: argparse.Namespace) -> int:
-    if args.file is not None and not args.file.is_file():
-        why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
-        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=why))
-        return console.USAGE_ERROR
-    from app.system.screen import window_obstacle
-
-    obstacle = window_obstacle()
-    if obstacle is not None:
-        console.notify(obstacle)
-        return console.NO_LINK
+    """Passed to the command, which does not import Qt."""
     from ui.main import WindowOptions, run
 
     return run(

@@ -1,8 +1,6 @@
-"""`dps-s activate | lock | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
+"""`dps-s activate | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
 
-Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met. LOCK
-needs no --yes. It is sent at once, whether or not the module answers and whatever the disk does, and repeated until the
-module reports that it is locked.
+Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met.
 Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
 """
 
@@ -11,25 +9,28 @@ import time
 
 from app.cli.results import ActJson
 from app.procedures.act import Performed, perform
-from app.procedures.lock import Locked, lock
+from app.procedures.lock import Locked
 from app.procedures.settings_reading import read_one_module
 from app.safety.acts import EFFECTS, Act
 from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.terminal import console
-from app.terminal.command_journal import records_beside, records_of
+from app.terminal.arguments import add_json, add_port, add_yes
+from app.terminal.command_journal import records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
-from app.terminal.left_active import end_left_active, say_left_by_others
 from app.text.i18n import tr
 
-STORE_LIMIT_S = 2.5
-"""How long the store may take once the module has been locked."""
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    add_yes(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    act = Act(args.act)
+    act = Act(args.command)
     if not args.yes:
         if not args.json:
             console.write_lines([tr(EFFECTS[act])])
@@ -48,27 +49,11 @@ def run(args: argparse.Namespace) -> int:
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise
-        return _tell(args, act, done)
+        return tell(args, act, done)
 
 
-def run_lock(args: argparse.Namespace) -> int:
-    """LOCK is sent before any file is opened, and its exit code does not depend on one."""
-    with Interruption(), records_beside(args.port, STORE_LIMIT_S) as records:
-        try:
-            with connected(args.port, args.baud, is_greeted=False) as conversation:
-                done = conversation.run(lock(records.journal, is_attended=False))
-                code = _tell(args, Act.LOCK, done)
-                if done.is_locked:
-                    end_left_active(conversation, records, args)
-        except KeyboardInterrupt:
-            console.notify(tr("Interrupted; may have been carried out."))
-            raise
-        finally:
-            say_left_by_others(records, args)
-    return code
-
-
-def _tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
+def tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
+    """Print the outcome; returns the exit code."""
     code = exit_code(done)
     is_done = code == console.SUCCESS
     if args.json or is_done:

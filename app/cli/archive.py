@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 
 from app.archive.archive import Archive
 from app.archive.chains import ChainState, chains_in
 from app.archive.exchange import Exchanged, export_facts, import_facts, status_of, sync
 from app.archive.facts import RefusedFact
-from app.archive.fleet_state import ModuleToday, fleet_state
+from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS, ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
 from app.archive.module_names import (
     Conflict,
@@ -28,7 +29,6 @@ from app.archive.module_names import (
     settle,
 )
 from app.archive.server_url import server_url, store_server, stored_server
-from app.cli.commands import SERVER
 from app.limits.service import Service, ServiceKind
 from app.records.check_store import CheckLine
 from app.records.filing import local_now
@@ -38,12 +38,14 @@ from app.system.files import CANNOT_READ
 from app.system.folders import data_folder
 from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_module, add_verbosity, any_name, day, module_name, whole_days
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
 from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
+SERVER = "postgresql://USER@HOST/DATABASE"
 SHOWN_REFUSALS = 20
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
@@ -51,6 +53,64 @@ FLEET_HEAD = (
     "since_repack",
 )  # fmt: skip
 LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    synced = commands.add_parser("sync", help="exchange with a server")
+    synced.add_argument("url", nargs="?", metavar="URL", help=SERVER)
+    synced.add_argument("--remember", action="store_true", help="remember this server, without its password")
+    synced.add_argument("--forget", action="store_true", help="forget the server")
+    exported = commands.add_parser("export", help="add to an archive file")
+    add_file(exported, "file", type=Path, metavar="FILE")
+    imported = commands.add_parser("import", help="import an archive file")
+    add_file(imported, "file", type=Path, metavar="FILE")
+    status = commands.add_parser("status", help="show what is in the archive")
+    conflicts = commands.add_parser("conflicts", help="list possible duplicates")
+    settled = commands.add_parser("settle", help="settle whether two modules are one")
+    settled.add_argument("one", metavar="STATION/NAME")
+    settled.add_argument("other", metavar="STATION/NAME")
+    decision = settled.add_mutually_exclusive_group(required=True)
+    decision.add_argument("--same", action="store_true")
+    decision.add_argument("--different", action="store_true")
+    settled.add_argument("--name", default="", metavar="NAME", help="name of both")
+    settled.add_argument("--who", required=True, metavar="WHO", help="who decided")
+    service = commands.add_parser("service", help="record a service of a module")
+    service.add_argument("module", type=module_name, metavar="NAME")
+    service.add_argument("--what", choices=("repack", "ejector", "cell", "firmware"), required=True)
+    service.add_argument("--on", type=day, metavar="YYYY-MM-DD", help="day on which it was done (default: today)")
+    service.add_argument("--due", type=day, metavar="YYYY-MM-DD", help="day on which it is due again")
+    service.add_argument("--who", required=True, type=any_name, metavar="WHO", help="who did it")
+    service.add_argument("--note", default="", type=any_name, metavar="TEXT", help="note")
+    report = commands.add_parser("report", help="print all modules, or one")
+    add_module(report, "only this module")
+    for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
+        report.add_argument(
+            name, type=whole_days, default=days, metavar="N", help=f"due after N days (default: {days})"
+        )
+    form = report.add_mutually_exclusive_group()
+    add_json(form)
+    form.add_argument("--csv", action="store_true", help="print a table as CSV")
+    for command in (synced, exported, imported, status, conflicts):
+        add_json(command)
+    runs = {
+        synced: run_sync,
+        exported: run_export,
+        imported: run_import,
+        status: run_status,
+        conflicts: run_conflicts,
+        settled: run_settle,
+        service: run_service,
+        report: run_report,
+    }
+    for command, function in runs.items():
+        add_verbosity(command)
+        command.set_defaults(function=function)
+
+
+def run(args: argparse.Namespace) -> int:
+    code: int = args.function(args)
+    return code
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from app.captures.explained import Explained, Explainer
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
 from app.cli.results import DecodedFrameJson, RejectedJson
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import ErrorCode, UserError
@@ -35,6 +36,19 @@ SHOWN_BYTES = 16
 ROWS_AT_ONCE = 500
 """Of a file; standard input and pipes are printed line by line."""
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(
+        parser, "hex", nargs="*", metavar="HEX", help="hex bytes, a recording or a capture, or - for standard input"
+    )
+    parser.add_argument(
+        "--asked",
+        metavar="NAME",
+        choices=sorted(BY_NAME),
+        help=f"what was asked, where the host's frames are missing: {', '.join(BY_NAME)}",
+    )
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

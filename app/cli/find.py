@@ -5,9 +5,14 @@ import argparse
 from app.cli.results import FindJson
 from app.procedures.find import find_rate
 from app.terminal import console
-from app.terminal.arguments import USUAL_RATE
+from app.terminal.arguments import USUAL_RATE, add_json, add_port
 from app.terminal.connection import connected, no_module_found
 from app.text.i18n import tr
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,7 +8,6 @@ import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from app.cli.commands import THRESHOLDS
 from app.flights.answer import Answer
 from app.flights.columns import parse_choice
 from app.flights.curves import JudgedFlight, LogFiring
@@ -19,6 +18,7 @@ from app.flights.proposal import defaults_result
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
@@ -26,11 +26,32 @@ from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 
+THRESHOLDS = (
+    "attitude_threshold_deg",
+    "freefall_acceleration_g",
+    "freefall_time_s",
+    "attitude_trigger",
+    "freefall_trigger",
+)
 MAX_ACCELERATION_G = 1.5
 SAME_WITHIN_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "logs", nargs="*", metavar="LOG", help="flight log, recording or folder")
+    parser.add_argument(
+        "--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=", ".join(THRESHOLDS)
+    )
+    parser.add_argument(
+        "--column", action="append", default=[], metavar="ROLE=COLUMN", help="column of a table: roll_deg=ATT.Roll"
+    )
+    side = parser.add_mutually_exclusive_group()
+    side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
+    side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -20,6 +20,7 @@ from app.procedures.settings_reading import read_settings
 from app.records.trigger_filing import ANOTHER, TriggersReading, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
 from app.terminal.export_file import STANDARD_OUTPUT
 from app.terminal.stored_history import store_visit
@@ -34,6 +35,15 @@ from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
 
 HEAD = (*FIELDS, "confirmed")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    form = parser.add_mutually_exclusive_group()
+    add_json(form)
+    add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv, or - for standard output")
+    add_module(parser, "keep the records under this name")
+    add_same_module(parser)
 
 
 def run(args: argparse.Namespace) -> int:

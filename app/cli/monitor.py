@@ -15,6 +15,7 @@ from app.engine.procedure import LinkView
 from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.terminal import console
+from app.terminal.arguments import add_json, add_port, add_seconds
 from app.terminal.connection import Conversation
 from app.terminal.interruption import print_after_signal
 from app.terminal.streaming import SameModule, StreamSpan, stream
@@ -23,6 +24,12 @@ from app.text.sentences import labelled
 from app.text.user_error import ErrorCode
 
 LINE_EVERY_S = 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    add_seconds(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -5,8 +5,15 @@ import argparse
 from app.cli.results import PortJson, PortsJson
 from app.engine.ports import list_ports, scan
 from app.terminal import console
+from app.terminal.arguments import add_json
 from app.text.i18n import tr
 from app.text.user_error import ErrorCode, UserError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_json(parser)
+    # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
+    parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -34,6 +34,7 @@ from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.store import Store
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module, add_yes, any_name
 from app.terminal.command_journal import closing_store, open_store_or_notify, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
 from app.terminal.console import Colour, coloured
@@ -45,6 +46,28 @@ from app.text.sentences import in_brackets, join_names, join_sentences, not_writ
 from app.text.user_error import ErrorCode, UserError
 
 _WAIT_S = 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser, takes_several=True)
+    add_file(parser, "--profile", type=Path, metavar="FILE", help="profile that says how the module should be set")
+    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
+    parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
+    add_yes(parser)
+    add_file(parser, "--report", type=Path, metavar="FILE.pdf", help="write the report, and the record beside it")
+    add_module(parser, "name of the module")
+    parser.add_argument("--aircraft", type=any_name, default="", metavar="NAME", help="aircraft")
+    parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
+    parser.add_argument(
+        "--done", type=int, action="append", default=[], metavar="N", help="manual item N of the profile is in order"
+    )
+    parser.add_argument(
+        "--records-reviewed",
+        action="store_true",
+        help="the trigger records were judged; a module that never answers their query is new",
+    )
+    add_same_module(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

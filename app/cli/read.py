@@ -16,6 +16,7 @@ from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
 from app.procedures.read import Everything, read_everything, undisturbed
 from app.terminal import console
+from app.terminal.arguments import add_json, add_port
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
@@ -46,6 +47,11 @@ _WORDS = {
     ("triggered", True): marked("triggered"), ("triggered", False): marked("not triggered"),
 }  # fmt: skip
 """Instead of "yes" and "no"."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -24,8 +24,9 @@ from app.recordings.reports import ACTIVE, TRIGGERED
 from app.recordings.writer import POLLED
 from app.samples.ring_buffers import Window
 from app.terminal import console
+from app.terminal.arguments import add_json, add_port, add_seconds
 from app.terminal.connection import Conversation
-from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable, write_table
+from app.terminal.export_file import STANDARD_OUTPUT, add_export, export, refuse_unwritable, write_table
 from app.terminal.streaming import SameModule, StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -35,6 +36,13 @@ from protocol.messages import Status
 
 SETTLE_LIMIT_S = 10.0
 """How long writing the rest may take at the end."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_port(parser)
+    add_seconds(parser)
+    add_export(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -15,13 +15,43 @@ from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_
 from app.recordings.old_recordings import convert, convert_in, old_recordings
 from app.recordings.session_format import SUFFIX
 from app.terminal import console
-from app.terminal.export_file import export, refuse_unwritable
+from app.terminal.arguments import add_json, add_verbosity, add_yes
+from app.terminal.export_file import add_export, export, refuse_unwritable
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names, labelled
 from app.text.user_error import ErrorCode, UserError
 
 LATEST = "latest"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    listed = commands.add_parser("list", help="list all recordings")
+    add_json(listed)
+    exported = commands.add_parser("export", help="write one to a file")
+    _add_name(exported)
+    add_export(exported)
+    add_json(exported)
+    converted = commands.add_parser("convert", help="turn recordings of earlier versions into session files")
+    converted.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    deleted = commands.add_parser("delete", help="delete one permanently")
+    _add_name(deleted)
+    add_yes(deleted)
+    add_json(deleted)
+    runs = ((listed, run_list), (exported, run_export), (converted, run_convert), (deleted, run_delete))
+    for command, function in runs:
+        add_verbosity(command)
+        command.set_defaults(function=function)
+
+
+def _add_name(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
+
+
+def run(args: argparse.Namespace) -> int:
+    code: int = args.function(args)
+    return code
 
 
 def run_list(args: argparse.Namespace) -> int:

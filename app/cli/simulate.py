@@ -11,7 +11,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import OPTIONS, YES_OR_NO, Group, Setup, default_text, parse_options
 from app.terminal import console
-from app.terminal.arguments import expected
+from app.terminal.arguments import add_file, expected
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
@@ -26,12 +26,11 @@ _EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
-    parser.description = tr("Run a simulated module until Ctrl-C. The first line is its port.")
+    parser.description = "Run a simulated module until Ctrl-C. The first line is its port."
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
-    parser.epilog = tr("Example: {command}", command=f"\n{_EXAMPLES}")
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = f"{parser.epilog}\n{_EXAMPLES}"
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
+    add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
     groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
     for option in OPTIONS:

@@ -5,6 +5,7 @@ known station; 1 if not; 2 if it is no record or cannot be read.
 """
 
 import argparse
+from pathlib import Path
 
 from app.archive.archive import kept_records
 from app.records.verification import RecordState, Verification, verify_file
@@ -14,10 +15,21 @@ from app.store.database import FILE_NAME
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.terminal import console
+from app.terminal.arguments import add_file
 from app.terminal.command_journal import closing_store, existing_store
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import ErrorCode, UserError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "file", type=Path, nargs="?", metavar="FILE", help="record (.json) or report (.pdf)")
+    parser.add_argument("--trust", metavar="FINGERPRINT", help="trust the station that signed FILE")
+    parser.add_argument("--name", default="", metavar="NAME", help="name of that station")
+    parser.add_argument("--forget", metavar="FINGERPRINT", help="stop trusting this station")
+    parser.add_argument("--revoke", metavar="FINGERPRINT", help="its key is lost or was copied: never trust it")
+    parser.add_argument("--stations", action="store_true", help="list known stations")
+    parser.add_argument("--log", action="store_true", help="verify the audit log")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,12 +8,6 @@
         <translation> 天</translation>
     </message>
     <message>
-        <source>%(prog)s: error: %(message)s
-</source>
-        <translation>%(prog)s：错误：%(message)s
-</translation>
-    </message>
-    <message>
         <source>&amp;File</source>
         <translation>文件(&amp;F)</translation>
     </message>
@@ -32,10 +26,6 @@
     <message>
         <source>&amp;View</source>
         <translation>视图(&amp;V)</translation>
-    </message>
-    <message>
-        <source>.mcap, .csv, or - for standard output</source>
-        <translation>.mcap、.csv，或 - 表示标准输出</translation>
     </message>
     <message>
         <source>1. Connect: choose the adapter's port.
@@ -358,10 +348,6 @@
         <translation>返回实时</translation>
     </message>
     <message>
-        <source>Batch of new modules</source>
-        <translation>新模块批量配置</translation>
-    </message>
-    <message>
         <source>Batch {names}, profile {profile}: {count} of {all} done</source>
         <translation>批次 {names}，配置文件 {profile}：已完成 {count}/{all}</translation>
     </message>
@@ -554,10 +540,6 @@
         <translation>正在确认是否为同一模块…</translation>
     </message>
     <message>
-        <source>Checks and records</source>
-        <translation>检查与记录</translation>
-    </message>
-    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -624,14 +606,6 @@
     <message>
         <source>Compare</source>
         <translation>对比</translation>
-    </message>
-    <message>
-        <source>Compare settings; exit code 1: they differ</source>
-        <translation>比较参数；退出码 1：不一致</translation>
-    </message>
-    <message>
-        <source>Configures, tests and watches a DPS-S parachute module.</source>
-        <translation>配置、测试和监视 DPS-S 伞降模块。</translation>
     </message>
     <message>
         <source>Confirm again: {why}.</source>
@@ -734,6 +708,10 @@
         <translation>数据晚到 {seconds:.1f} s。</translation>
     </message>
     <message>
+        <source>Decided by</source>
+        <translation>认定人</translation>
+    </message>
+    <message>
         <source>Decisions are signed with your name</source>
         <translation>认定以您的姓名签名</translation>
     </message>
@@ -834,6 +812,10 @@
         <translation>不要触碰飞行器；检查模块的固定。</translation>
     </message>
     <message>
+        <source>Done by</source>
+        <translation>执行人</translation>
+    </message>
+    <message>
         <source>Done on</source>
         <translation>日期</translation>
     </message>
@@ -848,6 +830,10 @@
     <message>
         <source>Due</source>
         <translation>到期</translation>
+    </message>
+    <message>
+        <source>Due again on</source>
+        <translation>下次日期</translation>
     </message>
     <message>
         <source>Duplicate replies</source>
@@ -978,20 +964,8 @@
         <translation>所有页面</translation>
     </message>
     <message>
-        <source>Example: {command}</source>
-        <translation>示例：{command}</translation>
-    </message>
-    <message>
         <source>Exchanging…</source>
         <translation>正在同步…</translation>
-    </message>
-    <message>
-        <source>Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
-        <translation>退出码：0 完成；1 结果为否；2 用法错误；3 未连接；4 部分完成；130、143 被中断。</translation>
-    </message>
-    <message>
-        <source>Explain captured bytes</source>
-        <translation>解析抓包字节</translation>
     </message>
     <message>
         <source>Export all…</source>
@@ -1362,10 +1336,6 @@
         <translation>已删除其中批准的参数校验码。</translation>
     </message>
     <message>
-        <source>JSON Schema of an output</source>
-        <translation>输出的 JSON Schema</translation>
-    </message>
-    <message>
         <source>Jitter</source>
         <translation>抖动</translation>
     </message>
@@ -1572,10 +1542,6 @@
     <message>
         <source>Link: response time</source>
         <translation>链路：响应时间</translation>
-    </message>
-    <message>
-        <source>List serial ports</source>
-        <translation>列出串口</translation>
     </message>
     <message>
         <source>Live</source>
@@ -1836,10 +1802,6 @@
     <message>
         <source>Named {name}.</source>
         <translation>命名为 {name}。</translation>
-    </message>
-    <message>
-        <source>Names</source>
-        <translation>名称</translation>
     </message>
     <message>
         <source>Names are replaced. Nothing is sent.</source>
@@ -2302,10 +2264,6 @@
         <translation>完全打开伞仓</translation>
     </message>
     <message>
-        <source>Open the window</source>
-        <translation>打开窗口</translation>
-    </message>
-    <message>
         <source>Open traffic…</source>
         <translation>打开通信记录…</translation>
     </message>
@@ -2454,10 +2412,6 @@
         <translation>飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check</source>
-        <translation>飞行前检查</translation>
-    </message>
-    <message>
         <source>Pre-flight check of a parachute module</source>
         <translation>伞降模块飞行前检查</translation>
     </message>
@@ -2490,12 +2444,12 @@
         <translation>打印标签</translation>
     </message>
     <message>
-        <source>Print the status until Ctrl-C</source>
-        <translation>显示实时状态，按 Ctrl-C 结束</translation>
-    </message>
-    <message>
         <source>Problems</source>
         <translation>问题</translation>
+    </message>
+    <message>
+        <source>Profile</source>
+        <translation>配置文件</translation>
     </message>
     <message>
         <source>Profile for all…</source>
@@ -2534,10 +2488,6 @@
         <translation>待激活</translation>
     </message>
     <message>
-        <source>READY: passed and locked. GO: passed and active.</source>
-        <translation>就绪：通过且已锁定。可以飞行：通过且已激活。</translation>
-    </message>
-    <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
     </message>
@@ -2572,10 +2522,6 @@
     <message>
         <source>Read or remove: {names}</source>
         <translation>请读取或移除：{names}</translation>
-    </message>
-    <message>
-        <source>Read status and settings</source>
-        <translation>读取状态和参数</translation>
     </message>
     <message>
         <source>Read the record</source>
@@ -2614,10 +2560,6 @@
         <translation>记录</translation>
     </message>
     <message>
-        <source>Record until Ctrl-C</source>
-        <translation>记录数据，按 Ctrl-C 结束</translation>
-    </message>
-    <message>
         <source>Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
         <translation>{module} 的第 {number} 条记录：{verdict}，{at}，检查人：{who}。其检查项得出 {follows}。</translation>
     </message>
@@ -2636,10 +2578,6 @@
     <message>
         <source>Recordings</source>
         <translation>数据记录</translation>
-    </message>
-    <message>
-        <source>Recordings and flights</source>
-        <translation>数据记录与飞行</translation>
     </message>
     <message>
         <source>Recordings deleted: {count}.</source>
@@ -2730,10 +2668,6 @@
         <translation>往返时间（毫秒）</translation>
     </message>
     <message>
-        <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
-        <translation>运行模拟模块，按 Ctrl-C 结束。第一行输出其串口。</translation>
-    </message>
-    <message>
         <source>SET ASIDE</source>
         <translation>搁置</translation>
     </message>
@@ -2766,8 +2700,8 @@
         <translation>保存</translation>
     </message>
     <message>
-        <source>Save as profile</source>
-        <translation>另存为配置文件</translation>
+        <source>Save as profile…</source>
+        <translation>另存为配置文件…</translation>
     </message>
     <message>
         <source>Save as…</source>
@@ -2952,10 +2886,6 @@
     <message>
         <source>Shaken for 15 s</source>
         <translation>已晃动 15 秒</translation>
-    </message>
-    <message>
-        <source>Shell completion script</source>
-        <translation>Shell 补全脚本</translation>
     </message>
     <message>
         <source>Show on all pages</source>
@@ -3750,10 +3680,6 @@
         <translation>验证文件…</translation>
     </message>
     <message>
-        <source>Verify a pre-flight record</source>
-        <translation>验证飞行前检查记录</translation>
-    </message>
-    <message>
         <source>Void after a restart, a lost link, a change, or fifteen minutes.</source>
         <translation>重启、通信中断、有更改或满十五分钟后作废。</translation>
     </message>
@@ -3850,10 +3776,6 @@
         <translation>是否会触发？</translation>
     </message>
     <message>
-        <source>Would it have fired? Exit code 4: yes</source>
-        <translation>会触发吗？退出码 4：会</translation>
-    </message>
-    <message>
         <source>Write</source>
         <translation>写入</translation>
     </message>
@@ -3872,10 +3794,6 @@
     <message>
         <source>Write and verify</source>
         <translation>写入并验证</translation>
-    </message>
-    <message>
-        <source>Write and verify settings</source>
-        <translation>写入并验证参数</translation>
     </message>
     <message>
         <source>Write anyway</source>
@@ -3950,10 +3868,6 @@
         <translation>静止的传感器漂移更小</translation>
     </message>
     <message>
-        <source>accept despite another boot count</source>
-        <translation>开机次数不同也接受</translation>
-    </message>
-    <message>
         <source>acknowledged</source>
         <translation>已应答</translation>
     </message>
@@ -3986,14 +3900,6 @@
         <translation>已激活</translation>
     </message>
     <message>
-        <source>add to an archive file</source>
-        <translation>追加到归档文件</translation>
-    </message>
-    <message>
-        <source>add to the file (only .csv)</source>
-        <translation>追加到文件（仅 .csv）</translation>
-    </message>
-    <message>
         <source>after 1000 ms the module counts as offline</source>
         <translation>1000 ms 后模块即视为离线</translation>
     </message>
@@ -4002,24 +3908,12 @@
         <translation>已在撞击之后</translation>
     </message>
     <message>
-        <source>all are new, also those that resemble a known module</source>
-        <translation>全部为新模块，包括与已登记模块相似的</translation>
-    </message>
-    <message>
         <source>all records reviewed</source>
         <translation>全部记录已复核</translation>
     </message>
     <message>
-        <source>all settings of this profile</source>
-        <translation>此配置文件中的所有参数</translation>
-    </message>
-    <message>
         <source>already used</source>
         <translation>已使用过</translation>
-    </message>
-    <message>
-        <source>ambiguous option: %(option)s could match %(matches)s</source>
-        <translation>选项 %(option)s 不明确，可能是 %(matches)s</translation>
     </message>
     <message>
         <source>and {count} more</source>
@@ -4044,10 +3938,6 @@
     <message>
         <source>another record here has the same number</source>
         <translation>本机有另一条编号相同的记录</translation>
-    </message>
-    <message>
-        <source>argument %(argument_name)s: %(message)s</source>
-        <translation>参数 %(argument_name)s：%(message)s</translation>
     </message>
     <message>
         <source>as read with the bay open</source>
@@ -4078,10 +3968,6 @@
         <translation>波特</translation>
     </message>
     <message>
-        <source>baud rate: {rates}</source>
-        <translation>波特率：{rates}</translation>
-    </message>
-    <message>
         <source>bay closed</source>
         <translation>伞仓关闭</translation>
     </message>
@@ -4100,10 +3986,6 @@
     <message>
         <source>before the restart</source>
         <translation>重启之前</translation>
-    </message>
-    <message>
-        <source>beginning of the name, or latest</source>
-        <translation>名称的开头，或 latest</translation>
     </message>
     <message>
         <source>being recorded</source>
@@ -4144,10 +4026,6 @@
     <message>
         <source>cannot be read</source>
         <translation>无法读取</translation>
-    </message>
-    <message>
-        <source>carry it out (otherwise only shown)</source>
-        <translation>实际执行（否则仅显示）</translation>
     </message>
     <message>
         <source>changed</source>
@@ -4234,18 +4112,6 @@
         <translation>损坏的数据已略去</translation>
     </message>
     <message>
-        <source>day on which it was done [today]</source>
-        <translation>完成日期 [今天]</translation>
-    </message>
-    <message>
-        <source>decided by</source>
-        <translation>认定人</translation>
-    </message>
-    <message>
-        <source>delete one permanently</source>
-        <translation>永久删除一条</translation>
-    </message>
-    <message>
         <source>device or socket://host:port</source>
         <translation>设备名或 socket://主机:端口</translation>
     </message>
@@ -4262,32 +4128,12 @@
         <translation>检查未通过</translation>
     </message>
     <message>
-        <source>do the vendor's defaults fire in all, in time?</source>
-        <translation>厂家默认值是否在全部中及时触发？</translation>
-    </message>
-    <message>
-        <source>do the vendor's defaults fire in none?</source>
-        <translation>厂家默认值是否在任何一个中都不触发？</translation>
-    </message>
-    <message>
         <source>done</source>
         <translation>已完成</translation>
     </message>
     <message>
-        <source>done by</source>
-        <translation>执行人</translation>
-    </message>
-    <message>
         <source>doubled</source>
         <translation>重复</translation>
-    </message>
-    <message>
-        <source>due after N days [{days}]</source>
-        <translation>N 天后到期 [{days}]</translation>
-    </message>
-    <message>
-        <source>due again on</source>
-        <translation>下次日期</translation>
     </message>
     <message>
         <source>duplicate checks: {checks}</source>
@@ -4310,14 +4156,6 @@
         <translation>留空则从不查询</translation>
     </message>
     <message>
-        <source>enable both automatic triggers first</source>
-        <translation>先启用两个自动触发</translation>
-    </message>
-    <message>
-        <source>enable, check, activate if READY, read again: GO</source>
-        <translation>启用触发并检查，就绪则激活，再读一遍：可以飞行</translation>
-    </message>
-    <message>
         <source>enabled</source>
         <translation>已启用</translation>
     </message>
@@ -4330,28 +4168,8 @@
         <translation>结束</translation>
     </message>
     <message>
-        <source>end after S seconds</source>
-        <translation>S 秒后结束</translation>
-    </message>
-    <message>
         <source>entries</source>
         <translation>填写内容</translation>
-    </message>
-    <message>
-        <source>errors and warnings only</source>
-        <translation>只显示错误和警告</translation>
-    </message>
-    <message>
-        <source>exchange with a server</source>
-        <translation>与服务器同步</translation>
-    </message>
-    <message>
-        <source>expected at least one argument</source>
-        <translation>至少需要一个参数值</translation>
-    </message>
-    <message>
-        <source>expected one argument</source>
-        <translation>需要一个参数值</translation>
     </message>
     <message>
         <source>expected {expected}</source>
@@ -4394,10 +4212,6 @@
         <translation>键盘焦点移到别处</translation>
     </message>
     <message>
-        <source>forget the server</source>
-        <translation>清除服务器设置</translation>
-    </message>
-    <message>
         <source>forward</source>
         <translation>向前</translation>
     </message>
@@ -4422,24 +4236,12 @@
         <translation>心跳内容为 {found}，应为 A5 5A</translation>
     </message>
     <message>
-        <source>hex bytes, a capture, or - for standard input</source>
-        <translation>十六进制字节、抓包文件，或 - 表示标准输入</translation>
-    </message>
-    <message>
         <source>holds for {time}</source>
         <translation>有效期剩余 {time}</translation>
     </message>
     <message>
-        <source>ignored explicit argument %r</source>
-        <translation>多余的参数值 %r</translation>
-    </message>
-    <message>
         <source>impact</source>
         <translation>撞地</translation>
-    </message>
-    <message>
-        <source>import an archive file</source>
-        <translation>导入归档文件</translation>
     </message>
     <message>
         <source>impossible value</source>
@@ -4458,28 +4260,12 @@
         <translation>无效</translation>
     </message>
     <message>
-        <source>invalid %(type)s value: %(value)r</source>
-        <translation>%(type)s 的值无效：%(value)r</translation>
-    </message>
-    <message>
         <source>invalid bytes</source>
         <translation>无效字节</translation>
     </message>
     <message>
-        <source>invalid choice: %(value)r (choose from %(choices)s)</source>
-        <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
-    </message>
-    <message>
-        <source>it is the module that was left ACTIVE here</source>
-        <translation>就是此处遗留为激活状态的模块</translation>
-    </message>
-    <message>
         <source>it was altered</source>
         <translation>已被修改</translation>
-    </message>
-    <message>
-        <source>its key is lost or was copied: never trust it</source>
-        <translation>其密钥已丢失或被复制：不再信任</translation>
     </message>
     <message>
         <source>its station did not sign it</source>
@@ -4522,16 +4308,8 @@
         <translation>通信中断</translation>
     </message>
     <message>
-        <source>list possible duplicates</source>
-        <translation>列出可能重复的模块</translation>
-    </message>
-    <message>
         <source>locked</source>
         <translation>已锁定</translation>
-    </message>
-    <message>
-        <source>log, recording or folder</source>
-        <translation>日志、数据记录或文件夹</translation>
     </message>
     <message>
         <source>longer</source>
@@ -4552,10 +4330,6 @@
     <message>
         <source>low</source>
         <translation>电压低</translation>
-    </message>
-    <message>
-        <source>manual item N of the profile is OK</source>
-        <translation>配置文件的第 N 项人工检查正常</translation>
     </message>
     <message>
         <source>may have been carried out</source>
@@ -4584,10 +4358,6 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
-    </message>
-    <message>
-        <source>name of the profile</source>
-        <translation>配置文件的名称</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -4738,10 +4508,6 @@
         <translation>未得到正确应答</translation>
     </message>
     <message>
-        <source>not allowed with argument %s</source>
-        <translation>不能与参数 %s 同时使用</translation>
-    </message>
-    <message>
         <source>not asked</source>
         <translation>未询问</translation>
     </message>
@@ -4862,10 +4628,6 @@
         <translation>由早期版本导出：“dps-s recordings convert FILE”</translation>
     </message>
     <message>
-        <source>of earlier versions, into session files</source>
-        <translation>将早期版本的记录转换为数据记录文件</translation>
-    </message>
-    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
@@ -4878,24 +4640,12 @@
         <translation>必须有一列为 time_s、time_ms 或 time_us</translation>
     </message>
     <message>
-        <source>one of the arguments %s is required</source>
-        <translation>以下参数必须给出一个：%s</translation>
-    </message>
-    <message>
-        <source>only show what would change</source>
-        <translation>仅显示将要更改的内容</translation>
-    </message>
-    <message>
         <source>open</source>
         <translation>未完成</translation>
     </message>
     <message>
         <source>optional</source>
         <translation>可选</translation>
-    </message>
-    <message>
-        <source>options</source>
-        <translation>选项</translation>
     </message>
     <message>
         <source>other settings than last read, another module?</source>
@@ -4908,10 +4658,6 @@
     <message>
         <source>over {value}°</source>
         <translation>超过 {value}°</translation>
-    </message>
-    <message>
-        <source>paper: width in mm, or sheets</source>
-        <translation>标签纸：宽度（mm）或整页</translation>
     </message>
     <message>
         <source>passed</source>
@@ -4946,14 +4692,6 @@
         <translation>串口重新打开过</translation>
     </message>
     <message>
-        <source>port, socket:// or sim://; default: DPS_S_PORT or the only adapter</source>
-        <translation>串口、socket:// 或 sim://；默认为 DPS_S_PORT 或唯一的适配器</translation>
-    </message>
-    <message>
-        <source>positional arguments</source>
-        <translation>位置参数</translation>
-    </message>
-    <message>
         <source>previous record altered or replaced</source>
         <translation>上一条记录被修改或替换</translation>
     </message>
@@ -4964,26 +4702,6 @@
     <message>
         <source>previous record not on this computer</source>
         <translation>本机没有上一条记录</translation>
-    </message>
-    <message>
-        <source>print all modules, or one</source>
-        <translation>输出所有模块或一个模块</translation>
-    </message>
-    <message>
-        <source>profile</source>
-        <translation>配置文件</translation>
-    </message>
-    <message>
-        <source>profile, capture, recording or check</source>
-        <translation>配置文件、抓包文件、数据记录或检查记录</translation>
-    </message>
-    <message>
-        <source>profile, or - for standard output</source>
-        <translation>配置文件，或 - 表示标准输出</translation>
-    </message>
-    <message>
-        <source>profile; without it the module</source>
-        <translation>配置文件；省略时为模块</translation>
     </message>
     <message>
         <source>program error</source>
@@ -5026,10 +4744,6 @@
         <translation>记录已被修改</translation>
     </message>
     <message>
-        <source>record service of a module</source>
-        <translation>记录模块的维护</translation>
-    </message>
-    <message>
         <source>recorded</source>
         <translation>记录内容</translation>
     </message>
@@ -5044,14 +4758,6 @@
     <message>
         <source>released too early</source>
         <translation>未按满 2 秒即松开</translation>
-    </message>
-    <message>
-        <source>remember this server, without its password</source>
-        <translation>记住此服务器，不含密码</translation>
-    </message>
-    <message>
-        <source>replace the file</source>
-        <translation>替换该文件</translation>
     </message>
     <message>
         <source>reply</source>
@@ -5094,10 +4800,6 @@
         <translation>一致</translation>
     </message>
     <message>
-        <source>save a screenshot and the values there</source>
-        <translation>在此保存截图和数值</translation>
-    </message>
-    <message>
         <source>seen once</source>
         <translation>仅一次</translation>
     </message>
@@ -5134,20 +4836,8 @@
         <translation>写入</translation>
     </message>
     <message>
-        <source>settle whether two modules are one</source>
-        <translation>确认两个模块是否为同一个</translation>
-    </message>
-    <message>
         <source>several records</source>
         <translation>含多条记录</translation>
-    </message>
-    <message>
-        <source>show requests; -vv: every frame</source>
-        <translation>显示请求；-vv 显示每一帧</translation>
-    </message>
-    <message>
-        <source>show this help message and exit</source>
-        <translation>显示此帮助并退出</translation>
     </message>
     <message>
         <source>simulated</source>
@@ -5170,24 +4860,12 @@
         <translation>仍为原波特率</translation>
     </message>
     <message>
-        <source>stop trusting this station</source>
-        <translation>不再信任此站点</translation>
-    </message>
-    <message>
-        <source>store the records under this name</source>
-        <translation>以此名称保存记录</translation>
-    </message>
-    <message>
         <source>stream</source>
         <translation>串口输出</translation>
     </message>
     <message>
         <source>streamed</source>
         <translation>主动输出</translation>
-    </message>
-    <message>
-        <source>symbolic link to the pseudo-terminal</source>
-        <translation>指向伪终端的符号链接</translation>
     </message>
     <message>
         <source>the aircraft</source>
@@ -5200,14 +4878,6 @@
     <message>
         <source>the content is not what was recorded</source>
         <translation>内容与当时记录的不符</translation>
-    </message>
-    <message>
-        <source>the following arguments are required: %s</source>
-        <translation>缺少以下参数：%s</translation>
-    </message>
-    <message>
-        <source>the list of the batch, and FILE.csv</source>
-        <translation>批次清单，另存 FILE.csv</translation>
     </message>
     <message>
         <source>the module answers</source>
@@ -5306,16 +4976,8 @@
         <translation>触发结束</translation>
     </message>
     <message>
-        <source>trigger records reviewed; without an answer: a new module</source>
-        <translation>触发记录已复核；无应答时：新模块</translation>
-    </message>
-    <message>
         <source>triggered</source>
         <translation>已触发</translation>
-    </message>
-    <message>
-        <source>trust the station that signed FILE</source>
-        <translation>信任为 FILE 签名的站点</translation>
     </message>
     <message>
         <source>unasked</source>
@@ -5350,16 +5012,8 @@
         <translation>未命名来源（{bit}）</translation>
     </message>
     <message>
-        <source>unrecognized arguments: %s</source>
-        <translation>无法识别的参数：%s</translation>
-    </message>
-    <message>
         <source>up to {ms} ms</source>
         <translation>不超过 {ms} ms</translation>
-    </message>
-    <message>
-        <source>usage: </source>
-        <translation>用法：</translation>
     </message>
     <message>
         <source>used last</source>
@@ -5372,10 +5026,6 @@
     <message>
         <source>verified</source>
         <translation>已验证</translation>
-    </message>
-    <message>
-        <source>verify the audit log</source>
-        <translation>验证操作记录</translation>
     </message>
     <message>
         <source>void</source>
@@ -5400,18 +5050,6 @@
     <message>
         <source>window was busy</source>
         <translation>窗口繁忙</translation>
-    </message>
-    <message>
-        <source>write although the module may fire</source>
-        <translation>即使模块可能触发也写入</translation>
-    </message>
-    <message>
-        <source>write one to a file</source>
-        <translation>将一段写入文件</translation>
-    </message>
-    <message>
-        <source>write values that take protection away</source>
-        <translation>写入会削弱保护的参数值</translation>
     </message>
     <message>
         <source>writing</source>

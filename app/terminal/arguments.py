@@ -1,128 +1,54 @@
-"""Arguments of the commands as data, and the parsers made of them."""
+"""What the parsers of several commands share: the parser itself, types of arguments, and usual options.
+
+Help and errors of usage are English; results and errors of the module and the line are translated.
+"""
 
 import argparse
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol
 
 from app.fleet.batch_names import EXAMPLE, counted_names
-from app.terminal.console import did_you_mean, flush_messages
-from app.text.i18n import CHINESE, language, tr
+from app.terminal.console import did_you_mean
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
-from app.text.visible_text import NEWLINE, visible
-from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from datetime import date
-
-    from _typeshed import SupportsWrite
 
 AUTO: Final = "auto"
 RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE: Final = 115200
 MAX_NAME_LENGTH: Final = 200
-_HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
-
-
-Argument = Callable[[argparse._ActionsContainer], None]
-"""Adds one argument."""
-Describe = Callable[["Parser"], None]
-"""Adds arguments or a description: an `Argument`, `one_of`, or a function for what is not loaded before."""
-
-
-def option(*names: str, text: str = "", **options: Any) -> Argument:
-    """As `add_argument` of argparse takes it; `text` is its help: marked English, or the same in all languages."""
-
-    def add(parser: argparse._ActionsContainer) -> None:
-        parser.add_argument(*names, help=tr(text) or None, **options)
-
-    return add
-
-
-def flag(name: str, text: str = "") -> Argument:
-    return option(name, text=text, action="store_true")
-
-
-def one_of(*arguments: Argument, is_required: bool = False) -> Describe:
-    """At most one of these may be given."""
-
-    def add(parser: Parser) -> None:
-        group = parser.add_mutually_exclusive_group(required=is_required)
-        for argument in arguments:
-            argument(group)
-
-    return add
-
-
-class Parser(argparse.ArgumentParser):
-    """Takes options and other words in any order. Its messages, which repeat what was typed, cannot contain control
-    characters."""
-
-    _is_intermixing = False
-
-    def parse_words(self, words: Sequence[str]) -> argparse.Namespace:
-        """Exits like `parse_args`."""
-        if any(isinstance(action, argparse._SubParsersAction) for action in self._actions):
-            return self.parse_args(words)
-        usage, self.usage = self.usage, self.format_usage().removeprefix(tr("usage: ")).strip().replace("%", "%%")
-        self._is_intermixing = True
-        try:
-            namespace, unknown = self.parse_known_intermixed_args(words)
-        finally:
-            self._is_intermixing, self.usage = False, usage
-        self._refuse(unknown)
-        return namespace
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Refuses unknown words itself, so that the usage shown is that of the sub-command."""
-        words, unknown = super().parse_known_args(args, namespace)
-        if not self._is_intermixing:
-            self._refuse(unknown)
-        return words, unknown
-
-    def _refuse(self, unknown: Sequence[str]) -> None:
-        if unknown:
-            word = next((word for word in unknown if word.startswith("-")), "")
-            self.error(tr("unrecognized arguments: %s") % " ".join(unknown)
-                       + did_you_mean(word.partition("=")[0], self._option_string_actions))  # fmt: skip
-
-    def _check_value(self, action: argparse.Action, value: object) -> None:
-        try:
-            super()._check_value(action, value)
-        except argparse.ArgumentError as error:
-            error.message += did_you_mean(str(value), map(str, action.choices or ()))
-            raise
-
-    def format_help(self) -> str:
-        """Headings end with a full-width colon in Chinese; argparse appends the colon itself."""
-        text = super().format_help()
-        return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
-
-    def error(self, message: str) -> NoReturn:
-        """Raises `WrongUsage`; a command that was given --json says it as an object, too."""
-        raise WrongUsage(self.format_usage(), self.prog, message)
-
-    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
-        # Older releases of Python 3.11 let a message that cannot be written change the exit code.
-        with suppress(AttributeError, OSError):
-            super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
-        flush_messages()
+_OPTION = re.compile(r"--[a-z][a-z-]*")
+_UNKNOWN_OPTION = re.compile(r"unrecognized arguments: .*?(--?[^\s=]+)")
 
 
 class WrongUsage(UserError):
     """Words that the parser does not take. `what` is the sentence without the usage."""
 
-    def __init__(self, usage: str, program: str, words: str) -> None:
-        complaint = tr("%(prog)s: error: %(message)s\n") % {"prog": program, "message": words}
-        super().__init__(UserMessage((usage + complaint).rstrip()))
-        self.what = words
+    def __init__(self, usage: str, program: str, complaint: str) -> None:
+        super().__init__(UserMessage(f"{usage}{program}: error: {complaint}"))
+        self.what = complaint
+
+
+class Arguments(Protocol):
+    """A parser, or a group of arguments in one."""
+
+    def add_argument(self, *names: str, **options: Any) -> argparse.Action: ...
+
+
+class Parser(argparse.ArgumentParser):
+    """Raises `WrongUsage` where argparse would print it and exit, so that --json can say it as an object."""
+
+    def error(self, message: str) -> NoReturn:
+        unknown = _UNKNOWN_OPTION.search(message)
+        suggestion = "" if unknown is None else did_you_mean(unknown[1], _OPTION.findall(self.format_help()))
+        raise WrongUsage(self.format_usage(), self.prog, message + suggestion)
 
 
 class Once(argparse.Action):
@@ -136,7 +62,7 @@ class Once(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) is not None:
-            parser.error(tr("{name} is given twice.", name=option_string))
+            parser.error(f"{option_string} is given twice")
         setattr(namespace, self.dest, values)
 
 
@@ -145,12 +71,12 @@ class Once(argparse.Action):
 
 def expected(what: str) -> argparse.ArgumentTypeError:
     """The error for argparse: which form of argument was expected."""
-    return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
+    return argparse.ArgumentTypeError(f"expected {what}")
 
 
 def any_name(text: str) -> str:
     if len(text) > MAX_NAME_LENGTH:
-        raise expected(f"≤ {MAX_NAME_LENGTH}")
+        raise expected(f"≤ {MAX_NAME_LENGTH} characters")
     return text
 
 
@@ -162,7 +88,7 @@ def module_name(text: str) -> str:
         except (AttributeError, OSError, ValueError):  # it is closed, or no text
             text = ""
     if not text.strip() or len(text) > MAX_NAME_LENGTH:
-        raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
+        raise expected(f"NAME (≤ {MAX_NAME_LENGTH} characters)")
     return text
 
 
@@ -175,7 +101,7 @@ def batch_names(text: str) -> tuple[str, ...]:
 
 def port_name(text: str) -> str:
     if not text.strip():
-        raise expected("P")
+        raise expected("a port")
     return text
 
 
@@ -185,15 +111,16 @@ def baud_rate(text: str) -> int | None:
         return None
     if text.isdecimal() and int(text) in RATES:
         return int(text)
-    raise expected("|".join(map(str, (*RATES, AUTO))))
+    raise expected(", ".join(map(str, (*RATES, AUTO))))
 
 
 def seconds(text: str) -> float:
     """A time above 0."""
     with suppress(ValueError):
-        if 0 < (value := float(text)) < math.inf:
+        value = float(text)
+        if 0 < value < math.inf:
             return value
-    raise expected("S > 0")
+    raise expected("seconds, more than 0")
 
 
 def day(text: str) -> "date":
@@ -207,79 +134,79 @@ def day(text: str) -> "date":
 def whole_days(text: str) -> int:
     if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
         return int(text)
-    raise expected("N > 0")
+    raise expected("days, more than 0")
 
 
-# What several commands take
+# Usual options
 
 
-def rate_of(kinds: Iterable[object], **options: Any) -> Describe:
-    """The option of the baud rate, which is one of these."""
-
-    def add(parser: Parser) -> None:
-        rates = "|".join(map(str, kinds)) + f" [{USUAL_RATE}]"
-        parser.add_argument("-b", "--baud", default=USUAL_RATE, metavar="N",
-                            help=tr("baud rate: {rates}", rates=rates), **options)  # fmt: skip
-
-    return add
+def completed_as(action: argparse.Action, kind: str) -> None:
+    """What the completion scripts offer for its value: "file", or a function of `app.cli.reference.completion`."""
+    functions = {"bash": "_shtab_compgen_files", "zsh": "_files"} if kind == "file" else {"bash": kind, "zsh": kind}
+    action.complete = functions  # type: ignore[attr-defined]  # an attribute that shtab asks for
 
 
-def _port(**options: object) -> Argument:
-    text = marked("port, socket:// or sim://; default: DPS_S_PORT or the only adapter")
-    return option("-p", "--port", text=text, type=port_name, metavar="P", **options)
+def add_file(parser: Arguments, name: str, **options: Any) -> None:
+    """An argument that names a file or a folder."""
+    completed_as(parser.add_argument(name, **options), "file")
 
 
-RATE = rate_of((*RATES, AUTO), type=baud_rate)
-PORT: Final = (_port(action=Once), RATE)
-PORTS: Final = (_port(action="append"), RATE)
-JSON = flag("--json", "JSON")
-YES = flag("--yes", marked("carry it out (otherwise only shown)"))
-SECONDS = option("--seconds", text=marked("end after S seconds"), type=seconds, metavar="S")
-SAME_MODULE = flag("--same-module", marked("accept despite another boot count"))
-VERBOSITY: Final[tuple[Describe, ...]] = (
-    # Without a default: that of a sub-command's parser would replace an option given before the command.
-    option("-v", "--verbose", text=marked("show requests; -vv: every frame"), action="count",
-           default=argparse.SUPPRESS),
-    option("--quiet", text=marked("errors and warnings only"), action="store_true", default=argparse.SUPPRESS),
-)  # fmt: skip
+_PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
 
 
-def module_of(text: str) -> Argument:
-    return option("--module", text=text, type=module_name, metavar="NAME")
-
-
-# What argparse says by itself
-
-
-# argparse passes its messages to gettext through the names `_` and `ngettext` of its module, which are replaced here by
-# functions that call `tr`. Messages that are not in the table (of another Python) stay in English.
-WORDS: Final = frozenset(
-    (
-        marked("usage: "),
-        marked("positional arguments"),
-        marked("options"),
-        marked("show this help message and exit"),
-        marked("%(prog)s: error: %(message)s\n"),
-        marked("argument %(argument_name)s: %(message)s"),
-        marked("the following arguments are required: %s"),
-        marked("one of the arguments %s is required"),
-        marked("unrecognized arguments: %s"),
-        marked("expected one argument"),
-        marked("expected at least one argument"),
-        marked("ignored explicit argument %r"),
-        marked("not allowed with argument %s"),
-        marked("ambiguous option: %(option)s could match %(matches)s"),
-        marked("invalid choice: %(value)r (choose from %(choices)s)"),
-        marked("invalid %(type)s value: %(value)r"),
+def add_port(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
+    """--port and --baud."""
+    port = parser.add_argument(
+        "-p", "--port", type=port_name, metavar="P", action="append" if takes_several else Once, help=_PORT_HELP
     )
-)
+    completed_as(port, "file")
+    rate = parser.add_argument(
+        "-b",
+        "--baud",
+        type=baud_rate,
+        default=USUAL_RATE,
+        metavar="N",
+        help=f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})",
+    )
+    completed_as(rate, "_dps_s_rates")
 
 
-def _translated(text: str) -> str:
-    return tr(text) if text in WORDS else text
+def add_json(parser: Arguments) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON; see dps-s schema")
 
 
-def translate_argparse() -> None:
-    """Translate the messages of all parsers, into the language in use at that time."""
-    setattr(argparse, "_", _translated)  # noqa: B010  mypy knows no such name
-    setattr(argparse, "ngettext", lambda one, many, count: _translated(one if count == 1 else many))  # noqa: B010
+def add_yes(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--yes", action="store_true", help="do it; without it the command only says what it would do")
+
+
+def add_seconds(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seconds", type=seconds, metavar="S", help="end after S seconds")
+
+
+def add_module(parser: argparse.ArgumentParser, text: str) -> None:
+    parser.add_argument("--module", type=module_name, metavar="NAME", help=text)
+
+
+def add_same_module(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--same-module", action="store_true", help="it is the module of that name, although its readings differ"
+    )
+
+
+def add_verbosity(parser: argparse.ArgumentParser) -> None:
+    # Without a default: that of a sub-command's parser would replace an option given before the command.
+    parser.add_argument(
+        "-v",
+        "--verbose",
+        action="count",
+        default=argparse.SUPPRESS,
+        help="show requests on standard error; -vv: every frame",
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", default=argparse.SUPPRESS, help="print only errors and warnings"
+    )
+
+
+def parse(parser: argparse.ArgumentParser, words: Sequence[str], *, has_commands: bool) -> argparse.Namespace:
+    """Options and other words may stand in any order, except where the parser has commands of its own."""
+    return parser.parse_args(words) if has_commands else parser.parse_intermixed_args(words)

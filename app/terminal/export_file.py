@@ -1,10 +1,11 @@
 """Exports recordings to files, in the format of their suffix."""
 
+import argparse
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.terminal.arguments import expected
+from app.terminal.arguments import add_file, expected
 from app.terminal.console import Refused, clear_progress, notify, show_progress, write, write_lines
 from app.text.i18n import tr
 from app.text.sentences import not_written, saved_text
@@ -25,7 +26,15 @@ def export_path(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() in ENDINGS or path == STANDARD_OUTPUT:
         return path
-    raise expected("|".join((*ENDINGS, str(STANDARD_OUTPUT))))
+    raise expected(", ".join((*ENDINGS, str(STANDARD_OUTPUT))))
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """The file, and what becomes of one that is there."""
+    existing = parser.add_mutually_exclusive_group()
+    existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
+    existing.add_argument("--force", action="store_true", help="replace the file")
+    add_file(parser, "file", type=export_path, metavar="FILE", help=".mcap, .csv, or - for a table on standard output")
 
 
 def refuse_unwritable(path: Path, *, appends: bool, replaces: bool, is_json: bool = False) -> None:

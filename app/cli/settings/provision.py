@@ -27,6 +27,7 @@ from app.records.labels import PAPERS
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_port, add_yes, any_name, batch_names
 from app.terminal.command_journal import closing_store, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected
 from app.terminal.console import Colour, coloured
@@ -39,6 +40,32 @@ from app.text.user_error import UserError
 _LOOKS: Final = 5
 _POLL_EVERY_S: Final = 0.1
 """Pauses between two attempts to find a module."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help="write all settings of this profile")
+    parser.add_argument(
+        "--names", type=batch_names, required=True, metavar="M-001..M-050", help="names, one for each module"
+    )
+    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
+    add_yes(parser)
+    parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
+    parser.add_argument(
+        "--records-reviewed",
+        action="store_true",
+        help="the trigger records were judged; a module that never answers their query is new",
+    )
+    parser.add_argument(
+        "--all-new", action="store_true", help="all modules are new, also those that resemble a known one"
+    )
+    parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
+    add_file(parser, "--list", type=Path, metavar="FILE.pdf", help="write the list of the batch, and FILE.csv")
+    add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
+    parser.add_argument(
+        "--tape", choices=("62", "24", "A4"), default="A4", help="paper of the labels: width in mm, or sheets"
+    )
+    add_port(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -2,10 +2,6 @@
 
 Comments say when and from which module they were read, and what could not be read. Sends queries only. Exit code 0; 2
 if the file exists and --force is missing; 3 without a link; 4 if some were not read, or the file cannot be written.
-
-`dps-s diff FILE [FILE | --port P]`: compares the settings of two profiles, or of a profile and a module. Of a module
-only the settings of the profile are compared; what it cannot tell is unknown. Sends queries only. Exit code 0 if all
-are equal; 1 if one differs; 3 without a link; 4 if none differs and one is unknown.
 """
 
 import argparse
@@ -14,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from app.cli.results import DiffJson, SaveJson
+from app.cli.results import SaveJson
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
@@ -25,10 +21,10 @@ from app.settings.profile_file import profile_text
 from app.settings.profiles import MAX_NAME_LENGTH, Profile
 from app.system.files import write_whole
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_module, add_port
 from app.terminal.command_journal import adapter_of
 from app.terminal.connection import connected, module_is_silent
 from app.terminal.export_file import STANDARD_OUTPUT
-from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
@@ -44,6 +40,14 @@ class ModuleSettings(NamedTuple):
     boot_count: int | None
     values: Mapping[str, Value]
     missing: Mapping[str, str]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile, or - for standard output")
+    add_module(parser, "name of the profile")
+    parser.add_argument("--force", action="store_true", help="replace the file")
+    add_port(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -115,26 +119,3 @@ def text_of(module: ModuleSettings, name: str) -> str:
     ]
     profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=module.values)
     return "".join(f"# {line}\n" for line in origin if line) + profile_text(profile)
-
-
-def run_diff(args: argparse.Namespace) -> int:
-    if args.other is not None and args.port is not None:
-        raise console.Refused(tr("expected {expected}", expected="FILE [FILE | --port P]"))
-    first = settings_of_profile(args.file)
-    if args.other is not None:
-        second, head, missing = settings_of_profile(args.other), str(args.other), "–"
-        names = list({**first, **second})
-    else:
-        module = read_module(args.port, args.baud)
-        second, head, missing = module.values, module.port, tr("unknown")
-        names = list(first)
-    unequal = [name for name in names if first.get(name) != second.get(name)]
-    rows = [
-        (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
-    ]
-    page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
-    console.emit(args, DiffJson(differences={name: [first.get(name), second.get(name)] for name in unequal}), page)
-    if not unequal:
-        return console.SUCCESS
-    is_only_unknown = args.other is None and all(name not in second for name in unequal)
-    return console.PARTIAL if is_only_unknown else console.ANSWER_NO

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from app.cli.results import ChangedJson, SetJson, SetResultJson
 from app.cli.settings.save import notify_missing, read_module
+from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import (
     SettingChange,
@@ -32,6 +33,7 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.permit import Origin, Permit
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_port, completed_as
 from app.terminal.command_journal import records_of
 from app.terminal.connection import LinkTrouble, connected
 from app.terminal.console import Colour, coloured
@@ -42,6 +44,20 @@ from app.text.messages import UserMessage
 from app.text.sentences import join_names, labelled
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    names = ", ".join(SETTING_KEYS)
+    wishes = parser.add_argument(
+        "wishes", nargs="*", metavar="NAME=VALUE", help=f"{names}; triggers and output: true or false"
+    )
+    completed_as(wishes, "_dps_s_settings")
+    add_file(parser, "--profile", type=Path, metavar="FILE", help="write all settings of this profile")
+    parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
+    parser.add_argument("--dry-run", action="store_true", help="only show what would change")
+    parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
+    add_port(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,6 @@ import pytest
 import serial
 
 import app.__main__ as program
-from app.cli.commands import ENTRIES
 from app.cli.read import unanswered_reason
 from app.engine import ports as port_list
 from app.engine import transport
@@ -95,7 +94,7 @@ def test_without_a_command_the_window_opens(
         opened.append(vars(args))
         return 0
 
-    monkeypatch.setattr(program, "_open_window", open_window)
+    monkeypatch.setattr("app.cli.gui.run", open_window)
     assert program.main(words) == 0
     assert {name: opened[0][name] for name in expected} == expected
 
@@ -285,18 +284,6 @@ def test_no_translation_has_one() -> None:
     texts = read_translations(generator("translations").TS)
     places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
     assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}
-
-
-@pytest.mark.parametrize(
-    "words", [(), *((entry.name,) for entry in ENTRIES)], ids=lambda words: " ".join(words) or "all"
-)
-def test_no_help_has_one(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    monkeypatch.setenv("COLUMNS", "500")
-    said = dps_s([*words, "--help"]).out
-    assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
-    assert "选项：" in said
-    assert half_width(re.sub(r"主机:端口", "", said)) == []
 
 
 def test_a_reading_is_chinese_with_its_units(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:

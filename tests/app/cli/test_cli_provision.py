@@ -319,10 +319,10 @@ def test_a_file_that_is_no_list_is_not_replaced(batch: Batch, tmp_path: Path, wi
     ],
 )  # fmt: skip
 def test_names_count_upwards(text: str, names: tuple[str, ...] | None) -> None:
-    parser = BY_NAME["provision"].parser()
+    parse = BY_NAME["provision"].parse_words
     words = ["--profile", "p.toml", f"--names={text}"]
     if names is not None:
-        assert parser.parse_words(words).names == names
+        assert parse(words).names == names
         return
     with pytest.raises(WrongUsage):
-        parser.parse_words(words)
+        parse(words)

@@ -163,7 +163,7 @@ def test_each_way_to_the_module_has_the_lag(way: str, monkeypatch: pytest.Monkey
 
 
 def parse(*words: str) -> argparse.Namespace:
-    return BY_NAME["simulate"].parser().parse_words(words)
+    return BY_NAME["simulate"].parse_words([*words])
 
 
 def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.CaptureFixture[str]) -> None:

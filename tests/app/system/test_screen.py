@@ -51,7 +51,7 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
     def fail(_: object) -> int:
         raise ImportError("libEGL.so.1: cannot open shared object file: No such file or directory")
 
-    monkeypatch.setattr("app.__main__._open_window", fail)
+    monkeypatch.setattr("app.cli.gui.run", fail)
     lacking |= {"libEGL.so.1"}
     assert run_here(capsys, ["gui"], 1).err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
     lacking.clear()

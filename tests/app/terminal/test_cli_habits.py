@@ -1,14 +1,9 @@
 """Habits of command lines: short options, suggestions, colours, a usage of the command's own."""
 
-import argparse
-import gettext
-import inspect
 import io
 import os
-import re
 import signal
 import sys
-from collections.abc import Iterator
 
 import pytest
 
@@ -16,8 +11,7 @@ from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
-from app.terminal.arguments import WORDS, WrongUsage, translate_argparse
-from app.text.i18n import CHINESE, ENGLISH, set_language, tr
+from app.terminal.arguments import WrongUsage
 from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -31,18 +25,12 @@ def test_the_help_lists_every_command_in_a_group(dps_s: Program) -> None:
     assert [line for line in told.splitlines() if line in ("Module:", "Settings:", "Program:")]
 
 
-EXAMPLES = [(entry, entry.name, entry.example) for entry in ENTRIES]
-EXAMPLES += [(entry, f"{entry.name} {act.name}", act.example) for entry in ENTRIES for act in entry.acts]
-
-
-@pytest.mark.parametrize(("entry", "name", "example"), EXAMPLES, ids=[name for _, name, _ in EXAMPLES])
-def test_every_command_shows_an_example_that_it_takes(
-    entry: SubCommand, name: str, example: str, dps_s: Program
-) -> None:
-    told = " ".join(dps_s([*name.split(), "--help"]).out.split())  # a long one takes two lines
-    assert f"Example: dps-s {example}" in told
-    assert example.startswith(name)
-    entry.parser().parse_words(example.split()[1:])
+@pytest.mark.parametrize("entry", ENTRIES, ids=[entry.name for entry in ENTRIES])
+def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, dps_s: Program) -> None:
+    told = dps_s([entry.name, "--help"]).out
+    assert f"Example: dps-s {entry.example}" in told
+    assert entry.example.startswith(entry.name)
+    entry.parse_words(entry.example.split()[1:])
 
 
 @pytest.mark.parametrize(
@@ -51,14 +39,11 @@ def test_every_command_shows_an_example_that_it_takes(
 )
 def test_options_may_stand_between_other_words(words: str, attribute: str) -> None:
     name, first, _, last = words.split()
-    parser = BY_NAME[name].parser()
-    assert getattr(parser.parse_words(words.split()[1:]), attribute) == [first, last]
-    for language in (ENGLISH, CHINESE):
-        set_language(language)
-        usage = parser.format_usage()
-        with pytest.raises(WrongUsage) as refused:
-            parser.parse_words(["--nonsense"])
-        assert refused.value.sentence.startswith(usage)
+    entry = BY_NAME[name]
+    assert getattr(entry.parse_words(words.split()[1:]), attribute) == [first, last]
+    with pytest.raises(WrongUsage) as refused:
+        entry.parse_words(["--nonsense"])
+    assert refused.value.sentence.startswith(f"usage: dps-s {name} ")
 
 
 def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,62 +95,16 @@ def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     assert wire == []
 
 
-# What argparse says by itself is Chinese too, and right where a Python words it otherwise.
-
-
-@pytest.fixture(autouse=True)
-def own_words() -> Iterator[None]:
-    translate_argparse()
-    yield
-    argparse._ = gettext.gettext  # type: ignore[attr-defined]
-    argparse.ngettext = gettext.ngettext  # type: ignore[attr-defined]
-
-
-def test_every_sentence_is_one_of_argparses() -> None:
-    """Word for word: else it would never be asked for. Later Pythons have some in other words."""
-    source = re.sub(r"'\s*\n\s*'", "", inspect.getsource(argparse)).replace("\\n", "\n")
-    unknown = [word for word in WORDS if repr(word)[1:-1].replace("\\n", "\n") not in source]
-    assert len(unknown) <= 2, unknown
-
-
-def test_placeholders_are_the_same() -> None:
-    set_language(CHINESE)
-    for word in WORDS:
-        wanted = sorted(re.findall(r"%(?:\(\w+\))?[sr]", word))
-        assert sorted(re.findall(r"%(?:\(\w+\))?[sr]", tr(word))) == wanted, word
-        assert word.endswith("\n") == tr(word).endswith("\n")
-
-
-def test_help_and_errors_are_chinese(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    told = dps_s(["read", "--help"]).out
-    assert told.startswith("用法：dps-s read")
-    assert not re.search(r"usage|options|show this help", told)
-    for words in (["read", "--port", "x", "--what"], ["archive", "bogus"], ["gui", "--lang", "fr"]):
-        said = dps_s(words, 2).err
-        assert "错误：" in said
-        assert not re.search(r"usage:|error:|invalid|required|unrecognized", said), said
-
-
-def test_what_is_not_known_stays_english() -> None:
-    set_language(CHINESE)
-    ask = argparse._  # type: ignore[attr-defined]
-    assert ask("a sentence of a later Python") == "a sentence of a later Python"
-    assert argparse.ngettext("expected %s argument", "expected %s arguments", 2) == tr(  # type: ignore[attr-defined]
-        "expected %s arguments"
-    )
-
-
 @pytest.mark.parametrize(
     ("typed", "name"), [("M-07\n", "M-07"), ("伞仓 07\r\nrest", "伞仓 07"), ("M-08", "M-08"), ("\n", None), ("", None),
                         ("M" * 201 + "\n", None)],
 )  # fmt: skip
 def test_a_scanner_types_the_name_of_the_module(typed: str, name: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(typed, newline=None))
-    parser = BY_NAME["preflight"].parser()
+    parse = BY_NAME["preflight"].parse_words
     words = ["--module", "-", "--enable-triggers"]
     if name is not None:
-        assert parser.parse_words(words).module == name
+        assert parse(words).module == name
         return
     with pytest.raises(WrongUsage, match="expected NAME"):
-        parser.parse_words(words)
+        parse(words)

@@ -136,7 +136,7 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
                 yield from parsers(choice)
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
 def test_every_script_names_every_command_option_and_setting(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     script = printed(shell, capsys)
     for entry in ENTRIES:
@@ -145,7 +145,7 @@ def test_every_script_names_every_command_option_and_setting(shell: str, capsys:
         assert {"--help", "--verbose", "--quiet"} <= parser._option_string_actions.keys() or parser._subparsers
         for name, action in parser._option_string_actions.items():
             if action.help is not argparse.SUPPRESS:
-                assert (f"-l {name[2:]} " if shell == "fish" and name.startswith("--") else name.lstrip("-")) in script
+                assert name.lstrip("-") in script
     for name in SETTING_KEYS:
         assert f"{name}=" in script
 

@@ -1,0 +1,43 @@
+"""`dps-s [gui]`: the window, connected to a port or to a built-in simulated module, or on a file."""
+
+import argparse
+import errno
+import os
+from pathlib import Path
+
+from app.terminal import console
+from app.terminal.arguments import RATES, USUAL_RATE, add_file, seconds
+from app.text.i18n import LANGUAGES, tr
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "file", type=Path, nargs="?", metavar="FILE", help="profile, recording, flight log or record")
+    parser.add_argument("--demo", action="store_true", help="connect to a built-in simulated module")
+    parser.add_argument("-p", "--port", metavar="P", help="port to connect to")
+    parser.add_argument(
+        "-b",
+        "--baud",
+        type=int,
+        choices=RATES,
+        default=USUAL_RATE,
+        metavar="N",
+        help=f"baud rate: {', '.join(map(str, RATES))} (default: {USUAL_RATE})",
+    )
+    parser.add_argument("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}")
+    parser.add_argument("--offscreen-seconds", type=seconds, metavar="S", help="end after S seconds")
+    add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.file is not None and not args.file.is_file():
+        why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
+        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=why))
+        return console.USAGE_ERROR
+    from app.system.screen import window_obstacle
+
+    obstacle = window_obstacle()
+    if obstacle is not None:
+        console.notify(obstacle)
+        return console.NO_LINK
+    code: int = args.open_window(args)
+    return code

@@ -1,0 +1,45 @@
+"""`dps-s diff FILE [FILE | --port P]`: compares the settings of two profiles, or of a profile and a module.
+
+Of a module only the settings of the profile are compared; what it cannot tell is unknown. Sends queries only. Exit code
+0 if all are equal; 1 if one differs; 3 without a link; 4 if none differs and one is unknown.
+"""
+
+import argparse
+from pathlib import Path
+
+from app.cli.results import DiffJson
+from app.cli.settings.save import read_module
+from app.terminal import console
+from app.terminal.arguments import add_file, add_json, add_port
+from app.terminal.setting_words import settings_of_profile, typed
+from app.text.i18n import tr
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_file(parser, "file", type=Path, metavar="FILE", help="profile")
+    add_file(parser, "other", type=Path, nargs="?", metavar="FILE", help="profile; without it the module")
+    add_port(parser)
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.other is not None and args.port is not None:
+        raise console.Refused(tr("expected {expected}", expected="FILE [FILE | --port P]"))
+    first = settings_of_profile(args.file)
+    if args.other is not None:
+        second, head, missing = settings_of_profile(args.other), str(args.other), "–"
+        names = list({**first, **second})
+    else:
+        module = read_module(args.port, args.baud)
+        second, head, missing = module.values, module.port, tr("unknown")
+        names = list(first)
+    unequal = [name for name in names if first.get(name) != second.get(name)]
+    rows = [
+        (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
+    ]
+    page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
+    console.emit(args, DiffJson(differences={name: [first.get(name), second.get(name)] for name in unequal}), page)
+    if not unequal:
+        return console.SUCCESS
+    is_only_unknown = args.other is None and all(name not in second for name in unequal)
+    return console.PARTIAL if is_only_unknown else console.ANSWER_NO
