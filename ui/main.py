@@ -28,7 +28,7 @@ from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.archive.archive_actions import ArchiveActions
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.connect.left_active import BaudRecovery, LeftActiveWatch
+from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.garbage_collector import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
@@ -207,21 +207,12 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 
 
 def _show_store_notices(assembly: Assembly) -> None:
-    """Shows trouble of the store, and what was interrupted when the program last ended."""
+    """Shows trouble of the store, and what the last run of the program left."""
     attention, storage = assembly.window.attention, assembly.storage
     assembly.connector.stream_left_on.connect(partial(attention.queue_notice, _left_on_notice, is_of_module=True))
     if storage.notice is not None:
         attention.queue_notice(lambda: Notice(Meaning.ATTENTION, storage.notice or ""))
     assembly.left_active.load()
-    recovery = BaudRecovery(
-        assembly.connector,
-        close=attention.dismiss_queued,
-        ask=partial(attention.queue_notice, is_of_module=True),
-        leave_port=attention.leave_port,
-        say=assembly.window.show_message,
-    )
-    for pending in recovery.pending():
-        attention.queue_notice(partial(recovery.notice, pending))
 
 
 def _left_on_notice() -> Notice:

@@ -444,10 +444,6 @@
         <translation>正在更改波特率…</translation>
     </message>
     <message>
-        <source>Changing {port} from {old} to {new} baud was interrupted: it may be at either.</source>
-        <translation>{port} 从 {old} 到 {new} 波特的更改曾被中断：可能处于其中任一波特率。</translation>
-    </message>
-    <message>
         <source>Charge it, unplug it, wait a minute.</source>
         <translation>充电，断开外接供电，等一分钟。</translation>
     </message>
@@ -790,10 +786,6 @@
     <message>
         <source>Disconnect</source>
         <translation>断开</translation>
-    </message>
-    <message>
-        <source>Dismiss</source>
-        <translation>不再提醒</translation>
     </message>
     <message>
         <source>Do it, and keep it in the archive: Service…</source>

@@ -4,7 +4,7 @@
     -> the port stays at the rate that answers
 
 The table specifies neither the rate of the acknowledgement nor the time of the change, so only an answered question
-proves a rate. If the program ends meanwhile, it searches at the logged rates (`look_for`) when it starts again.
+proves a rate. If the program ends meanwhile, `dps-s find` finds the module.
 """
 
 from collections.abc import Mapping
@@ -50,6 +50,7 @@ _OUTCOMES: Mapping[BaudEnd, Outcome] = {
     BaudEnd.AT_RESTART: Outcome.UNKNOWN,
     BaudEnd.UNCHANGED: Outcome.REFUSED,
     BaudEnd.ELSEWHERE: Outcome.UNKNOWN,
+    BaudEnd.LOST: Outcome.UNKNOWN,
     BaudEnd.NOT_SENT: Outcome.NOT_SENT,
 }
 
@@ -78,7 +79,7 @@ def change_baud(
     begin: EngineView | None = None,
 ) -> Procedure[BaudChanged]:  # fmt: skip
     """Raises `ValueRefused` for a rate without a code, before anything is sent. If it is cancelled or the port is lost
-    after the set, it raises, and the logged rates remain to be searched. For `begin` see `begin_act`."""
+    after the set, it raises, and the log has no outcome. For `begin` see `begin_act`."""
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
@@ -88,7 +89,6 @@ def change_baud(
     )
     if isinstance(entry, tuple):
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
-    # Without an outcome, as where the port is lost now, the module is searched for at the next start.
     reply = acknowledged((yield Ask(request, is_deliberate=True)))
     if reply.heard is SetReply.NOT_SENT:
         changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
@@ -100,27 +100,16 @@ def change_baud(
                 rate = None  # another module answers
         end = _end(old_rate, new_rate, rate, reply.heard)
         changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=rate)
-    if changed.end is not BaudEnd.LOST:
-        journal.settle(entry, *_logged(changed.end, changed.found_rate))
+    journal.settle(entry, _OUTCOMES[changed.end], {"end": changed.end.value, "found": changed.found_rate})
     return changed
 
 
-def _logged(end: BaudEnd, rate: int | None) -> tuple[Outcome, dict[str, object]]:
-    return _OUTCOMES[end], {"end": end.value, "found": rate}
-
-
-def logged_later(old_rate: int, new_rate: int, rate: int) -> tuple[Outcome, dict[str, object]]:
-    """What came of a change that was logged without an outcome, by the rate at which the module answers."""
-    return _logged(_found_later(old_rate, new_rate, rate), rate)
-
-
 def _end(old_rate: int, new_rate: int, rate: int | None, heard: SetReply) -> BaudEnd:
-    end = BaudEnd.LOST if rate is None else _found_later(old_rate, new_rate, rate)
-    is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
-    return BaudEnd.AT_RESTART if end is BaudEnd.UNCHANGED and is_acknowledged else end
-
-
-def _found_later(old_rate: int, new_rate: int, rate: int) -> BaudEnd:
+    if rate is None:
+        return BaudEnd.LOST
     if rate == new_rate:
         return BaudEnd.CHANGED
-    return BaudEnd.UNCHANGED if rate == old_rate else BaudEnd.ELSEWHERE
+    if rate != old_rate:
+        return BaudEnd.ELSEWHERE
+    is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
+    return BaudEnd.AT_RESTART if is_acknowledged else BaudEnd.UNCHANGED

@@ -4,10 +4,8 @@ from collections.abc import Mapping
 
 from app.safety.acts import Act
 from app.safety.journal import Entry, Outcome
-from app.store.store import Store
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
-from protocol.catalogue import BAUD_RATE
 
 
 class FakeJournal:
@@ -56,10 +54,3 @@ def _failed() -> Entry:
     entry = Entry()
     entry.set_exception(UserError(UserMessage("The disk is full.")))
     return entry
-
-
-def begin_baud(store: object, module: str = "") -> None:
-    """The program ended while it changed the rate of this module at `sim://crashed`."""
-    assert isinstance(store, Store)
-    rates = {"old": 115200, "new": 9600, **({"module": module} if module else {})}
-    store.begin(Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), rates, port="sim://crashed", origin="window")

@@ -1,25 +1,17 @@
-"""Says what an earlier run left: a module ACTIVE, until that module, known by its name, reports LOCKED; or a change of
-baud rate that was interrupted."""
+"""Says that an earlier run left a module ACTIVE, until that module, known by its name, reports LOCKED."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.device import How
-from app.engine.target import Target
-from app.engine.worker import Batch, Job
-from app.procedures.baud import logged_later
-from app.procedures.find import look_for
-from app.safety.journal import Outcome
+from app.engine.worker import Batch
 from app.safety.last_known import Activation
-from app.settings.identity_words import same_module_words
-from app.store.database import StoreTrouble
 from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
-from app.store.store import PendingBaud, Store
+from app.store.store import Store
 from app.store.store_journal import new_run
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
 from ui.core.background_task import BackgroundTask
 from ui.services.port import Port, Ports
 from ui.services.storage import ORIGIN
@@ -134,104 +126,3 @@ class LeftActiveWatch(QObject):
 def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, ...]:
     note(store)
     return left_active(store)
-
-
-class BaudRecovery(QObject):
-    """`close` dismisses the notice, `ask` shows one about the connected module, `leave_port` asks before it leaves it,
-    `say` shows the result."""
-
-    def __init__(
-        self,
-        connector: Ports,
-        *,
-        close: Callable[[], None],
-        ask: Callable[[Callable[[], Notice]], None],
-        leave_port: Callable[[Callable[[], object]], None],
-        say: Callable[[str], None],
-    ) -> None:
-        super().__init__(connector)
-        self._connector, self._storage = connector, connector.storage
-        self._close, self._ask, self._leave_port, self._say = close, ask, leave_port, say
-        self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
-        self._found: tuple[PendingBaud, Port] | None = None
-        """Which port's module answers, until a person says that it is the one of this name."""
-        connector.changed.connect(self._settle_found)
-        connector.renamed.connect(self._settle_found)
-
-    def pending(self) -> tuple[PendingBaud, ...]:
-        store = self._storage.store
-        try:
-            return store.pending_bauds() if isinstance(store, Store) else ()
-        except StoreTrouble:
-            return ()
-
-    def notice(self, pending: PendingBaud) -> Notice:
-        """The notice in the language in use."""
-        begin = partial(self._leave_port, partial(self._search, pending))
-        search = Choice("look_for_baud", tr("Find the baud rate"), begin, is_main=True)
-        forget = Choice("forget_baud", tr("Dismiss"), lambda: self._discard(pending), is_step=True)
-        return Notice(Meaning.ATTENTION, _interrupted(pending), (search, forget))
-
-    def _same_notice(self, pending: PendingBaud, rate: int) -> Notice:
-        """Of a module without a name only a person can say that it is this one; else it is asked about again."""
-
-        def end() -> None:
-            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
-            self._close()
-
-        text = join_sentences([_interrupted(pending), _found(rate)])
-        same = Choice("baud_of_same", same_module_words(""), end, is_step=True)
-        return Notice(Meaning.ATTENTION, text, (same,), self._close)
-
-    def _search(self, pending: PendingBaud) -> None:
-        same = [
-            port.device for port in self._connector.ports.ports if pending.adapter and port.identity == pending.adapter
-        ]
-        device = same[0] if len(same) == 1 else pending.port
-        self._close()
-
-        def end(job: Job[int | None]) -> None:
-            rate = None if job.run.error is not None else job.outcome()
-            if rate is None:
-                self._say(tr("No answer at any rate. Switch the module off and on, then “Find the baud rate”."))
-                return
-            self._say(_found(rate))
-            if not pending.module:
-                self._ask(partial(self._same_notice, pending, rate))
-                return
-            self._found = pending, self._connector.current
-            self._settle_found()
-
-        look = partial(self._connector.run, look_for(pending.new_rate, pending.old_rate), end)
-        self._connector.connect_to(Target(device, pending.new_rate, pending.adapter), then=look)
-
-    def _settle_found(self) -> None:
-        if self._found is None:
-            return
-        pending, port = self._found
-        if port is not self._connector.current or not port.is_open:
-            self._found = None
-        elif port.identity.is_settled and pending.module == port.module.name:
-            self._found, rate = None, port.connection.baud_rate
-            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
-
-    def _discard(self, pending: PendingBaud) -> None:
-        self._settle(pending, Outcome.UNKNOWN, {"end": "forgotten"})
-        self._close()
-
-    def _settle(self, pending: PendingBaud, outcome: Outcome, result: Mapping[str, object]) -> None:
-        store = self._storage.store
-        if isinstance(store, Store):
-            settle = partial(store.settle, pending.id, outcome, result)
-            self._writing.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))
-
-
-def _interrupted(pending: PendingBaud) -> str:
-    return tr(
-        "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
-        old=pending.old_rate, new=pending.new_rate, port=pending.port,
-    )  # fmt: skip
-
-
-def _found(rate: int) -> str:
-    return tr("The module answers at {rate} baud.", rate=rate)

@@ -273,17 +273,14 @@ class Ports(QObject):
 
     # What the pages do
 
-    def connect_to(self, target: Target, *, then: Callable[[], object] | None = None) -> None:
-        """Open `target` in place of the current port; a port that is open already is chosen. `then` is called once it
-        is the current one."""
+    def connect_to(self, target: Target) -> None:
+        """Open `target` in place of the current port; a port that is open already is chosen."""
         others = (port for port in self._connections if port is not self.current and port.is_requested)
         same = next((port for port in others if port.target is not None and port.target.key == target.key), None)
         if same is not None:
-            self.choose(same, then=then or (self.find_rate if target.finds_rate else None))
-            return
-        self.current.connect_to(target)
-        if then is not None:
-            then()
+            self.choose(same, then=self.find_rate if target.finds_rate else None)
+        else:
+            self.current.connect_to(target)
 
     def find_rate(self) -> None:
         """As a slot: of the port that is then the current one."""

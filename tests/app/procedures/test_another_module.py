@@ -121,13 +121,12 @@ def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
 
 @pytest.mark.parametrize("boots", [37, 90])
 def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
-    """That one is searched for at the next start."""
     for frame in range(1, 6):
         rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
         changed = rig.run(change_baud(57600, journal, permit=rig.permit(Act.CHANGE_BAUD)))
         assert (rig.is_exchanged, rig.to_second) == (True, [])
         assert changed.end is (BaudEnd.NOT_SENT if frame < 3 else BaudEnd.LOST), frame
-        assert not journal.outcomes, frame
+        assert set(journal.outcomes.values()) <= {Outcome.UNKNOWN}, frame
 
 
 @pytest.mark.parametrize(

@@ -20,16 +20,13 @@ from app.store.copies import FOLDER, copied_at, copies_of, copy_store, restore, 
 from app.store.database import FILE_NAME
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
-from tests.support.journals import begin_baud
 from tests.support.patience import MACHINE_S, PATIENCE_S
-from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, window
 from tests.support.window.preflight_window import OnBench, on_bench
-from tests.support.window.steps import await_child, find, settle
+from tests.support.window.steps import await_child
 from tests.ui.pages.triggers.test_triggers_page import fire, name_kept, said, texts
 from ui.pages.triggers.model import Column
 from ui.services.page import Page
-from ui.services.storage import Storage
-from ui.widgets.notice_bar import NoticeBar
 
 WAITS_S = 20.0
 """Of SQLite: so long a write waits for the program that holds the store."""
@@ -145,27 +142,6 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
         assert (module.name, module.adapter) == ("M-07", naming.adapter)
         bench.until(lambda: store.evidence(module.name) != IdentityEvidence())
         assert store.evidence(module.name) == naming._read["M-07"]
-
-
-def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    storage = Storage()
-    assert isinstance(storage.store, Store)
-    begin_baud(storage.store)
-    storage.close()
-    with simulated("crashed"), window(qapp, tmp_path) as assembly:
-        bar = find(assembly.window, NoticeBar, "notice_bar")
-        qtbot.waitUntil(lambda: bar.button("forget_baud") is not None)
-        button, store = bar.button("forget_baud"), assembly.storage.store
-        assert button is not None
-        assert isinstance(store, Store)
-        settle(button)
-        with held_by_another(qtbot, store) as release:
-            button.click()
-            assert store.pending_bauds()
-            release()
-        qtbot.waitUntil(lambda: not store.pending_bauds())
 
 
 def test_the_store_is_opened_beside_the_window(

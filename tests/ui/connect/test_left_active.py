@@ -1,4 +1,4 @@
-"""A module left ACTIVE and an interrupted change of the baud rate are said at the next start until that is settled."""
+"""A module left ACTIVE is said at the next start until that is settled."""
 
 import os
 from collections.abc import Iterator
@@ -9,26 +9,21 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
-from app.procedures.find import find_rate
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.left_active import left_active, note_locked
-from app.store.store import PendingBaud, Store, open_store
-from tests.support.journals import begin_baud
+from app.store.store import Store, open_store
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts, ports_alone
-from tests.support.window.fakes_ui import page_entries, store_of, window
-from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import given, notice_text, press, show_page
-from ui.connect.left_active import BaudRecovery, LeftActiveWatch
+from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.steps import given, press, show_page
+from ui.connect.left_active import LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
-from ui.widgets.notice_bar import NoticeBar
 
 USB = "/dev/ttyUSB0"
 
@@ -259,12 +254,7 @@ def ports(qtbot: QtBot) -> Iterator[FakePorts]:
     fake.stop()
 
 
-def nothing(*_anything: object) -> None:
-    pass
-
-
-@pytest.mark.parametrize("is_resumed", [True, False])
-def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports: FakePorts, is_resumed: bool) -> None:
+def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports: FakePorts) -> None:
     """Also where it is open for Fleet, and the shown one is still busy: nothing is asked there."""
 
     def forever() -> Procedure[None]:
@@ -277,60 +267,8 @@ def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports
     qtbot.waitUntil(lambda: second.is_open and first.is_open)
     connector.run(forever(), lambda _job: None)
     before = len(worker.jobs), len(other.jobs)
-    if is_resumed:
-        recovery = BaudRecovery(connector, close=nothing, ask=nothing, leave_port=nothing, say=nothing)
-        recovery._search(PendingBaud(1, "/dev/two", "", 115200, 9600, ""))
-    else:
-        connector.connect_to(Target("/dev/two", 115200, finds_rate=True))
+    connector.connect_to(Target("/dev/two", 115200, finds_rate=True))
     assert (len(worker.jobs), len(other.jobs)) == before
     worker.end_jobs()
     qtbot.waitUntil(lambda: connector.current is second)
     assert len(other.jobs) == before[1] + 1
-
-
-@pytest.mark.parametrize("module_rate", [9600, 115200])
-def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
-) -> None:
-    storage = Storage()
-    begin_baud(storage.store)
-    storage.close()
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=module_rate) as one:
-        bar, connector = one.find(NoticeBar, "notice_bar"), one.assembly.connector
-        one.until(lambda: bar.button("look_for_baud") is not None)
-        one.click(bar.button("look_for_baud"))
-        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
-        one.until(lambda: bar.button("baud_of_same") is not None)
-        assert f"The module answers at {module_rate} baud." in notice_text(bar)
-        store = store_of(one.assembly.storage)
-        store.queue.submit(bool).result()
-        assert store.pending_bauds(), "without a name another one may answer"
-        one.click(bar.button("baud_of_same"))
-        one.until(lambda: not store.pending_bauds())
-        assert bar.button("baud_of_same") is None
-        assert connector.current.connection.baud_rate == one.bench.module.baud_rate == module_rate
-
-
-def test_a_baud_change_of_one_module_is_not_ended_by_another_one_that_answers(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    storage = Storage()
-    begin_baud(storage.store, "M-07")
-    storage.close()
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=115200) as one:
-        bar, port = one.find(NoticeBar, "notice_bar"), one.assembly.connector.current
-        one.until(lambda: bar.button("look_for_baud") is not None)
-        one.click(bar.button("look_for_baud"))
-        one.until(lambda: port.state.phase is Phase.ONLINE)
-        store = store_of(one.assembly.storage)
-        one.until(lambda: port.connection.baud_rate == 115200 and not one.assembly.connector.is_busy)
-        port.module.choose("M-08")
-        one.until(lambda: port.module.name == "M-08" and port.identity.is_settled)
-        store.queue.submit(bool).result()
-        assert store.pending_bauds(), "another module answers"
-        one.bench.module.baud_rate = 9600  # M-07 takes its place
-        one.assembly.connector.run(find_rate(), lambda _job: None)
-        one.until(lambda: port.connection.baud_rate == 9600 and not one.assembly.connector.is_busy)
-        port.module.choose("M-07")
-        one.until(lambda: not store.pending_bauds())
-        assert store.audit(Act.CHANGE_BAUD)[0].result["found"] == 9600

@@ -7,19 +7,17 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
 from app.engine.worker import Job
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud, logged_later
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.light_calibration import Band, CalibrationFault, Proposal, measure_light, propose
 from app.safety.acts import TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
-from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import not_begun, open_conditions
-from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.forms.field_editors import ChoiceEditor, ValueLabel, explain_setting, make_editor
 from ui.pages.settings.row import CELL_GAP, aligned_cells
@@ -43,7 +41,6 @@ class BaudPanel(QFrame):
         self._job = RunningJob(services.connector, self)
         self._doubtful_since: float | None = None
         """When a change was broken off after it may have been sent, until the module answers."""
-        self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", self)
         texts = services.texts
         self.title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
         self.title.setWordWrap(True)
@@ -134,11 +131,8 @@ class BaudPanel(QFrame):
         if since is None or known is None or known.is_stale or known.at <= since or not port.identity.is_settled:
             return
         self._doubtful_since = None
-        rate, name, store = int(known.value), port.connection.port, self._services.storage.store
+        rate = int(known.value)
         self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=rate))
-        if isinstance(store, Store):
-            settle = partial(_settle, store, name, rate)
-            self._settling.run_in(store.queue, settle, lambda _none: None, lambda _trouble: None)
 
     def _lay_out(self) -> None:
         stacked(self._message, self._warning, self.conditions, self.notice_bar)
@@ -150,13 +144,6 @@ class BaudPanel(QFrame):
         """What it says lies beside its button, or above it."""
         direction = QBoxLayout.Direction
         self._below.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
-
-
-def _settle(store: Store, port: str, rate: int) -> None:
-    """Runs in the store's thread: the last change at this port is not asked about at the next start."""
-    last = next((baud for baud in store.pending_bauds() if baud.port == port), None)
-    if last is not None:
-        store.settle(last.id, *logged_later(last.old_rate, last.new_rate, rate))
 
 
 CLOSED, OPEN = "closed", "open"

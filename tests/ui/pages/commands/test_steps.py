@@ -24,7 +24,7 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
 
 STEPS = {
-    "another_module", "baud_of_same", "delete_recordings", "discard", "drop_edits", "forget_baud", "identity_new",
+    "another_module", "delete_recordings", "discard", "drop_edits", "identity_new",
     "identity_same", "leave_active", "left_active_here", "left_active_locked", "same_module", "unlock_once",
     "write_anyway",
 }  # fmt: skip

@@ -15,15 +15,11 @@ from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
 from protocol.link_states import Presence
-from tests.support.journals import begin_baud
 from tests.support.window import walk
-from tests.support.window.fakes_ui import page_entries, simulated, store_of, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
-from tests.support.window.steps import choosing, drop, find, given, notice_text, press
-from ui.services.storage import Storage
+from tests.support.window.steps import choosing, drop, given, notice_text
 from ui.shell.attention import AGAIN_S
 from ui.style.painted_widget import Freshness
-from ui.widgets.notice_bar import NoticeBar
 
 PROFILE = f"{walk.PROFILE}baud_rate = 9600\n"
 
@@ -192,22 +188,6 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
     assert "cannot be written" in said.text
 
 
-def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    storage = Storage()
-    begin_baud(storage.store)
-    storage.close()
-    with simulated("flying", active=True), window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
-        connector = assembly.connector
-        bar = find(assembly.window, NoticeBar, "notice_bar")
-        qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None)
-        connector.connect_to(Target("sim://flying", 115200))
-        qtbot.waitUntil(lambda: connector.current.is_active)
-        press(qtbot, bar.button("look_for_baud"))
-        qtbot.waitUntil(lambda: bar.button("leave_active") is not None)
-        assert (connector.current.target, connector.current.is_open) == (Target("sim://flying", 115200), True)
-        assembly.window.attention.stay()
-
-
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
 
@@ -332,8 +312,6 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     say_same(one)
     if is_sent:
         one.until(lambda: notice_text(panel.notice_bar) == "The module answers at 115200 baud.")
-    store = store_of(one.assembly.storage)
-    one.until(lambda: not store.pending_bauds())
     assert len(one.changes("baud_rate")) == is_sent
 
 

@@ -237,7 +237,6 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         one.until(lambda: panel.notice_bar.notice is not None and says in panel.notice_bar.notice.text)
         assert len(one.changes("baud_rate")) == 1
         assert one.assembly.connector.current.connection.baud_rate == one.bench.module.baud_rate
-        one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
         one.bench.unplug()
         one.until(lambda: (panel.notice_bar.notice is None) is (behaviour == "old"))
 
