@@ -1,6 +1,8 @@
 """The support bundle: a zip that contains exactly what its preview shows.
 
-User names in paths, the user's and the computer's name are replaced. The environment and other files are never read.
+User names in paths, the user's and the computer's name are replaced. Names of modules, files and ports, serial numbers
+(of an adapter, in the name of its port) and network addresses stay, and the window says so beside the preview. The
+environment and other files are never read.
 """
 
 import getpass

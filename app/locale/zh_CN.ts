@@ -1796,10 +1796,6 @@
         <translation>命名为 {name}。</translation>
     </message>
     <message>
-        <source>Names are replaced. Nothing is sent.</source>
-        <translation>名称已替换。不会发送任何内容。</translation>
-    </message>
-    <message>
         <source>Needs decision</source>
         <translation>待确认</translation>
     </message>
@@ -3230,6 +3226,10 @@
     <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
+    </message>
+    <message>
+        <source>The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and addresses stay: read everything before you pass it on. Nothing is sent.</source>
+        <translation>用户名和计算机名已替换。模块、文件和串口的名称、序列号以及地址会保留：转交他人前请通读全部内容。不会发送任何内容。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>

@@ -64,6 +64,16 @@ def test_a_port_that_is_not_there(dps_s: WindowsProgram) -> None:
     assert "no port COM77" in done.stderr
 
 
+def test_a_second_program_is_kept_off_the_port(dps_s: WindowsProgram, module: RunningModule) -> None:
+    """Windows opens a COM port only once."""
+    with dps_s.running("monitor", "--port", PORT) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline()
+        second = dps_s.run("read", "--port", PORT)
+    assert second.returncode == 3
+    assert "in use" in second.stderr
+
+
 def test_a_check_leaves_reports_that_are_verified(dps_s: WindowsProgram, module: RunningModule) -> None:
     from wine import DRIVE
 

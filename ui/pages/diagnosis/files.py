@@ -205,8 +205,13 @@ class BundlePreview(QWidget):
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._folder = Path.home()
         texts = services.texts
-        self._privacy_note = control(QLabel(), texts, "bundle_promise",
-                                "Names are replaced. Nothing is sent.")  # fmt: skip
+        self._privacy_note = control(
+            QLabel(),
+            texts,
+            "bundle_promise",
+            "The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and "
+            "addresses stay: read everything before you pass it on. Nothing is sent.",
+        )
         self._privacy_note.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -305,7 +310,7 @@ class BundlePreview(QWidget):
     def _lay_out(self) -> None:
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
         buttons = FlowRow(right=(self.renew, self.save))
-        head = in_row((self._privacy_note, 1), (buttons, 2), spacing=Space.S)
+        head = in_row((self._privacy_note, 1), (buttons, 1), spacing=Space.S)
         in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _apply_theme(self) -> None:

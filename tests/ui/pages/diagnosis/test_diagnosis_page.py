@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
@@ -290,6 +290,11 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         page.go_to("bundle")
         qtbot.waitUntil(lambda: page.bundle.bundle is not None)
         qtbot.waitUntil(page.bundle.save.isEnabled)
+        promise = page.bundle.findChild(QLabel, "bundle_promise")
+        assert isinstance(promise, QLabel)
+        assert promise.isVisible()
+        for stays in ("modules", "files", "ports", "serial numbers", "addresses"):
+            assert stays in promise.text()
         bundle = given(page.bundle.bundle)
         names = [part.name for part in bundle.files]
         assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= set(names)
