@@ -209,8 +209,8 @@ class BundlePreview(QWidget):
             QLabel(),
             texts,
             "bundle_promise",
-            "The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and "
-            "addresses stay: read everything before you pass it on. Nothing is sent.",
+            "The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers "
+            "and addresses stay: read everything before you pass it on. Nothing is sent.",
         )
         self._privacy_note.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
