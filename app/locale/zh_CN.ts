@@ -3229,7 +3229,7 @@
     </message>
     <message>
         <source>The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and addresses stay: read everything before you pass it on. Nothing is sent.</source>
-        <translation>用户名和计算机名已替换。模块、文件和串口的名称、序列号以及地址会保留：转交他人前请通读全部内容。不会发送任何内容。</translation>
+        <translation>用户名和电脑名已替换。模块、文件和串口的名称、序列号以及地址会保留：转交他人前请通读全部内容。不会发送任何内容。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>
