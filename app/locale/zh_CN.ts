@@ -4,10 +4,6 @@
 <context>
     <name>dps-s</name>
     <message>
-        <source> days</source>
-        <translation> 天</translation>
-    </message>
-    <message>
         <source>&amp;File</source>
         <translation>文件(&amp;F)</translation>
     </message>
@@ -2152,6 +2148,10 @@
         <translation>备注</translation>
     </message>
     <message>
+        <source>Nothing can be written until this is corrected: {names}.</source>
+        <translation>更正之前无法写入：{names}。</translation>
+    </message>
+    <message>
         <source>Nothing has the focus: press Tab.</source>
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
@@ -4104,6 +4104,10 @@
         <translation>损坏的数据已略去</translation>
     </message>
     <message>
+        <source>days</source>
+        <translation>天</translation>
+    </message>
+    <message>
         <source>device or socket://host:port</source>
         <translation>设备名或 socket://主机:端口</translation>
     </message>
@@ -4542,6 +4546,10 @@
     <message>
         <source>not named</source>
         <translation>未填写</translation>
+    </message>
+    <message>
+        <source>not possible</source>
+        <translation>无效</translation>
     </message>
     <message>
         <source>not read</source>
@@ -5226,6 +5234,10 @@
     <message>
         <source>{low} to {high}</source>
         <translation>{low} 至 {high}</translation>
+    </message>
+    <message>
+        <source>{low} to {high}, in steps of {step}</source>
+        <translation>{low} 至 {high}，步长 {step}</translation>
     </message>
     <message>
         <source>{median:.1f} V ({low:.1f} to {high:.1f} V)</source>

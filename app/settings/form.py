@@ -5,6 +5,7 @@
     acknowledged  set and acknowledged; it cannot be read back (E8)
     stale         known earlier, but something casts doubt on it
     edited        another value was entered and not sent yet
+    not possible  what was typed cannot be sent; nothing is written while it stands
     writing
     verified      written and read back equal, and nothing has cast doubt on it since
     changed       reads differently than before, and was not written here
@@ -47,6 +48,7 @@ class RowState(Enum):
     ACKNOWLEDGED = marked("acknowledged")
     STALE = marked("stale")
     EDITED = marked("edited")
+    IMPOSSIBLE = marked("not possible")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
     CHANGED = marked("changed")
@@ -63,6 +65,8 @@ class FormRow:
     """Why it failed, in the language in use."""
     is_pending: bool = False
     """The next write will send it."""
+    mistyped: str = ""
+    """What was typed and cannot be sent."""
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
@@ -93,6 +97,8 @@ class SettingsForm:
         self._is_in_doubt = is_in_doubt
         self._edited: Mapping[str, Value] = {}
         """The edited values by the setting's key; replaced, never modified."""
+        self._mistyped: dict[str, str] = {}
+        """What was typed and cannot be sent, by the setting's key."""
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
         self._seen: tuple[int, float | None] | None = None
@@ -104,16 +110,31 @@ class SettingsForm:
     # Editing
 
     def choose(self, key: str, value: Value) -> None:
+        self._forget_mistyped([key])
         self._change({**self._edited, key: value})
+
+    def mistype(self, key: str, text: str) -> None:
+        """What was typed is no value: it takes the place of the edit, so that half of it is never sent."""
+        if self._writing:
+            return
+        self.revert(key)
+        self._mistyped[key] = text
 
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edits all of these; keys that are not rows of the form are ignored."""
         known = {key: value for key, value in values.items() if key in _BY_KEY}
+        self._forget_mistyped(known)
         self._change({**self._edited, **known})
 
     def revert(self, key: str | None = None) -> None:
         """Removes the edit of one row, or all edits."""
+        self._forget_mistyped(list(self._mistyped) if key is None else [key])
         self._change({} if key is None else {name: value for name, value in self._edited.items() if name != key})
+
+    def _forget_mistyped(self, keys: Iterable[str]) -> None:
+        if not self._writing:
+            for key in keys:
+                self._mistyped.pop(key, None)
 
     def _change(self, values: Mapping[str, Value]) -> None:
         """Replaces the edits, and removes failures of settings that are no longer edited."""
@@ -143,13 +164,20 @@ class SettingsForm:
         return dict(self._edited)
 
     @property
+    def mistyped(self) -> dict[str, str]:
+        """What was typed and cannot be sent, by the setting's key."""
+        return dict(self._mistyped)
+
+    @property
     def has_drafts(self) -> bool:
-        return bool(self._edited)
+        return bool(self._edited or self._mistyped)
 
     def would_change(self, values: Mapping[str, Value], device: DeviceView, now: float) -> bool:
         """Whether `fill` with these would leave something to write that is not edited already."""
 
         def is_new(key: str, value: Value) -> bool:
+            if key in self._mistyped:
+                return True
             edited = self._edited.get(key)
             return not is_confirmed(_BY_KEY[key], device.known(key, now), value) if edited is None else edited != value
 
@@ -164,7 +192,8 @@ class SettingsForm:
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
         """Edits that leaving would lose, those being written included."""
-        return sum(row.is_pending or row.state is RowState.WRITING for row in self.rows(device, now))
+        rows = self.rows(device, now)
+        return sum(row.is_pending or row.state is RowState.WRITING or bool(row.mistyped) for row in rows)
 
     def observe(self, device: DeviceView, now: float) -> None:
         is_in_doubt = self._is_in_doubt()
@@ -196,6 +225,8 @@ class SettingsForm:
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
+        elif key in self._mistyped:
+            state = RowState.IMPOSSIBLE
         elif is_in_doubt:  # what came of a write may be of another module
             state = RowState.EDITED if is_pending else _known_state(module_value)
         elif failure is not None:
@@ -210,6 +241,7 @@ class SettingsForm:
             state = _known_state(module_value)
         return FormRow(
             command=command, module_value=module_value, edited=value, state=state, reason=reason, is_pending=is_pending,
+            mistyped=self._mistyped.get(key, ""),
         )  # fmt: skip
 
     # Writing
@@ -259,6 +291,7 @@ class SettingsForm:
         """Discards everything, for another module."""
         self.watch = watch or SettingsWatch()
         self._edited = {}
+        self._mistyped = {}
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None
 

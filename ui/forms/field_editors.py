@@ -6,8 +6,8 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetricsF, QIcon, QValidator
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtGui import QFontMetricsF, QIcon
+from PySide6.QtWidgets import QComboBox, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.engine.device import How, Known, StaleReason
 from app.settings.setting_texts import DEFAULTS, value_text, what_is
@@ -21,14 +21,13 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Size, Space, font, scaled
-from ui.widgets.controls import ChoiceButton, control, named, set_role
+from ui.widgets.controls import ChoiceButton, control, named
 from ui.widgets.layouts import in_row
+from ui.widgets.number_line import NumberKind, NumberLine
 from ui.widgets.readout import Readout
 from ui.widgets.sliders import NUMBER_PX, WheelGuard
 
 _FLAG_PX: Final = 92
-_HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
-"""What an input method writes, as ASCII."""
 
 
 class FieldEditor(QWidget):
@@ -45,72 +44,44 @@ class FieldEditor(QWidget):
 class NumberEditor(FieldEditor):
     """A number with its unit; without an edit the module's value, muted."""
 
+    mistyped = Signal(str)
+    """What was typed, which cannot be sent."""
+    cancelled = Signal()
+    """The field was emptied."""
+
     def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
         super().__init__()
-        self._field, self._is_edited = field, False
-        self.box = control(_NumberBox(field, DEFAULTS.get(command.key)), texts, f"{command.name}_number",
-                           says=command.title, tip=command.explanation)  # fmt: skip
-        WheelGuard(self.box)
-        self.line = named(self.box.lineEdit(), f"{command.name}_wanted")
-        texts.bind(self.line.setAccessibleName, command.title)
+        kind = NumberKind.of_field(field)
+        start = float(DEFAULTS.get(command.key) or 0)
+        self.line = control(NumberLine(kind, start=start, may_be_empty=True), texts, f"{command.name}_wanted",
+                            says=command.title, tip=command.explanation)  # fmt: skip
+        self.line.setFixedWidth(NUMBER_PX)
         limits = {"low": field.text(0), "high": field.text(255)}
-        texts.bind(self.box.setAccessibleDescription, "{low} to {high}", **limits)
+        texts.bind(self.line.setAccessibleDescription, "{low} to {high}", **limits)
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
-        in_row(self.box, unit, 1, of=self, spacing=Space.XS, margins=0)
-        self.setFocusProxy(self.box)
-        self.box.valueChanged.connect(self._choose)
-        self.line.textEdited.connect(self._choose_again)
+        in_row(self.line, unit, 1, of=self, spacing=Space.XS, margins=0)
+        self.setFocusProxy(self.line)
+        self.line.edited.connect(self._choose)
+        self._field = field
 
     def show_value(self, edited: Value | None, module_value: Value | None) -> None:
+        if edited is None and self.line.hasFocus() and not self.line.text():
+            return  # the person has emptied it to type another one
         value = module_value if edited is None else edited
-        raw = -1 if value is None else self._field.encode(value)
-        if round(self.box.value() * self._field.per_unit) != raw:  # else what is being typed would be completed
-            with QSignalBlocker(self.box):
-                self.box.setValue(raw / self._field.per_unit)
-        self._is_edited = edited is not None
-        set_role(self.box, "muted" if edited is None else "")
+        self.line.show_number(None if value is None else float(value), "muted" if edited is None else "")
 
-    def _choose(self, number: float) -> None:
-        self._is_edited = True
-        self.chosen.emit(self._field.decode(round(number * self._field.per_unit)))
+    def show_mistyped(self, text: str) -> None:
+        self.line.show_text(text)
 
-    def _choose_again(self, text: str) -> None:
-        """The number shown, pasted over itself, is chosen too; the box does not tell of it, as its value stays."""
-        number = self.box.value()
-        is_whole = number >= 0 and self.line.hasAcceptableInput()
-        if is_whole and not self._is_edited and self.box.valueFromText(text) == number:
-            self._choose(number)
-
-
-class _NumberBox(QDoubleSpinBox):
-    """In the vendor's steps. It is empty below zero, where no value is known; its buttons then start from `default`."""
-
-    def __init__(self, field: Quantity, default: Value | None) -> None:
-        super().__init__()
-        self._unit, self._default = field.unit, float(default or 0)
-        self.setDecimals(field.decimals)
-        self.setSingleStep(1 / field.per_unit)
-        self.setRange(-1 / field.per_unit, field.maximum)
-        self.setValue(self.minimum())
-        self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setMinimumWidth(NUMBER_PX)
-        self.setAcceptDrops(False)
-        self.lineEdit().setAcceptDrops(False)
-
-    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        """A comma counts as a decimal point; full-width characters and the unit are allowed."""
-        plain = text.translate(_HALF_WIDTH).strip().removesuffix(self._unit).rstrip().replace(",", ".")
-        if "-" in plain:
-            return QValidator.State.Invalid, text, position
-        return super().validate(plain, min(position, len(plain)))
-
-    def textFromValue(self, value: float) -> str:
-        return "" if value < 0 else super().textFromValue(value)
-
-    def stepBy(self, steps: int) -> None:
-        start = self._default if self.value() < 0 else self.value()
-        self.setValue(max(0.0, start + steps * self.singleStep()))
+    def _choose(self) -> None:
+        number = self.line.number
+        if number is not None:
+            self.chosen.emit(self._field.decode(round(number * self._field.per_unit)))
+        elif self.line.is_wrong:
+            self.mistyped.emit(self.line.text())
+        else:
+            self.cancelled.emit()
 
 
 class FlagEditor(FieldEditor):

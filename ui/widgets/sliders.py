@@ -1,12 +1,13 @@
 """Sliders with a number field, and the guard against accidental wheel events."""
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import QLabel, QSlider, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
+from ui.widgets.number_line import NumberKind, NumberLine
 from ui.widgets.visibility_timer import VisibilityTimer
 
 NUMBER_PX = 104
@@ -46,9 +47,14 @@ def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
 
 
 class Dial(QWidget):
-    """A slider and a number box for one value; `turned` is emitted only for changes by the user."""
+    """A slider and a number for one value; `turned` is emitted only for changes by the user.
+
+    A number that cannot be used stays as it was typed, with the range beside it; `value` and the slider stay as before.
+    """
 
     turned = Signal(float)
+    judged = Signal()
+    """Something was typed; whether it can be used is `is_wrong`."""
 
     def __init__(
         self,
@@ -62,25 +68,23 @@ class Dial(QWidget):
     ) -> None:
         super().__init__()
         self.setObjectName(name)
-        self._step = step
+        self._step, self._value = step, minimum
         if decimals is None:
             decimals = 0 if step >= 1 else 2
         self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
         self.slider.setRange(round(minimum / step), round(maximum / step))
-        self.box = named(QDoubleSpinBox(), f"{name}_box")
-        self.box.setDecimals(decimals)
-        self.box.setRange(minimum, maximum)
-        self.box.setSingleStep(step)
-        self.box.setSuffix(unit)
-        self.box.setKeyboardTracking(False)
-        self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
+        kind = NumberKind.of(minimum, maximum, step, unit.strip(), decimals)
+        self.box = named(NumberLine(kind, start=minimum), f"{name}_box")
+        self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
+        self.range = named(QLabel(), f"{name}_range", "danger")
+        self.range.hide()
         fit_number(self.box)
-        for widget in (self.slider, self.box):
-            WheelGuard(widget)
-        in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)
+        WheelGuard(self.slider)
+        in_row((self.slider, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._on_step)
-        self.box.valueChanged.connect(self._typed)
+        self.box.edited.connect(self._typed)
+        self.box.show_number(minimum)
 
     def describe(self, texts: Texts, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
@@ -88,7 +92,12 @@ class Dial(QWidget):
 
     @property
     def value(self) -> float:
-        return self.box.value()
+        return self._value
+
+    @property
+    def is_wrong(self) -> bool:
+        """What is typed cannot be used."""
+        return self.box.is_wrong
 
     def show_value(self, value: float) -> None:
         """Shows the module's value, unless the user is changing it."""
@@ -96,18 +105,27 @@ class Dial(QWidget):
             self.set_value(value)
 
     def set_value(self, value: float) -> None:
-        """In any case."""
-        with QSignalBlocker(self.slider), QSignalBlocker(self.box):
-            self.slider.setValue(round(value / self._step))
-            self.box.setValue(value)
-
-    def _on_step(self, steps: int) -> None:
-        value = steps * self._step
-        with QSignalBlocker(self.box):
-            self.box.setValue(value)
-        self.turned.emit(value)
-
-    def _typed(self, value: float) -> None:
+        """In any case, but what is typed and cannot be used stays until there is another value."""
+        if self.is_wrong and value == self._value:
+            return
+        self._value = value
         with QSignalBlocker(self.slider):
             self.slider.setValue(round(value / self._step))
-        self.turned.emit(value)
+        self.box.show_number(value)
+        self._show_range()
+
+    def _on_step(self, steps: int) -> None:
+        self.set_value(round(steps * self._step, self.box.kind.decimals))
+        self.turned.emit(self._value)
+
+    def _typed(self) -> None:
+        self._show_range()
+        number = self.box.number
+        if number is not None and number != self._value:
+            self.set_value(number)
+            self.turned.emit(number)
+        self.judged.emit()
+
+    def _show_range(self) -> None:
+        self.range.setText(self.box.kind.range_text if self.is_wrong else "")
+        self.range.setVisible(self.is_wrong)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QApplication, QDoubleSpinBox, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMenu, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import goes_back, tab_chain
@@ -114,7 +114,7 @@ def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, qapp: QApplication,
         main = one.assembly.window
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow)
-        field = one.find(QDoubleSpinBox, "freefall_time_number")
+        field = one.find(QLineEdit, "freefall_time_wanted")
         for act in ("connect", "disconnect", "connect"):
             field.setFocus()
             main.menus[act].trigger()

@@ -63,7 +63,7 @@ def click(qtbot: QtBot, button: QWidget) -> None:
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton, pos=QPoint(10, button.height() // 2))
 
 
-def type_into(qtbot: QtBot, box: QAbstractSpinBox, text: str) -> None:
+def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> None:
     box.setFocus()
     box.selectAll()
     qtbot.keyClicks(box, text)

@@ -179,7 +179,10 @@ class FlightsPage(Page):
         counts = tuple(part.caption.text() for part in self.lists.of.values())
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
         self.thresholds.show_limits(work.limits, work.reading)
-        self.proposal.refresh()
+        self._refresh_proposal()
+
+    def _refresh_proposal(self) -> None:
+        self.proposal.refresh(is_mistyped=self.thresholds.is_wrong)
 
     def _refresh_notice(self) -> None:
         self.strip.show_notice(self._notice())
@@ -239,7 +242,7 @@ class FlightsPage(Page):
     def _tick(self) -> None:
         self.work.poll()
         self._refresh_notice()
-        self.proposal.refresh()
+        self._refresh_proposal()
 
     def _end_loading(self, ended: LoadEnded) -> None:
         self.result.set_notice(partial(self._ended_notice, ended))
@@ -255,9 +258,10 @@ class FlightsPage(Page):
         work.flights_changed.connect(self.refresh)
         work.flights_changed.connect(self._keep_lists)
         work.thresholds_changed.connect(self._refresh_thresholds)
-        work.proposal_changed.connect(self.proposal.refresh)
+        work.proposal_changed.connect(self._refresh_proposal)
         work.loading_ended.connect(self._end_loading)
         self.thresholds.chosen.connect(work.choose)
+        self.thresholds.judged.connect(self._refresh_proposal)
         self.thresholds.reading_chosen.connect(work.choose_reading)
         self.map.chosen.connect(
             lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))

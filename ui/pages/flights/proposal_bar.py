@@ -84,7 +84,8 @@ class ProposalBar(QFrame):
         self._stack.setCurrentWidget(self.strip if is_noticed else self._summary)
         self.show_proposal(is_wanted=not self._buttons.isHidden())
 
-    def refresh(self) -> None:
+    def refresh(self, *, is_mistyped: bool = False) -> None:
+        """`is_mistyped`: a threshold is typed that cannot be used, so none is handed over."""
         work = self._work
         proposal, (must_not, must) = work.proposal, work.sorted_flights()
         limits = None if proposal is None else proposal.limits
@@ -111,7 +112,7 @@ class ProposalBar(QFrame):
             lines.append(bounds_text())
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
         self.take.setEnabled(limits is not None and limits != work.limits)
-        self.use.setEnabled(self._exchange.can_use())
+        self.use.setEnabled(self._exchange.can_use() and not is_mistyped)
 
     def _say_defaults(self, defaults: DefaultsResult) -> None:
         """With flights on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""

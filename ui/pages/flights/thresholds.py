@@ -34,6 +34,8 @@ class ThresholdPanel(QWidget):
     """`TriggerLimits`."""
     reading_chosen = Signal(object)
     """`RuleReading`."""
+    judged = Signal()
+    """A number was typed; whether it can be used is `is_wrong`."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
@@ -61,6 +63,7 @@ class ThresholdPanel(QWidget):
             dial.describe(texts, BY_NAME[name].title, BY_NAME[name].explanation)
             grid.addWidget(label_for(texts, dial, title), row, 0)
             grid.addWidget(dial, row, 1)
+            dial.judged.connect(self.judged)
         grid.setColumnStretch(1, 1)
         self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
         self.acceleration.turned.connect(
@@ -71,6 +74,10 @@ class ThresholdPanel(QWidget):
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
         VisibilityTimer(self, retranslate=self._name_readings)
         self._name_readings()
+
+    @property
+    def is_wrong(self) -> bool:
+        return any(dial.is_wrong for dial in (self.tilt, self.acceleration, self.time))
 
     def show_limits(self, limits: TriggerLimits, reading: RuleReading) -> None:
         self._limits = limits

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QFrame, QLabel, QLineEdit, QPushButton, QWidget
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFrame, QLabel, QLineEdit, QPushButton, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
@@ -17,6 +17,7 @@ from app.preflight.verdict import CHECKS
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_or_say_why_not
 from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path
@@ -26,55 +27,54 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.number_line import NumberKind, NumberLine
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_DECIMALS = 4
+_STEP = 0.0001
+"""The finest that a profile's number may be."""
 _NUMBER_PX = 120
 
 
-class _Number(QDoubleSpinBox):
-    """Shows no trailing zeros."""
-
-    def textFromValue(self, value: float) -> str:
-        return f"{value:g}"
-
-
 class OptionalNumber(QWidget):
-    """A number with a check box; `value` is None while it is not checked."""
+    """A number with a check box; `value` is None while it is not checked, or where what is typed cannot be used."""
 
     changed = Signal()
 
-    def __init__(self, name: str, default: float, low: float, high: float, *, unit: str = "") -> None:
+    def __init__(
+        self, name: str, default: float, low: float, high: float, *, unit: str = "", step: float = _STEP
+    ) -> None:
         super().__init__()
         self.setObjectName(name)
         self._default = default
         self.tick = named(QCheckBox(), f"{name}_tick")
-        self.box = named(_Number(), f"{name}_value")
-        self.box.setDecimals(_DECIMALS)
-        self.box.setRange(low, high)
-        self.box.setSingleStep(0.1 if high <= 5 and default % 1 else 1)
-        self.box.setSuffix(unit)
+        self.box = named(NumberLine(NumberKind.of(low, high, step, unit.strip()), start=default), f"{name}_value")
         self.box.setMinimumWidth(_NUMBER_PX)
-        self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        WheelGuard(self.box)
+        self.unit = named(QLabel(unit.strip()), f"{name}_unit", "muted")
+        self.range = named(QLabel(), f"{name}_range", "danger")
+        self.range.hide()
         self.tick.toggled.connect(self._on_tick)
-        self.box.valueChanged.connect(self.changed)
-        in_row((self.tick, 1), self.box, of=self, spacing=Space.S, margins=0)
+        self.box.edited.connect(self._on_edit)
+        in_row((self.tick, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.show_value(None)
 
     @property
     def value(self) -> float | int | None:
-        if not self.tick.isChecked():
+        number = self.box.number if self.tick.isChecked() else None
+        if number is None:
             return None
-        value = round(self.box.value(), _DECIMALS)
-        return int(value) if value.is_integer() else value
+        return int(number) if number.is_integer() else number
+
+    @property
+    def is_wrong(self) -> bool:
+        return self.tick.isChecked() and self.box.is_wrong
 
     def show_value(self, value: float | None) -> None:
-        with QSignalBlocker(self.tick), QSignalBlocker(self.box):
+        with QSignalBlocker(self.tick):
             self.tick.setChecked(value is not None)
-            self.box.setValue(self._default if value is None else value)
+        self.box.show_number(self._default if value is None else value)
         self.box.setEnabled(value is not None)
+        self._show_range()
 
     def show_title(self, title: str, why: str) -> None:
         self.tick.setText(title)
@@ -86,9 +86,16 @@ class OptionalNumber(QWidget):
     def _on_tick(self, is_on: bool) -> None:
         self.box.setEnabled(is_on)
         if not is_on:
-            with QSignalBlocker(self.box):
-                self.box.setValue(self._default)
+            self.box.show_number(self._default)
+        self._on_edit()
+
+    def _on_edit(self) -> None:
+        self._show_range()
         self.changed.emit()
+
+    def _show_range(self) -> None:
+        self.range.setText(self.box.kind.range_text if self.is_wrong else "")
+        self.range.setVisible(self.is_wrong)
 
 
 class ManualEditor(QWidget):
@@ -159,7 +166,9 @@ class ProfileEditor(QWidget):
             for name, limit in LIMITS.items()
         }  # fmt: skip
         days = _USUAL_TEST_DAYS, 1, MAX_TEST_DAYS
-        self.tests = {test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days) for test in GUIDED_TESTS}
+        self.tests = {
+            test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days, step=1) for test in GUIDED_TESTS
+        }
         for number in (*self.limits.values(), *self.tests.values()):
             number.changed.connect(self.refresh)
         self.manual: list[ManualEditor] = []
@@ -214,15 +223,21 @@ class ProfileEditor(QWidget):
 
     @property
     def is_edited(self) -> bool:
-        return self.profile != self._unedited
+        return self.profile != self._unedited or bool(self._wrong_numbers())
 
     def faults(self) -> tuple[str, ...]:
-        """Why a file with this content would be refused."""
+        """Why a file with this content would be refused, or would not hold what is typed."""
+        wrong = self._wrong_numbers()
+        if wrong:
+            return tuple(labelled(number.tick.text(), number.box.kind.range_text) for number in wrong)
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
             return tuple(fault.message.translated() for fault in refusal.faults)
         return ()
+
+    def _wrong_numbers(self) -> list[OptionalNumber]:
+        return [number for number in (*self.limits.values(), *self.tests.values()) if number.is_wrong]
 
     def refresh(self) -> None:
         self.title.setText(tr("Profile"))
@@ -233,7 +248,7 @@ class ProfileEditor(QWidget):
         for test in GUIDED_TESTS:
             number = self.tests[test.kind]
             number.show_title(tr(TITLES[test.kind]), tr("Not older than"))
-            number.box.setSuffix(tr(" days"))
+            number.unit.setText(tr("days"))
         for place, who in enumerate(_ACTIVATED.values()):
             self.activated_by.setItemText(place, tr(who))
         if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):

@@ -15,7 +15,7 @@ from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
-from app.settings.form import RowState, SettingsForm
+from app.settings.form import FORM_COMMANDS, RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import join_names, join_sentences
 from protocol.catalogue import Command
@@ -118,7 +118,8 @@ class SettingsController(QObject):
         changes = self.form.changes(connector.current.device, connector.clock())
         if only is not None:
             changes = tuple(change for change in changes if change.command.key in only)
-        if not changes or not self.can_write:
+        mistyped = [key for key in self.form.mistyped if only is None or key in only]
+        if not changes or not self.can_write or mistyped:
             return
         if is_risk_open(changes, accepted):
             self.job.set_notice(partial(self._risk_notice, changes, only))
@@ -188,6 +189,13 @@ class SettingsController(QObject):
         self.changed.emit()
 
     # Notices
+
+    def mistyped_notice(self) -> Notice | None:
+        """Why nothing can be written while something stands in a field that cannot be sent."""
+        names = join_names(tr(command.title) for command in FORM_COMMANDS if command.key in self.form.mistyped)
+        if not names:
+            return None
+        return Notice(Meaning.ATTENTION, tr("Nothing can be written until this is corrected: {names}.", names=names))
 
     def _risk_notice(self, changes: Sequence[SettingChange], only: Collection[str] | None) -> Notice | None:
         unlock = self._unlock_choice(frozenset(changes), only, is_shown=False)

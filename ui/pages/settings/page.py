@@ -95,7 +95,7 @@ class SettingsPage(Page):
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(_write_text(count or writing))
         self.write.setAccessibleName(self.write.text())
-        self.write.setEnabled(work.can_write and count > 0)
+        self.write.setEnabled(work.can_write and count > 0 and not form.mistyped)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_fill(DEFAULTS))
@@ -116,6 +116,8 @@ class SettingsPage(Page):
         self.code.setToolTip(tr("Unknown: {what}.", what=missing) if missing else tr("Same settings, same code"))
 
     def _idle_notice(self) -> Notice | None:
+        if mistyped := self.work.mistyped_notice():
+            return mistyped
         if not self._connector.current.is_open or self.work.job.is_running or self.work.can_write:
             return None
         is_online = self._connector.current.device.presence is Presence.ONLINE
@@ -187,6 +189,7 @@ class SettingsPage(Page):
         work, form = self.work, self.work.form
         for row in self.rows.values():
             row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
+            row.mistyped.connect(lambda key, text: work.edit(partial(form.mistype, key, text)))
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)

@@ -15,13 +15,23 @@ from app.settings.setting_texts import advice_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
+from protocol.fields import Quantity
 from ui.core.texts import Texts
-from ui.forms.field_editors import VALUE_PX, FieldEditor, FlagEditor, ValueLabel, explain_setting, make_editor
+from ui.forms.field_editors import (
+    VALUE_PX,
+    FieldEditor,
+    FlagEditor,
+    NumberEditor,
+    ValueLabel,
+    explain_setting,
+    make_editor,
+)
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_row
+from ui.widgets.number_line import NumberKind
 from ui.widgets.readout import StateChip
 
 CELLS_PX: Final = 41
@@ -41,12 +51,13 @@ STYLES: Final = {
     RowState.ACKNOWLEDGED: StateStyle(Icon.INFORMATION, None),
     RowState.STALE: StateStyle(Icon.CLOCK, Meaning.UNKNOWN),
     RowState.EDITED: StateStyle(Icon.SETTINGS, Meaning.INFORMATION),
+    RowState.IMPOSSIBLE: StateStyle(Icon.CROSS, Meaning.DANGER),
     RowState.WRITING: StateStyle(Icon.CONNECTING, Meaning.INFORMATION),
     RowState.VERIFIED: StateStyle(Icon.CHECK, Meaning.GOOD),
     RowState.CHANGED: StateStyle(Icon.WARNING, Meaning.DANGER),
     RowState.FAILED: StateStyle(Icon.CROSS, Meaning.DANGER),
 }
-WRONG: Final = (RowState.FAILED, RowState.CHANGED)
+WRONG: Final = (RowState.FAILED, RowState.CHANGED, RowState.IMPOSSIBLE)
 
 
 class SettingsRow(QFrame):
@@ -54,6 +65,8 @@ class SettingsRow(QFrame):
 
     chosen = Signal(str, object)
     """Key and value."""
+    mistyped = Signal(str, str)
+    """Key, and what was typed and cannot be sent."""
     cancelled = Signal(str)
 
     def __init__(self, command: Command, texts: Texts) -> None:
@@ -75,8 +88,10 @@ class SettingsRow(QFrame):
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
         self.discard = control(QToolButton(), texts, f"{command.name}_discard", says="Discard this edit",
                                picture=Icon.DISCARD, role="narrow", slot=lambda: self.cancelled.emit(key))  # fmt: skip
-        if isinstance(self.editor, FlagEditor):
+        if isinstance(self.editor, FlagEditor | NumberEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
+        if isinstance(self.editor, NumberEditor):
+            self.editor.mistyped.connect(lambda text: self.mistyped.emit(key, text))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         cells = in_row(*aligned_cells(self.name, self.value_label, self.editor), (self.state, left), spacing=CELL_GAP)
         cells.addStrut(CELLS_PX)  # a reason below them moves none of them
@@ -95,9 +110,12 @@ class SettingsRow(QFrame):
     def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
         self.row = row
         self.value_label.show_known(row.module_value, now)
-        self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
+        if row.mistyped and isinstance(self.editor, NumberEditor):
+            self.editor.show_mistyped(row.mistyped)
+        else:
+            self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
-        self.discard.setVisible(row.edited is not None)
+        self.discard.setVisible(row.edited is not None or bool(row.mistyped))
         self.discard.setEnabled(is_editable)
         style = STYLES[row.state]
         self.state.set_caption(tr(self.command.title))
@@ -129,6 +147,8 @@ def aligned_cells(name: QLabel, value_label: QWidget, editor: QWidget) -> tuple[
 
 def reason_text(row: FormRow) -> str:
     """Why the row is in its state; empty where the state says it all."""
+    if row.mistyped and isinstance(row.command.write, Quantity):
+        return NumberKind.of_field(row.command.write).range_text
     if row.reason:
         return row.reason
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:

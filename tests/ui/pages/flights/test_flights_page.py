@@ -219,8 +219,13 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     desk.add(tilted("calm", 20), tilted("turn", 50))
     page = desk.page
     assert desk.caption(MUST_NOT) == "Must not fire: 0 of 2 fire"
-    page.thresholds.tilt.box.setValue(45)
+    page.thresholds.tilt.box.selectAll()
+    desk.qtbot.keyClicks(page.thresholds.tilt.box, "45")
     assert page.work.limits.attitude_threshold_deg == 45
+    desk.qtbot.keyClicks(page.thresholds.tilt.box, "0")  # 450°
+    assert (page.thresholds.tilt.box.text(), page.work.limits.attitude_threshold_deg) == ("450", 45)
+    assert not page.proposal.use.isEnabled()
+    desk.qtbot.keyClick(page.thresholds.tilt.box, Qt.Key.Key_Backspace)
     assert desk.caption(MUST_NOT) == "Must not fire: 1 of 2 fire"
     let_lay_out(page)
     assert page.map.mapTo(page, page.map.rect().bottomLeft()).y() < page.proposal.mapTo(page, QPoint()).y()  # in sight

@@ -255,10 +255,16 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         assert editor.isVisible()
         assert editor.profile == before  # what is only looked at is not changed
         assert not editor.save.isEnabled()
-        assert editor.limits["cell_voltage_min_v"].box.text() == "3.85 V"
+        assert editor.limits["cell_voltage_min_v"].box.text() == "3.85"
         assert editor.limits["round_trip_max_ms"].value is None
-        editor.limits["cell_voltage_min_v"].box.setValue(2.0)  # below the bound that no profile goes beyond
-        assert editor.limits["cell_voltage_min_v"].value == 3.5
+        number = editor.limits["cell_voltage_min_v"].box
+        number.selectAll()
+        qtbot.keyClicks(number, "2.0")  # below the bound that no profile goes beyond
+        assert number.text() == "2.0"
+        assert "3.5 V to 4.2 V" in notice_text(editor.strip)
+        assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.is_edited) == (False, False, True)
+        number.selectAll()
+        qtbot.keyClicks(number, "3.5")
         editor.limits["tilt_max_deg"].tick.setChecked(False)
         editor.limits["round_trip_max_ms"].tick.setChecked(True)
         editor.tests[GuidedKind.BAY].tick.setChecked(True)

@@ -213,7 +213,7 @@ def test_losing_edits_is_confirmed(one: Desk) -> None:
     choose(one, "drop_edits", bar)
     one.until(lambda: not connector.current.is_open)
     one.settings.refresh()
-    assert one.find(QWidget, "freefall_time_number").property("role") == "muted"
+    assert one.find(QWidget, "freefall_time_wanted").property("role") == "muted"
     assert not one.changes()
 
 
@@ -374,7 +374,7 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(answer: str,
         choose(one, "drop_edits", bar)
         one.until(lambda: connector.current.identity.is_settled)
         one.until(lambda: state(one, TIME) is RowState.READ)
-        assert (one.find(QWidget, "freefall_time_number").property("role"), state(one, TILT)) == (
+        assert (one.find(QWidget, "freefall_time_wanted").property("role"), state(one, TILT)) == (
             "muted",
             RowState.READ,
         )

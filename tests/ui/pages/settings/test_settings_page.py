@@ -10,14 +10,14 @@ from unittest.mock import patch
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QFontMetricsF, QWheelEvent
-from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import How, Known
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
-from app.text.i18n import CHINESE, ENGLISH
-from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT
+from app.text.i18n import CHINESE, ENGLISH, tr
+from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
 from protocol.link_states import Presence
 from tests.support.pseudo_language import PSEUDO
 from tests.support.records.kept_facts import kept_settings
@@ -93,9 +93,9 @@ def test_each_value_is_whole_at_twice_the_size_of_text(qtbot: QtBot, one: Desk) 
         one.wait(0.3)
         for row in one.settings.rows.values():
             if isinstance(row.editor, NumberEditor):
-                line, box = row.editor.line, row.editor.box
+                line = row.editor.line
                 assert line.fontMetrics().horizontalAdvance(line.text()) + 8 <= line.width(), line.text()
-                assert row.editor.rect().contains(box.geometry()), row.command.name
+                assert row.editor.rect().contains(line.geometry()), row.command.name
 
 
 def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> None:
@@ -141,7 +141,7 @@ def test_what_is_refused_anyway_is_disabled_and_says_why(one: Desk) -> None:
 
 def test_edits_are_discarded_one_or_all_and_defaults_are_edits(one: Desk) -> None:
     box, line = one.find(QLineEdit, "attitude_threshold_wanted"), one.find(QLineEdit, "freefall_time_wanted")
-    number = one.find(QWidget, "freefall_time_number")
+    number = one.find(QWidget, "freefall_time_wanted")
     type_into(one, "attitude_threshold", "75")
     type_into(one, "freefall_time", "1.1")
     one.settings.refresh()
@@ -178,30 +178,66 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
     assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
 
 
-def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, one: Desk) -> None:
-    def wheel(box: QWidget) -> None:
-        here = QPointF(box.rect().center())
-        qapp.sendEvent(
-            box,
-            QWheelEvent(here, QPointF(box.mapToGlobal(here)), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
-                        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False),
-        )  # fmt: skip
-
+def test_the_wheel_edits_no_number(qapp: QApplication, one: Desk) -> None:
     box = one.find(QLineEdit, "attitude_threshold_wanted")
-    number = one.find(QDoubleSpinBox, "attitude_threshold_number")
     one.until(lambda: box.text() == "60")
-    one.settings.read.setFocus()
-    wheel(number)
+    box.setFocus()
+    here = QPointF(box.rect().center())
+    qapp.sendEvent(
+        box,
+        QWheelEvent(here, QPointF(box.mapToGlobal(here)), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
+                    Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False),
+    )  # fmt: skip
     assert box.text() == "60"
-    number.setFocus()
-    wheel(number)
-    assert (box.text(), number.value(), number.maximum()) == ("61", 61, 255)
-    assert number.accessibleDescription() == "0° to 255°"
-    qtbot.keyClick(number, Qt.Key.Key_Down)
-    qtbot.keyClick(number, Qt.Key.Key_PageDown)
-    assert box.text() == "50"
-    qtbot.keyClick(number, Qt.Key.Key_Up)
-    assert box.text() == "51"
+    assert box.accessibleDescription() == "0° to 255°"
+
+
+@pytest.mark.parametrize(
+    ("name", "typed", "says"),
+    [
+        ("attitude_threshold", "650", "0° to 255°"), ("attitude_threshold", "300", "0° to 255°"),
+        ("freefall_time", "16", "0.00 s to 2.55 s"), ("light_threshold", "0.55", "steps of 0.1 V"),
+        ("attitude_threshold", "sixty", "0° to 255°"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(
+    qtbot: QtBot, one: Desk, name: str, typed: str, says: str
+) -> None:
+    page, box = one.settings, one.find(QLineEdit, f"{name}_wanted")
+    key = BY_NAME[name].key
+    type_into(one, "freefall_acceleration", "0.4")  # that could be written by itself
+    type_into(one, name, typed)
+    one.wait(1.0)  # the page refreshes itself
+    assert box.text() == typed
+    assert box.property("role") == "wrong"
+    assert state(one, key) is RowState.IMPOSSIBLE
+    assert says in reason(one, key)
+    assert tr(BY_NAME[name].title) in notice(one)
+    assert not page.write.isEnabled()
+    box.setFocus()
+    qtbot.keyClick(box, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+    page.work.write()
+    one.wait(0.5)
+    assert one.changes() == []
+    assert one.assembly.window._services.pending_edits.count() == 2  # leaving the program asks
+    one.click(f"{name}_discard")
+    assert state(one, key) is RowState.READ
+    assert box.property("role") == "muted"
+    write(one)
+    one.until(lambda: state(one, "freefall_acceleration_g") is RowState.VERIFIED)
+
+
+def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> None:
+    box = one.find(QLineEdit, "attitude_threshold_wanted")
+    one.until(lambda: box.text() == "60")
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClick(box, Qt.Key.Key_Delete)
+    one.wait(1.0)
+    assert box.text() == ""
+    assert not one.settings.write.isEnabled()
+    qtbot.keyClicks(box, "75")
+    assert one.settings.work.form.edited == {TILT: 75}
 
 
 def test_the_shown_value_pasted_over_itself_is_an_edit(one: Desk, qapp: QApplication) -> None:
