@@ -35,7 +35,6 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
-from ui.preferences.dialog import UpdateNotice
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.port import Ports
@@ -253,10 +252,8 @@ def run(options: WindowOptions) -> int:
     with _memory(options) as folder, _logging(folder) as log:
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
-        choices, tell = assembly.window.choices, assembly.window.attention.queue_notice
-        choices.need_fonts(tell)
-        assembly.window.pages_made.connect(UpdateNotice(choices, assembly.window, tell).check)
         window = assembly.window
+        window.choices.need_fonts(window.attention.queue_notice)
         with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
             start(assembly, options)
             if options.offscreen_seconds is not None:

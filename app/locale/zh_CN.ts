@@ -200,10 +200,6 @@
         <translation>写入已有配置文件…</translation>
     </message>
     <message>
-        <source>Address for newer versions</source>
-        <translation>新版本查询地址</translation>
-    </message>
-    <message>
         <source>After a real trigger the parachute is open.</source>
         <translation>真实触发后的数据是开伞后的数据。</translation>
     </message>
@@ -1834,14 +1830,6 @@
     <message>
         <source>New, no records</source>
         <translation>新模块，无记录</translation>
-    </message>
-    <message>
-        <source>Newer version: {newer}. This is {own}.</source>
-        <translation>已有新版本：{newer}。当前版本为 {own}。</translation>
-    </message>
-    <message>
-        <source>Newer versions</source>
-        <translation>新版本</translation>
     </message>
     <message>
         <source>Next</source>
@@ -4146,10 +4134,6 @@
     <message>
         <source>edited</source>
         <translation>已修改</translation>
-    </message>
-    <message>
-        <source>empty: never asked</source>
-        <translation>留空则从不查询</translation>
     </message>
     <message>
         <source>enabled</source>

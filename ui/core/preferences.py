@@ -80,8 +80,6 @@ class Preferences:
     """Flights of the Flight logs page, each with its list."""
     who = _Entry("preflight/who", _text)
     """Who checked last."""
-    update_address = _Entry("updates/address", _text)
-    """Where to ask whether a newer version is there; without one nobody is asked."""
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
     layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
     """Where the docks are."""

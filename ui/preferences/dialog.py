@@ -1,6 +1,5 @@
 """Preferences: applied at once and saved, in a modeless dialog; English where no font has Chinese characters."""
 
-import logging
 from collections.abc import Callable
 from functools import partial
 
@@ -15,22 +14,17 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QLabel,
     QLayout,
-    QLineEdit,
     QWidget,
 )
 
-from app import version
-from app.system.newer_version import EXPECTED, find_newer, is_usable
 from app.text.i18n import CHINESE, ENGLISH, language, tr
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts, has_font_for
 from ui.files.file_dialogs import bring_to_front
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Meaning, Space
 from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Notice
 from ui.widgets.sliders import WheelGuard, label_for
@@ -66,12 +60,6 @@ class Choices(QObject):
         self._appearance.choose(Choice(key))
         self.remembered.theme = key
         self.changed.emit()
-
-    def use_update_address(self, address: str) -> None:
-        """Where to ask whether a newer version is there; one that is not usable is kept, and nobody is asked."""
-        if address != self.remembered.update_address:
-            self.remembered.update_address = address
-            self.changed.emit()
 
     def use_zoom(self, percent: int) -> None:
         self._appearance.zoom(percent)
@@ -119,12 +107,6 @@ class PreferencesDialog(QDialog):
             texts.bind(box.setAccessibleName, english)
             form.addRow(label_for(texts, box, english), box)
         texts.bind(self.language.setAccessibleName, "Language")
-        self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions")
-        texts.bind(self.updates.setPlaceholderText, "empty: never asked")
-        form.addRow(label_for(texts, self.updates, marked("Newer versions")), self.updates)
-        self.unusable = text_label("preferences_updates_unusable", "attention")
-        texts.bind(self.unusable.setText, "Expected {expected}.", expected=EXPECTED)
-        form.addRow(self.unusable)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
@@ -137,8 +119,6 @@ class PreferencesDialog(QDialog):
         self._choices = choices
         self.theme.activated.connect(lambda row: choices.use_theme(self.theme.itemData(row)))
         self.zoom.activated.connect(lambda row: choices.use_zoom(self.zoom.itemData(row)))
-        self.updates.editingFinished.connect(lambda: choices.use_update_address(self.updates.text().strip()))
-        self.updates.textEdited.connect(self._show_usable)
         self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
         choices.changed.connect(self.refresh)
@@ -149,17 +129,10 @@ class PreferencesDialog(QDialog):
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
         self.sidebar.setChecked(preferences.is_sidebar_wide)
-        if not self.updates.isModified():
-            self.updates.setText(preferences.update_address)
-        self._show_usable()
 
     def bring_up(self) -> None:
         self.refresh()
         bring_to_front(self)
-
-    def _show_usable(self) -> None:
-        address = self.updates.text().strip()
-        self.unusable.setVisible(bool(address) and not is_usable(address))
 
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")
@@ -174,36 +147,3 @@ class PreferencesDialog(QDialog):
 
 def _no_font_notice() -> Notice:
     return Notice(Meaning.ATTENTION, tr("Install a Chinese font (fonts-noto-cjk), then restart."))
-
-
-_log = logging.getLogger(__name__)
-
-
-class UpdateNotice(QObject):
-    """Asks once at each start, and when another address is given; without one it asks nobody. That it cannot be asked
-    is only logged."""
-
-    def __init__(self, choices: Choices, parent: QObject, tell: Callable[[Callable[[], Notice]], None]) -> None:
-        super().__init__(parent)
-        self._remembered, self._tell = choices.remembered, tell
-        self._asked = ""
-        self._asking: BackgroundTask[str | None] = BackgroundTask("dps-s newer version", self)
-        choices.changed.connect(self.check)
-
-    def check(self) -> None:
-        address = self._remembered.update_address
-        is_other, self._asked = address != self._asked, address
-        if is_other and address:
-            self._asking.run(lambda _running: find_newer(address, version()), self._show, self._log)
-
-    def _show(self, newer: str | None) -> None:
-        if newer is not None:
-            self._tell(partial(self._notice, newer))
-
-    def _notice(self, newer: str) -> Notice:
-        text = tr("Newer version: {newer}. This is {own}.", newer=newer, own=version())
-        return Notice(Meaning.INFORMATION, text)
-
-    @staticmethod
-    def _log(error: Exception) -> None:
-        _log.info("Whether a newer version is there is not known: %s", error)

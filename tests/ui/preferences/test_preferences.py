@@ -1,23 +1,19 @@
-"""Preferences apply at once and at the next start; a language needs a font; the notice of a newer version is opt-in."""
+"""Preferences apply at once and at the next start; a language needs a font."""
 
-from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from app.system.newer_version import find_newer
 from app.text.i18n import language
 from tests.support.processes import ran_code
 from tests.support.window.fakes_ui import window
 from tests.support.window.steps import find
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions
-from ui.preferences.dialog import PreferencesDialog, UpdateNotice
+from ui.preferences.dialog import PreferencesDialog
 from ui.style.theme import Choice, scale_in_use
-from ui.widgets.notice_bar import Notice
 
 
 def choose(box: QComboBox, data: object) -> None:
@@ -95,46 +91,3 @@ def test_without_a_chinese_font_it_says_so_in_english(tmp_path: Path) -> None:
     assert first.startswith("en DPS-S Configurator Install a Chinese font")
     assert "fonts-noto-cjk" in first
     assert second == "en"
-
-
-def test_only_who_gave_an_address_asks_and_is_told(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[str] = []
-    told: list[Callable[[], Notice]] = []
-
-    def noted(address: str, own: str) -> str | None:
-        asked.append(address)
-        return find_newer(address, own)
-
-    monkeypatch.setattr("ui.preferences.dialog.find_newer", noted)
-    newer, same = tmp_path / "newer.txt", tmp_path / "same.txt"
-    newer.write_text("999.1\n", encoding="utf-8")
-    same.write_text("0.0.1\n", encoding="utf-8")
-    with window(qapp, tmp_path / "data", options=WindowOptions(language="en")) as assembly:
-        main = assembly.window
-        notice = UpdateNotice(main.choices, main, told.append)
-        notice.check()
-        main.choices.use_theme("dark")
-        assert asked == []  # nobody, ever, without an address
-        main.menus["preferences"].trigger()
-        dialog = find(main, PreferencesDialog)
-
-        def give(address: str) -> None:
-            dialog.updates.setText(address)
-            dialog.updates.textEdited.emit(address)
-            dialog.updates.editingFinished.emit()
-            qtbot.waitUntil(lambda: not notice._asking.is_running)
-
-        for address in (same.as_uri(), (tmp_path / "missing").as_uri(), "http://example.org/v"):
-            give(address)
-        assert told == []
-        assert dialog.unusable.isVisible()
-        give(newer.as_uri())
-        assert not dialog.unusable.isVisible()
-        (make,) = told
-        assert make().text.startswith("Newer version: 999.1. This is ")
-        give("")
-        assert len(asked) == 4
-        notice.check()
-        assert len(asked) == 4
