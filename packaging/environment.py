@@ -28,6 +28,7 @@ PROGRAM, TESTS, PACKAGES = EXTENTS = ("program", "tests", "packages")
 FOR_TESTS = {"initdb": "postgresql", "Xvfb": "xvfb", "xdotool": "xdotool"}
 FOR_PACKAGES = {"objdump": "binutils", "appstreamcli": "appstream", "desktop-file-validate": "desktop-file-utils"}
 """Programs, each with Debian's package."""
+FONT = Path("/usr/share/fonts/truetype/wqy")
 
 
 class SetupError(Exception):
@@ -147,7 +148,7 @@ def _required() -> dict[str, str]:
 def _useful(extent: str) -> dict[str, str]:
     """What a window on a screen, Chinese text, some tests and building packages need."""
     fonts = shutil.which("fc-list")
-    has_chinese = fonts is not None and bool(run([fonts, ":lang=zh-cn", "file"], None).strip())
+    has_chinese = bool(run([fonts, ":lang=zh-cn", "file"], None).strip()) if fonts else FONT.is_dir()
     programs = {PROGRAM: {}, TESTS: FOR_TESTS, PACKAGES: FOR_TESTS | FOR_PACKAGES}[extent]
     # Debian's PostgreSQL has its programs in a folder of its own.
     path = os.pathsep.join([os.environ.get("PATH", os.defpath), *map(str, Path("/usr/lib/postgresql").glob("*/bin"))])

@@ -47,7 +47,7 @@ OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True, "noise": 1.0}
 OTHER_OPTIONS: Final = {"baud": 57600}
 MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
-README: Final = {ENGLISH: ("live.png", Choice.LIGHT), CHINESE: ("live-dark-zh.png", Choice.DARK)}
+README: Final = {ENGLISH: ("live-en.png", Choice.LIGHT), CHINESE: ("live-zh_CN.png", Choice.DARK)}
 README_IMAGES: Final = Path(__file__).resolve().parents[1] / "images"
 PRESSED: Final = {"triggers": "triggers_read", "preflight": "preflight_enable"}
 """For review: the button that fills a page with data, by page."""

@@ -103,8 +103,9 @@ def new_prefix(folder: Path) -> None:
     if not (windows / "system32").is_dir():
         raise SetupError(f"{said.stdout}{said.stderr}\nWine did not start.")
     (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # a link to /, through which a tool would walk
-    stub = ["x86_64-w64-mingw32-gcc", "-shared", "-nostdlib", "-Wl,--entry=0", "-O2"]
-    inside([*stub, "-o", str(windows / "system32/icuuc.dll"), str(Path(__file__).with_name("icuuc_stub.c"))])
+    stub = ["x86_64-w64-mingw32-gcc", "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o"]
+    source = str(Path(__file__).with_name("icuuc_stub.c"))
+    inside([*stub, str(windows / "system32/icuuc.dll"), source], prefix=folder)
     _copy_fonts(windows / "Fonts")
     shut_down(folder)
 

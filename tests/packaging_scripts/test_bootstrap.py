@@ -38,7 +38,12 @@ class Checkout:
         self.venv = root / ".venv"
         self.python = self.venv / "bin" / "python"
         places = {"ROOT": root, "LOCK": self.lock, "PYPROJECT": root / "pyproject.toml", "VENV": self.venv}
-        places |= {"BIN": self.python.parent, "VENV_PYTHON": self.python, "STAMP": self.venv / "made-from.txt"}
+        places |= {
+            "FONT": root / "fonts",
+            "BIN": self.python.parent,
+            "VENV_PYTHON": self.python,
+            "STAMP": self.venv / "made-from.txt",
+        }
         for name, path in places.items():
             patch.setattr(setup.environment, name, path)
         patch.setattr(sys, "platform", "linux")
