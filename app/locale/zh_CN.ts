@@ -3972,10 +3972,6 @@
         <translation>记录中</translation>
     </message>
     <message>
-        <source>below {g} g for {time} s</source>
-        <translation>低于 {g} g 持续 {time} 秒</translation>
-    </message>
-    <message>
         <source>bench test</source>
         <translation>台架测试</translation>
     </message>

@@ -12,14 +12,11 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_statistics import TripClass
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
-from protocol.messages import TriggerRecord
 from tests.support.window.contrast import style_all
-from tests.support.window.painted_text import watching
 from tests.support.window.steps import find, given
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
 from ui.pages.diagnosis.link_statistics import Histogram, OverTime, Stretch, percent_text
-from ui.pages.triggers.detail import TriggerPicture
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
@@ -28,7 +25,7 @@ from ui.plots.time_plot import TimePlot
 from ui.style import theme
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT, SUNLIGHT, Choice, Meaning, Theme
+from ui.style.theme import LIGHT, Choice, Meaning
 
 
 def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
@@ -262,25 +259,3 @@ def test_over_time_names_each_of_its_bands_at_every_size_of_text(
     labels = labels_of(chart.axes["left"])
     assert {text.split("\n")[0] for text, _ in labels} == {"Slowest answer", "Without reply", "Invalid bytes"}
     assert not any(one.intersects(other) for (_, one), (_, other) in combinations(labels, 2))
-
-
-BOTH = TriggerRecord(8, 100, ("attitude", "freefall"), 70, 0.5, 2.0, True, False, 1.2, 3.9, b"")
-
-
-@pytest.mark.parametrize("theme", [LIGHT, SUNLIGHT], ids=["light", "sunlight"])
-def test_what_is_said_of_one_cause_does_not_reach_into_the_other(
-    qtbot: QtBot, qapp: QApplication, theme: Theme
-) -> None:
-    style_all(qapp, theme)
-    picture = TriggerPicture("picture")
-    qtbot.addWidget(picture)
-    picture.resize(262, 96)
-    picture.show_record(BOTH, "both")
-    with watching() as drawn:
-        picture.grab()
-    style_all(qapp, LIGHT)
-    assert ["fires" in one.text or "rearms" in one.text for one in drawn] == [True, True, False]
-    tilt, fall = drawn[:2], drawn[2]
-    assert min(one.place.left() for one in tilt) >= 0
-    assert max(one.place.right() for one in tilt) <= fall.place.left()
-    assert fall.place.right() <= picture.width()

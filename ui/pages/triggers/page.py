@@ -173,7 +173,6 @@ class TriggersPage(Page):
 
     def fit(self) -> None:
         fold_beside(self._lists, self.list, self._beside, WIDTH_PX, self.width())
-        self.detail.fit_height(self.height())
 
     def ways_back(self) -> WaysBack:
         work = self.work
