@@ -1,14 +1,14 @@
-"""Past checks of a module or an aircraft, with trends of the measured values."""
+"""Past checks of a module or an aircraft, with the trend of the cell's voltage."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final
 
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QColor, QIcon
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore, measuring
@@ -29,7 +29,7 @@ from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.services.port_check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, Theme, is_text_large, scaled
+from ui.style.theme import Meaning, Space, Theme, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -40,34 +40,34 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _DOT_PX: Final = 7
 
 
-class Trend(StaticPlot):
-    """Equal distances between the checks, since days or minutes may lie between them."""
+class VoltageTrend(StaticPlot):
+    """The cell's voltage at each check, in V. The distances are equal: days or minutes may lie between two checks."""
 
     usual: ClassVar = QSize(240, 96)
     least: ClassVar = QSize(160, 88)
     head_rows: ClassVar = 1
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self._unit, self._decimals = "", 0
+    def __init__(self) -> None:
+        super().__init__("trend_cell_voltage_v")
         self.values: tuple[float, ...] = ()
-        self._title, self._last = named(QLabel(), f"{name}_title", "small"), named(QLabel(), f"{name}_last", "small")
+        self._title = named(QLabel(), "trend_cell_voltage_v_title", "small")
+        self._last = named(QLabel(), "trend_cell_voltage_v_last", "small")
         self.column.addLayout(in_row(self._title, 1, self._last))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
-    def show_values(self, title: str, unit: str, values: Sequence[float], *, decimals: int) -> None:
+    def show_values(self, values: Sequence[float]) -> None:
         """`values` from the oldest to the newest."""
-        self._unit, self._decimals = unit, decimals
         self.values = tuple(values)
+        title = tr("Cell voltage")
         self._title.setText(title)
-        self._last.setText(self._shown(values[-1]) if values else "")
+        self._last.setText(_volts(values[-1]) if values else "")
         if values:
             text = tr(
                 "{title}: {low} to {high}, last {last}; checks: {count}",
                 title=title,
                 count=len(values),
-                low=self._shown(min(values)),
-                high=self._shown(max(values)),
+                low=_volts(min(values)),
+                high=_volts(max(values)),
                 last=self._last.text(),
             )
         else:
@@ -75,10 +75,6 @@ class Trend(StaticPlot):
         self.setToolTip(text)
         self.announce(text)
         self.redraw()
-
-    def _shown(self, value: float) -> str:
-        gap = "" if self._unit in ("°", "") else " "
-        return f"{value:.{self._decimals}f}{gap}{self._unit}"
 
     def draw(self, theme: Theme) -> None:
         values = self.values
@@ -91,28 +87,15 @@ class Trend(StaticPlot):
         line = pg.mkPen(colour, width=theme.line_px + 0.5)
         self.add(pg.PlotDataItem(values, pen=line, symbol="o", symbolSize=scaled(_DOT_PX), symbolBrush=colour,
                                  symbolPen=None, antialias=True))  # fmt: skip
-        self.show_ticks("left", [(value, self._shown(value)) for value in sorted({low, high})])
+        self.show_ticks("left", [(value, _volts(value)) for value in sorted({low, high})])
+
+
+def _volts(value: float) -> str:
+    return f"{value:.2f} V"
 
 
 _ROW_PX: Final = 26
 _TABLE_PX: Final = 110
-
-
-class _TrendedValue(NamedTuple):
-    name: str
-    title: str
-    unit: str
-    decimals: int
-
-
-TRENDED: Final = (
-    _TrendedValue("cell_voltage_v", marked("Cell voltage"), "V", 2),
-    _TrendedValue("light_v", marked("Light"), "V", 1),
-    _TrendedValue("tilt_deg", marked("Tilt"), "°", 0),
-    _TrendedValue("acceleration_spread_g", marked("Acceleration: steady"), "g", 1),
-    _TrendedValue("round_trip_ms", marked("Link: response time"), "ms", 1),
-    _TrendedValue("heartbeats_lost", marked("Link: loss"), "", 0),
-)
 
 
 def _verdict(check: CheckLine) -> str:
@@ -165,7 +148,8 @@ class CheckHistory(QWidget):
         self.count = named(QLabel(), "check_history_count", "muted")
         self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
-        self.trends = {quantity.name: Trend(f"trend_{quantity.name}") for quantity in TRENDED}
+        self.trend = VoltageTrend()
+        self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
         self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
@@ -180,9 +164,6 @@ class CheckHistory(QWidget):
     def _fit_table(self) -> None:
         """Some rows are in sight however large the text: the page scrolls below them."""
         self.table.setMinimumHeight(scaled(_TABLE_PX))
-        columns = 2 if is_text_large() else 3
-        for number, trend in enumerate(self.trends.values()):
-            self._grid.addWidget(trend, number // columns, number % columns)
 
     def open(self) -> None:
         """Reload everything and select the named module."""
@@ -232,11 +213,8 @@ class CheckHistory(QWidget):
             select_row(self.table, 0)
         self._enable()
         measured = [check.measured for check in reversed(measuring(checks))]
-        for quantity in TRENDED:
-            values = [values[quantity.name] for values in measured if quantity.name in values]
-            trend = self.trends[quantity.name]
-            trend.show_values(tr(quantity.title), quantity.unit, values, decimals=quantity.decimals)
-            trend.setVisible(is_of_module)
+        self.trend.show_values([values["cell_voltage_v"] for values in measured if "cell_voltage_v" in values])
+        self.trend.setVisible(is_of_module)
 
     def _enable(self) -> None:
         self.print.setEnabled(any(not check.is_void for check in self.table.chosen()))
@@ -248,12 +226,8 @@ class CheckHistory(QWidget):
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
         head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
-        self._grid = QGridLayout()
-        self._grid.setSpacing(Space.M)
-        for trend in self.trends.values():
-            trend.hide()  # until its values are known: an axis that grows is drawn cut off
         content = named(QWidget(), "check_history_content")
-        in_column((self.table, 1), self._grid, self.stations, of=content, spacing=Space.S, margins=0)
+        in_column((self.table, 1), self.trend, self.stations, of=content, spacing=Space.S, margins=0)
         scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks",
                              is_vertical=True)  # fmt: skip
         foot = in_row(self.back, 1, self.print, spacing=Space.S)

@@ -83,7 +83,7 @@ def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Pat
     rig.until(lambda: len(history.checks) == 3)
     shown = [history.table.model().index(row, 1).data() for row in range(3)]
     assert shown == ["GO (void)", "GO (simulated)", "GO"]
-    assert history.trends["cell_voltage_v"].values == (4.0,)
+    assert history.trend.values == (4.0,)
 
 
 def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick: None, rig: OnBench) -> None:
@@ -147,9 +147,9 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         bench.click(page.buttons.history)
         history = page.history
         bench.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
-        assert history.trends["cell_voltage_v"].values == (3.6, 4.0)
-        assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
-        axes = history.trends["cell_voltage_v"].axes.values()  # a kept picture cut off the first figure of the labels
+        assert history.trend.values == (3.6, 4.0)
+        assert "3.60 V to 4.00 V" in history.trend.accessibleName()
+        axes = history.trend.axes.values()  # a kept picture cut off the first figure of the labels
         assert {axis.cacheMode() for axis in axes} == {QGraphicsItem.CacheMode.NoCache}
         target = tmp_path / "again.pdf"
         page.files.ask_path = choosing(target)
@@ -162,7 +162,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         bench.until(lambda: box.findText("Aircraft: H6-12") >= 0)
         box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
-        trend = history.trends["cell_voltage_v"]
+        trend = history.trend
         bench.until(lambda: trend.isHidden() and len(history.checks) == 2)
         bench.assembly.language_switch.use(CHINESE)
         bench.until(lambda: box.currentText() == labelled(tr("Aircraft"), "H6-12") != "Aircraft: H6-12")
