@@ -44,6 +44,17 @@ class RawLog:
     """Estimate of the time that the damaged end of the file would have held."""
     problems: list[UserMessage] = field(default_factory=list)
 
+    def seconds_of(self, lost_bytes: int, all_bytes: int) -> float:
+        """Estimates how long the flight controller logs for that many bytes, from what was read of the file."""
+        sensed = [*self.tilts_deg, *self.forces_g]
+        times_s = np.concatenate([np.empty(0), *(channel.time_s for channel in sensed)])
+        times_s = times_s[np.isfinite(times_s)]
+        if not len(times_s) or lost_bytes >= all_bytes:
+            return 0.0
+        # A damaged time must not stretch it: the first and the last twentieth do not count.
+        early_s, late_s = np.quantile(times_s, (0.05, 0.95))
+        return float(late_s - early_s) / 0.9 * lost_bytes / (all_bytes - lost_bytes)
+
 
 def tilt_of_quaternion(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
     """Degrees between the body's and the world's vertical; NaN where the quaternion is not normalised."""

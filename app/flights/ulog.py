@@ -17,15 +17,22 @@ import numpy as np
 
 from app.flights.flight_log import Floats, unreadable
 from app.flights.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
-from app.flights.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
+from app.flights.records import MAX_WALKED, RecordField, RecordTable, read_bytes
 from app.text.messages import message
 from protocol.translatable import marked
 
 _HEADER_BYTES: Final = 16
-_SYNC: Final = b"\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"
-_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
-_DEFINITIONS: Final = frozenset(b"BFIMPQ")
 _SAMPLE: Final = ord("D")
+_DEFINITIONS: Final = frozenset(b"BFIMPQ")
+_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
+_FIXED_SIZES: Final = {ord("S"): 8, ord("R"): 2, ord("O"): 2}
+"""Sizes of the records that have always the same."""
+_KIND_BYTE: Final = re.compile(rb"[BFIMPQARDLCSO]")
+_RECORD_HEAD: Final = 3
+"""Bytes of a record before its body: the size of the body, and the kind."""
+_ID_BYTES: Final = 2
+MAX_SEARCHED: Final = 1 << 26
+"""Bytes of damage that are searched for the next record; what follows is not read."""
 _TYPES: Final[Mapping[str, str]] = {
     "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "<u1",
     "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
@@ -37,8 +44,6 @@ _APPENDED: Final = 0x01
 MAX_TOPICS: Final = 1000
 _DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
-_ID_BYTES: Final = 2
-_RECORD_HEAD: Final = 3
 
 
 @dataclass(slots=True, kw_only=True)
@@ -46,7 +51,6 @@ class UlogTopic(RecordTable):
     """One instance of a topic. Elements of arrays are fields such as `q[0]`."""
 
     instance: int
-    layout: "_Layout"
 
 
 class _Layout(NamedTuple):
@@ -56,65 +60,120 @@ class _Layout(NamedTuple):
     least_size: int
     """Without the padding at the end, which is not written."""
 
-    def is_size(self, size: int) -> bool:
-        return self.least_size <= size <= self.size
+
+class _Subscription(NamedTuple):
+    """What a sample with one number must look like. `topic` is None where nobody asks for it."""
+
+    least_size: int
+    size: int
+    topic: UlogTopic | None
 
 
 class UlogFile:
-    """`topics` has the topics of `TOPICS` in the file. Raises `UserError`."""
+    """`topics` has the topics of `TOPICS` in the file. Raises `UserError`.
+
+    Damage costs the damaged record: the next one is found by what a record of this file must look like. Sync records
+    are not needed, which many files have not.
+    """
 
     def __init__(self, data: bytes) -> None:
         if len(data) < _HEADER_BYTES:
             raise unreadable(marked("unknown kind of file"))
-        self._data = data
+        self.data = data
         self._formats: dict[str, str] = {}
-        self._subscribed: dict[int, UlogTopic] = {}
+        self._subscribed: dict[int, _Subscription] = {}
         self._layouts: dict[str, _Layout | None] = {}
         self._appended: tuple[int, ...] = ()
-        self._damages = 0
+        self._searched = 0
         self.topics: list[UlogTopic] = []
         self.skipped_bytes = 0
         """Bytes that are not records: damage."""
+        self.lost_end_bytes = 0
+        """Those of them at the end of the file."""
         self.dropout_s = 0.0
         """Time that the flight controller reports as not logged."""
         self._walk_all()
 
     def _walk_all(self) -> None:
-        place = self._walk(_HEADER_BYTES, len(self._data), is_head=True)
-        bounds = [start for start in self._appended if place <= start < len(self._data)]
-        for start, stop in zip([place, *bounds], [*bounds, len(self._data)], strict=True):
+        place = self._walk(_HEADER_BYTES, len(self.data), is_head=True)
+        bounds = [start for start in self._appended if place <= start < len(self.data)]
+        for start, stop in zip([place, *bounds], [*bounds, len(self.data)], strict=True):
             self._walk(start, stop)
 
     def _walk(self, place: int, stop: int, *, is_head: bool = False) -> int:
         """Reads the records; the head ends with the first that is not a definition."""
-        data, subscribed = self._data, self._subscribed
+        data, subscribed = self.data, self._subscribed
         head = struct.Struct("<HBH").unpack_from
+        # Where the last record begins, unless its size is that of its topic: a damaged size leads astray.
+        doubtful: int | None = None
+        self.lost_end_bytes = 0
         for _ in range(MAX_WALKED):
-            if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MAX_DAMAGES:
+            if place + _RECORD_HEAD + _ID_BYTES > stop:
                 break
             size, kind, number = head(data, place)
-            end = place + _RECORD_HEAD + size
-            is_record = kind in _KINDS and end <= stop
-            if is_head and not (is_record and kind in _DEFINITIONS):
-                break
-            topic = subscribed.get(number) if kind == _SAMPLE and is_record else None
-            if not is_record or (topic is not None and not topic.layout.is_size(size - _ID_BYTES)):
-                place = self._resync(place, stop)
-                continue
-            if topic is not None:
-                topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
-            elif kind != _SAMPLE:
-                self._read(kind, data[place + _RECORD_HEAD : end])
-            place = end
+            if kind == _SAMPLE and not is_head:
+                subscription = subscribed.get(number)
+                end = place + _RECORD_HEAD + size
+                if subscription is not None and end <= stop:
+                    least_size, most_size, topic = subscription
+                    if least_size <= size - _ID_BYTES <= most_size:
+                        if topic is not None:
+                            topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
+                        doubtful = None
+                        place = end
+                        continue
+            next_place = self._end_of_record(place, stop)
+            if is_head and (next_place is None or kind not in _DEFINITIONS):
+                return place
+            if next_place is None:
+                begin = place if doubtful is None else doubtful
+                doubtful = None
+                next_place = self._next_record(begin + 1, stop)
+                self.skipped_bytes += next_place - begin
+                if next_place == stop:
+                    self.lost_end_bytes = stop - begin
+            else:
+                self._read(kind, data[place + _RECORD_HEAD : next_place])
+                doubtful = place
+            place = next_place
+        if place < stop and not is_head:
+            self.skipped_bytes += stop - place
+            self.lost_end_bytes += stop - place
         return place
 
-    def _resync(self, place: int, stop: int) -> int:
-        """Offset of the next sync record."""
-        next_place = self._data.find(_SYNC, place + 1, stop)
-        next_place = stop if next_place < 0 else next_place
-        self.skipped_bytes += next_place - place
-        self._damages += 1
-        return next_place
+    def _end_of_record(self, place: int, stop: int) -> int | None:
+        """Where the record at this place ends; None where there cannot be one."""
+        if place + _RECORD_HEAD + 1 > stop:
+            return None
+        size, kind = struct.unpack_from("<HB", self.data, place)
+        end: int = place + _RECORD_HEAD + size
+        if end > stop or size == 0 or kind not in _KINDS or size != _FIXED_SIZES.get(kind, size):
+            return None
+        return None if kind == _SAMPLE and not self._is_sample(place, size) else end
+
+    def _is_sample(self, place: int, size: int) -> bool:
+        if size < _ID_BYTES:
+            return False
+        (number,) = struct.unpack_from("<H", self.data, place + _RECORD_HEAD)
+        subscription = self._subscribed.get(number)
+        return subscription is not None and subscription.least_size <= size - _ID_BYTES <= subscription.size
+
+    def _next_record(self, begin: int, stop: int) -> int:
+        """The first place from `begin` on at which a record begins; `stop` where there is none."""
+        for match in _KIND_BYTE.finditer(self.data, begin + _RECORD_HEAD - 1, stop):
+            place = match.start() - (_RECORD_HEAD - 1)
+            self._searched += 1
+            if self._searched > MAX_SEARCHED:
+                break
+            end = self._end_of_record(place, stop)
+            if end is None:
+                continue
+            # A sample is known by its topic and size; of other records the next one has to be there, too.
+            if self.data[place + _RECORD_HEAD - 1] == _SAMPLE or end == stop:
+                return place
+            if self._end_of_record(end, stop) is not None:
+                return place
+        return stop
 
     def _read(self, kind: int, body: bytes) -> None:
         match chr(kind):
@@ -134,12 +193,16 @@ class UlogFile:
                 pass
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
-        self._subscribed.pop(number, None)
-        if name not in TOPICS or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
+        layout = self._layout(name)
+        if layout is None:
+            # A format that is not understood: a sample of any size may be one.
+            self._subscribed[number] = _Subscription(0, _LARGEST, None)
             return
-        topic = UlogTopic(name, self._data, layout.fields, instance=instance, layout=layout)
-        self._subscribed[number] = topic
-        self.topics.append(topic)
+        topic: UlogTopic | None = None
+        if name in TOPICS and len(self.topics) < MAX_TOPICS:
+            topic = UlogTopic(name, self.data, layout.fields, instance=instance)
+            self.topics.append(topic)
+        self._subscribed[number] = _Subscription(layout.least_size, layout.size, topic)
 
     def _layout(self, name: str, depth: int = 0) -> _Layout | None:
         """Layout of a topic, cached; None where its format is invalid."""
@@ -198,6 +261,7 @@ def read_ulog(path: Path) -> RawLog:
     raw.forces_g = [*_forces(file)][:_MAX_SENSORS]
     if file.skipped_bytes:
         raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
+        raw.lost_end_s = raw.seconds_of(file.lost_end_bytes, len(file.data))
     if file.dropout_s:
         raw.problems.append(message(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
     return raw
