@@ -18,6 +18,7 @@ from app.flights.flight_log import (
     Flags,
     FlightLog,
     Floats,
+    Gaps,
     gaps_between,
     unreadable,
 )
@@ -98,8 +99,10 @@ def assembled(raw: RawLog) -> FlightLog:
         specific_force_g=force_g,
         is_judged=is_judged,
         duration_s=duration_s,
-        tilt_gaps=gaps_between(tilts_s, 0.0, duration_s, TILT_GAP_S),
-        force_gaps=gaps_between(time_s[np.isfinite(force_g)], 0.0, duration_s, MAX_GAP_S),
+        tilt_gaps=_but_joins(gaps_between(tilts_s, 0.0, duration_s, TILT_GAP_S), raw.joins_s - start_s),
+        force_gaps=_but_joins(
+            gaps_between(time_s[np.isfinite(force_g)], 0.0, duration_s, MAX_GAP_S), raw.joins_s - start_s
+        ),
         left_out_share=max(tilt_left_out, min(forces_left_out, default=0.0)),
         is_on_ground=is_on_ground,
         altitude_m=None if altitude_m is None else _altitude_at(altitude_m, time_s + start_s),
@@ -124,6 +127,14 @@ def _share_left_out(cleaned: Channel, channel: Channel) -> float:
     """Equal times are no loss: the newest of their samples is used."""
     distinct = len(np.unique(channel.time_s))
     return max(0.0, 1 - len(cleaned.time_s) / distinct)
+
+
+def _but_joins(gaps: Gaps, joins_s: Floats) -> Gaps:
+    """Without those that are only the pause between two flights of one file; rows come up to a report later."""
+    is_join = np.zeros(len(gaps), np.bool_)
+    for join_s in joins_s.tolist():
+        is_join |= (gaps[:, 0] < join_s) & (np.abs(gaps[:, 1] - join_s) <= 1.5 / REPORT_HZ)
+    return gaps[~is_join]
 
 
 def _note_length(duration_s: float, problems: list[UserMessage]) -> None:
@@ -329,11 +340,9 @@ def flight_of_reports(
     is_judged = np.ones(len(time_s), np.bool_)
     _note_pauses(time_s, is_judged, problems)
     _note_length(duration_s, problems)
-    tilt_gaps = gaps_between(time_s, start_s, end_s, TILT_GAP_S)
-    force_gaps = gaps_between(time_s, start_s, end_s, MAX_GAP_S)
-    if joins_s is not None:
-        tilt_gaps = tilt_gaps[~np.isin(tilt_gaps[:, 1], joins_s)]
-        force_gaps = force_gaps[~np.isin(force_gaps[:, 1], joins_s)]
+    joins_s = np.empty(0) if joins_s is None else joins_s
+    tilt_gaps = _but_joins(gaps_between(time_s, start_s, end_s, TILT_GAP_S), joins_s)
+    force_gaps = _but_joins(gaps_between(time_s, start_s, end_s, MAX_GAP_S), joins_s)
     return FlightLog(
         name=name,
         time_s=time_s - start_s,

@@ -1,5 +1,5 @@
-"""Reads ArduPilot's DataFlash logs (`.bin`), which define their own record formats: attitude, acceleration of every
-sensor, altitude, arming, landing.
+"""Reads ArduPilot's DataFlash logs, binary (`.bin`) or text (`.log`), which define their own record formats: attitude,
+acceleration of every sensor, altitude, arming, landing.
 
 Read without pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
 """
@@ -7,7 +7,7 @@ Read without pymavlink, which is larger than the rest of the program: see docs/f
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -31,14 +31,38 @@ _TYPES: Final[Mapping[str, tuple[str, float]]] = {
 }  # fmt: skip
 
 
+class DataflashTable(Protocol):
+    """All records of one name."""
+
+    def has(self, *names: str) -> bool: ...
+
+    def column(self, name: str) -> Floats: ...
+
+
+class DataflashTables(Protocol):
+    """A file, whether binary or text."""
+
+    size: int
+    """In bytes."""
+    skipped_bytes: int
+    """Bytes that are not records: damage."""
+    lost_end_bytes: int
+    """Those of them at the end of the file."""
+
+    @property
+    def tables(self) -> Mapping[str, DataflashTable]:
+        """Those of `TABLES` in the file, by name."""
+
+
 class DataflashFile:
-    """`tables` has those of `TABLES` in the file, by name. Raises `UserError`."""
+    """A binary file. `tables` has those of `TABLES` in it, by name."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
+        self.size = len(data)
         self.tables: dict[str, RecordTable] = {}
         self.skipped_bytes = 0
-        """Bytes that are not records: damage."""
+        self.lost_end_bytes = 0
         self._lengths = [0] * 256
         self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
         self._places_of: list[array[int] | None] = [None] * 256
@@ -56,9 +80,11 @@ class DataflashFile:
                 next_place = data.find(MAGIC, place + 1)
                 next_place = stop if next_place < 0 else next_place
                 self.skipped_bytes += next_place - place
+                self.lost_end_bytes += next_place - place
                 place = next_place
                 damages += 1
                 continue
+            self.lost_end_bytes = 0
             places = places_of[kind]
             if places is not None:
                 places.append(place)
@@ -66,6 +92,7 @@ class DataflashFile:
                 self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
             place += length
         self.skipped_bytes += stop - place
+        self.lost_end_bytes += stop - place
 
     def _define(self, body: bytes) -> None:
         """The first definition of a type counts."""
@@ -100,15 +127,19 @@ _MAX_SENSORS: Final = 6
 
 def read_dataflash(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
-    file = DataflashFile(read_bytes(path))
-    raw = RawLog(name=str(path))
-    for name in ("ATT", "AHR2"):
-        table = file.tables.get(name)
+    return raw_log_of(DataflashFile(read_bytes(path)), str(path))
+
+
+def raw_log_of(file: DataflashTables, name: str) -> RawLog:
+    """Raises `UserError`."""
+    raw = RawLog(name=name)
+    for label in ("ATT", "AHR2"):
+        table = file.tables.get(label)
         if table is not None and table.has("Roll", "Pitch"):
             tilt_deg = tilt_of_roll_and_pitch(table.column("Roll"), table.column("Pitch"))
             raw.tilts_deg.append(Channel(_times(table), tilt_deg))
-    for name in _SENSORS:
-        table = file.tables.get(name)
+    for label in _SENSORS:
+        table = file.tables.get(label)
         if table is not None:
             raw.forces_g += _forces(table)
     raw.forces_g = raw.forces_g[:_MAX_SENSORS]
@@ -116,10 +147,11 @@ def read_dataflash(path: Path) -> RawLog:
     _read_events(file, raw)
     if file.skipped_bytes:
         raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
+        raw.lost_end_s = raw.seconds_of(file.lost_end_bytes, file.size)
     return raw
 
 
-def _times(table: RecordTable) -> Floats:
+def _times(table: DataflashTable) -> Floats:
     """Raises `UserError` for logs from before 2014, whose records have no times."""
     for label, scale in _CLOCKS:
         if table.has(label):
@@ -127,7 +159,7 @@ def _times(table: RecordTable) -> Floats:
     raise unreadable(marked("no times: from before 2014"))
 
 
-def _forces(table: RecordTable) -> list[Channel]:
+def _forces(table: DataflashTable) -> list[Channel]:
     """One channel per sensor; newer logs number the sensors within one table."""
     if not table.has("AccX", "AccY", "AccZ"):
         return []
@@ -141,7 +173,7 @@ def _forces(table: RecordTable) -> list[Channel]:
     ]
 
 
-def _altitude(file: DataflashFile) -> Channel | None:
+def _altitude(file: DataflashTables) -> Channel | None:
     """The estimator's altitude, else the barometer's."""
     for name, labels in (("POS", ("RelHomeAlt", "Alt")), ("CTUN", ("Alt", "BarAlt")), ("BARO", ("Alt",))):
         table = file.tables.get(name)
@@ -155,7 +187,7 @@ def _altitude(file: DataflashFile) -> Channel | None:
     return None
 
 
-def _read_events(file: DataflashFile, raw: RawLog) -> None:
+def _read_events(file: DataflashTables, raw: RawLog) -> None:
     events, arming = file.tables.get("EV"), file.tables.get("ARM")
     if events is not None and events.has("Id") and any(events.has(clock) for clock, _ in _CLOCKS):
         time_s, numbers = _times(events), events.column("Id")

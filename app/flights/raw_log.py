@@ -42,6 +42,8 @@ class RawLog:
     """First and last time in the file, where also those without a value are known."""
     lost_end_s: float = 0.0
     """Estimate of the time that the damaged end of the file would have held."""
+    joins_s: Floats = field(default_factory=lambda: np.empty(0))
+    """Where another flight of the same file begins: the pause before it is no gap."""
     problems: list[UserMessage] = field(default_factory=list)
 
     def seconds_of(self, lost_bytes: int, all_bytes: int) -> float:

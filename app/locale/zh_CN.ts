@@ -280,10 +280,6 @@
         <translation>先预备，再按住两秒。松开、按 Esc 或离开本页则不发送。</translation>
     </message>
     <message>
-        <source>Arming state</source>
-        <translation>飞控解锁状态</translation>
-    </message>
-    <message>
         <source>Arrow keys move, + and − zoom, Shift with arrow keys reads off</source>
         <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
     </message>
@@ -416,6 +412,10 @@
         <translation>电芯电压</translation>
     </message>
     <message>
+        <source>Cells that are no numbers: {count}, the first in line {line}: “{cell}”.</source>
+        <translation>不是数字的单元格：{count} 个，第一个在第 {line} 行：“{cell}”。</translation>
+    </message>
+    <message>
         <source>Chain: {what}.</source>
         <translation>记录链：{what}。</translation>
     </message>
@@ -538,10 +538,6 @@
     <message>
         <source>Choose a port.</source>
         <translation>请选择串口。</translation>
-    </message>
-    <message>
-        <source>Choose all columns of attitude and acceleration, or none.</source>
-        <translation>请选择姿态或加速度的全部列，否则都不选。</translation>
     </message>
     <message>
         <source>Choose columns…</source>
@@ -1500,6 +1496,10 @@
         <translation>线路故障</translation>
     </message>
     <message>
+        <source>Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.</source>
+        <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
+    </message>
+    <message>
         <source>Line {line}: {what}</source>
         <translation>第 {line} 行：{what}</translation>
     </message>
@@ -1874,6 +1874,14 @@
     <message>
         <source>No check within the last {days} days.</source>
         <translation>最近 {days} 天内未做检查。</translation>
+    </message>
+    <message>
+        <source>No column is known to hold attitude or acceleration.</source>
+        <translation>不知道哪一列是姿态或加速度。</translation>
+    </message>
+    <message>
+        <source>No column is known to hold the time.</source>
+        <translation>不知道哪一列是时间。</translation>
     </message>
     <message>
         <source>No current status.</source>
@@ -2336,10 +2344,6 @@
         <translation>固定</translation>
     </message>
     <message>
-        <source>Pitch</source>
-        <translation>俯仰</translation>
-    </message>
-    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>
@@ -2452,10 +2456,6 @@
         <translation>项目</translation>
     </message>
     <message>
-        <source>Quaternion</source>
-        <translation>四元数</translation>
-    </message>
-    <message>
         <source>Quit</source>
         <translation>退出</translation>
     </message>
@@ -2486,6 +2486,10 @@
     <message>
         <source>Read all</source>
         <translation>全部读取</translation>
+    </message>
+    <message>
+        <source>Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, recordings .mcap, and each of them in .gz or .zip.</source>
+        <translation>可读取：PX4 .ulg，ArduPilot .bin 和 .log，遥测 .tlog，表格 .csv 和 .txt，数据记录 .mcap，以及装在 .gz 或 .zip 中的上述文件。</translation>
     </message>
     <message>
         <source>Read as soon as the module answers.</source>
@@ -2626,10 +2630,6 @@
     <message>
         <source>Result</source>
         <translation>结果</translation>
-    </message>
-    <message>
-        <source>Roll</source>
-        <translation>横滚</translation>
     </message>
     <message>
         <source>Round trip</source>
@@ -3300,6 +3300,10 @@
         <translation>时区 {zone}（TZ）无法使用。时间按 UTC 显示。</translation>
     </message>
     <message>
+        <source>The unit of “{name}” is not certain.</source>
+        <translation>“{name}”的单位不确定。</translation>
+    </message>
+    <message>
         <source>The user guide is not installed.</source>
         <translation>未安装用户指南。</translation>
     </message>
@@ -3350,6 +3354,50 @@
     <message>
         <source>There is no port {port}.</source>
         <translation>没有串口 {port}。</translation>
+    </message>
+    <message>
+        <source>This file is packed in a way that is not read: unpack it first.</source>
+        <translation>此文件的压缩方式不受支持：请先解压。</translation>
+    </message>
+    <message>
+        <source>This is JSON: convert it to CSV.</source>
+        <translation>这是 JSON：请转换成 CSV。</translation>
+    </message>
+    <message>
+        <source>This is XML, such as a KML or GPX track: it has no attitude. Export a CSV.</source>
+        <translation>这是 XML，例如 KML 或 GPX 航迹：没有姿态。请导出 CSV。</translation>
+    </message>
+    <message>
+        <source>This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”.</source>
+        <translation>这是 Betaflight 或 INAV 黑匣子日志：请用“blackbox_decode --simulate-imu”转换成 CSV。</translation>
+    </message>
+    <message>
+        <source>This is a DJI log: convert it to CSV, for example with DatCon.</source>
+        <translation>这是 DJI 日志：请转换成 CSV，例如用 DatCon。</translation>
+    </message>
+    <message>
+        <source>This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.</source>
+        <translation>这是 Git LFS 指针，不是日志：请用“git lfs pull”取得日志。</translation>
+    </message>
+    <message>
+        <source>This is a PDF, not a log.</source>
+        <translation>这是 PDF，不是日志。</translation>
+    </message>
+    <message>
+        <source>This is a ROS bag: export its topics as CSV.</source>
+        <translation>这是 ROS bag：请把话题导出为 CSV。</translation>
+    </message>
+    <message>
+        <source>This is a spreadsheet or document: save it as CSV.</source>
+        <translation>这是电子表格或文档：请另存为 CSV。</translation>
+    </message>
+    <message>
+        <source>This is a spreadsheet: save it as CSV.</source>
+        <translation>这是电子表格：请另存为 CSV。</translation>
+    </message>
+    <message>
+        <source>This is a web page, not a log: download the file itself.</source>
+        <translation>这是网页，不是日志：请下载文件本身。</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>
@@ -4088,6 +4136,10 @@
         <translation>损坏的数据已略去</translation>
     </message>
     <message>
+        <source>damaged, or encrypted</source>
+        <translation>已损坏或已加密</translation>
+    </message>
+    <message>
         <source>days</source>
         <translation>天</translation>
     </message>
@@ -4328,6 +4380,10 @@
         <translation>噪声更大会中断失重判断</translation>
     </message>
     <message>
+        <source>more than one vehicle in one file</source>
+        <translation>一个文件中有多架飞行器</translation>
+    </message>
+    <message>
         <source>must fire</source>
         <translation>必须触发</translation>
     </message>
@@ -4432,6 +4488,10 @@
         <translation>无应答，可能已执行</translation>
     </message>
     <message>
+        <source>no rows</source>
+        <translation>没有数据行</translation>
+    </message>
+    <message>
         <source>no serial number</source>
         <translation>无序列号</translation>
     </message>
@@ -4504,6 +4564,10 @@
         <translation>本次连接中尚未启用</translation>
     </message>
     <message>
+        <source>not in the archive any more</source>
+        <translation>压缩包中已没有此文件</translation>
+    </message>
+    <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
     </message>
@@ -4526,6 +4590,10 @@
     <message>
         <source>not named</source>
         <translation>未填写</translation>
+    </message>
+    <message>
+        <source>not one file in the archive</source>
+        <translation>压缩包中不是正好一个文件</translation>
     </message>
     <message>
         <source>not possible</source>
@@ -4614,10 +4682,6 @@
     <message>
         <source>on external power, {voltage}</source>
         <translation>接外接供电，{voltage}</translation>
-    </message>
-    <message>
-        <source>one column must be time_s, time_ms or time_us</source>
-        <translation>必须有一列为 time_s、time_ms 或 time_us</translation>
     </message>
     <message>
         <source>open</source>
@@ -4860,6 +4924,10 @@
         <translation>内容与当时记录的不符</translation>
     </message>
     <message>
+        <source>the line of units and the cells contradict each other</source>
+        <translation>单位行与单元格互相矛盾</translation>
+    </message>
+    <message>
         <source>the module answers</source>
         <translation>模块已应答</translation>
     </message>
@@ -5066,10 +5134,6 @@
     <message>
         <source>{count} new</source>
         <translation>{count} 条新增</translation>
-    </message>
-    <message>
-        <source>{count} not read. {name}: {why}</source>
-        <translation>{count} 个未读取。{name}：{why}</translation>
     </message>
     <message>
         <source>{count} of {all} checks not OK.</source>
@@ -5536,6 +5600,10 @@
         <translation>未知站点 {station} 的{who}认定：{decision}是这样吗？</translation>
     </message>
     <message>
+        <source>{why} Say which column holds what, in which unit: {cure} (columns: {columns}).</source>
+        <translation>{why}请指明哪一列是什么、用什么单位：{cure}（列：{columns}）。</translation>
+    </message>
+    <message>
         <source>{why}.</source>
         <translation>{why}。</translation>
     </message>
@@ -5552,12 +5620,28 @@
         <translation>“dps-s verify FILE”说明此文件中记录的内容和签名者。请与飞行器文档一并保存。</translation>
     </message>
     <message>
+        <source>“{cell}” can be {one} or {other}.</source>
+        <translation>“{cell}”可以是 {one} 或 {other}。</translation>
+    </message>
+    <message>
         <source>“{name}” is another module here: settle first whether they are one.</source>
         <translation>“{name}”在本站是另一个模块：请先确认两者是否为同一个。</translation>
     </message>
     <message>
+        <source>“{name}” is in {unit}.</source>
+        <translation>“{name}”的单位是 {unit}。</translation>
+    </message>
+    <message>
+        <source>“{name}” is there twice.</source>
+        <translation>“{name}”出现两次。</translation>
+    </message>
+    <message>
         <source>“{name}” is unknown.</source>
         <translation>“{name}”未知。</translation>
+    </message>
+    <message>
+        <source>“{name}” is unknown; the columns are {columns}.</source>
+        <translation>未知的“{name}”；有这些列：{columns}。</translation>
     </message>
     <message>
         <source>“{one}” and “{other}” are one module, “{name}”.</source>
@@ -5574,6 +5658,10 @@
     <message>
         <source>“{one}” and “{other}” were called different, and the same as a third.</source>
         <translation>“{one}”与“{other}”被指定为不同模块，却又都被指定为与第三个模块相同。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}”: a comma means two things.</source>
+        <translation>“{one}”与“{other}”：逗号有两种含义。</translation>
     </message>
     <message>
         <source>“{one}” at two stations: is it the same module?</source>

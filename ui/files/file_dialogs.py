@@ -51,7 +51,7 @@ AskText = Callable[[QWidget, str, str, Callable[[str], object]], object]
 """Parent, title, label."""
 
 
-_LOGS: Final = "*.ulg *.bin *.csv *.mcap"
+_LOGS: Final = "*.ulg *.bin *.log *.tlog *.csv *.tsv *.txt *.mcap *.gz *.zip"
 
 
 def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
@@ -237,14 +237,12 @@ class FileOpener(QObject):
         return True
 
     def open_in(self, key: str, paths: Iterable[Path]) -> None:
-        """Shows a page; opens folders in it, and files in the page of their type, this one first."""
+        """Shows a page and opens all of them in it; it says which it cannot read."""
         self._go_to(key)
-        for path in paths:
-            page = next((page for page in self._pages() if page.key == key), None)
-            if page is not None and path.is_dir():
+        page = next((page for page in self._pages() if page.key == key), None)
+        if page is not None:
+            for path in paths:
                 page.open_file(path)
-            else:
-                self.open(path)
 
     def ask(self) -> None:
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
@@ -259,20 +257,23 @@ class FileOpener(QObject):
             menu.addAction(tr("No recent files")).setEnabled(False)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if isinstance(event, QDragEnterEvent) and self._dropped_path(event.mimeData()) is not None:
+        if isinstance(event, QDragEnterEvent) and self._can_open(event.mimeData()):
             event.acceptProposedAction()
             return True
-        if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop:
-            path = self._dropped_path(event.mimeData())
-            if path is not None:
-                event.acceptProposedAction()
-                return self.open(path)
+        if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop and self._can_open(event.mimeData()):
+            event.acceptProposedAction()
+            for path in _local_paths(event.mimeData()):
+                self.open(path)
+            return True
         return False
 
     def _page_of(self, path: Path) -> FilePage | None:
         return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
 
-    def _dropped_path(self, data: QMimeData) -> Path | None:
-        """The first file that some page opens."""
-        paths = (Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile())
-        return next((path for path in paths if self._page_of(path) is not None), None)
+    def _can_open(self, data: QMimeData) -> bool:
+        """Whether some page opens one of the files."""
+        return any(self._page_of(path) is not None for path in _local_paths(data))
+
+
+def _local_paths(data: QMimeData) -> list[Path]:
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]

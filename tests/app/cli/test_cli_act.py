@@ -257,8 +257,8 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     lines = [json.loads(line) for line in printed.out.splitlines()]
     assert [(line["log"], line["answer"]) for line in lines] == [(str(bad), "unreadable"), (str(crash), "fires")]
     assert lines[0]["fires"] is None
-    assert lines[0]["problems"] == ["unknown kind of file."]
-    assert f"\n{bad}: unknown kind of file.\n" in printed.err
+    assert lines[0]["problems"] == ["no column names in the first line."]
+    assert f"\n{bad}: no column names in the first line.\n" in printed.err
     crash.unlink()
     assert fired(capsys, tmp_path, "--json")[0] == 2
 

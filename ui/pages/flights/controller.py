@@ -13,9 +13,9 @@ from app.flights.judge import TriggerLimits
 from app.flights.many_logs import LogOrder, summarise_logs
 from app.flights.module_view import RuleReading
 from app.flights.proposal import ThresholdProposal, propose, settings_of
-from app.flights.read_log import distinct_names, find_logs, is_csv
+from app.flights.read_log import distinct_names, find_logs, is_table
 from app.flights.summary import FlightSummary
-from app.flights.table import read_head
+from app.flights.table import read_dialect
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -38,7 +38,7 @@ class Flight(NamedTuple):
     why_not: UserMessage | None = None
     """Why it could not be read."""
     head: tuple[str, ...] = ()
-    """Column names of a CSV file that could not be read."""
+    """Column names of a table that could not be read."""
 
     @property
     def is_waiting(self) -> bool:
@@ -98,9 +98,9 @@ class Reading:
 
 
 def _head_of(path: Path) -> tuple[str, ...]:
-    """Column names of a CSV file; empty for other files."""
+    """Column names of a table; empty for other files."""
     try:
-        return tuple(read_head(path)) if is_csv(path) else ()
+        return tuple(read_dialect(path).head) if is_table(path) else ()
     except (UserError, OSError):
         return ()
 

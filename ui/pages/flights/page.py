@@ -19,10 +19,10 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded, Settle
-from ui.pages.flights.lists import FlightLists, assumed_text, limits_text, short_name
+from ui.pages.flights.lists import FlightLists, assumed_text, limits_text
 from ui.pages.flights.proposal_bar import ProposalBar, bounds_text
 from ui.pages.flights.thresholds import FireMapView, ThresholdPanel
-from ui.pages.flights.views import ColumnForm, FlightView
+from ui.pages.flights.views import ColumnLine, FlightView
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
@@ -37,14 +37,17 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _POLL_MS: Final = 200
 """For progress of reading, while the page is visible."""
 _MAP_PX: Final = 300
+_REASONS_SHOWN: Final = 4
+"""Of files that cannot be read; the reason of each is in its row, too."""
 
 
 class FlightsPage(Page):
-    """`FlightLists` beside `ThresholdPanel` and `FireMapView`, or one `FlightView`, or a `ColumnForm` for a CSV file;
+    """`FlightLists` beside `ThresholdPanel` and `FireMapView`, or one `FlightView`, or a `ColumnLine` for a table;
     a `ProposalBar` below. `FlightsWork` has the flights and reads them.
     """
 
-    suffixes = SUFFIXES
+    # Not .log and .txt: Diagnosis opens them as captures where the window is asked. The page itself opens them.
+    suffixes = tuple(suffix for suffix in SUFFIXES if suffix not in (".log", ".txt"))
 
     def __init__(self, services: Services) -> None:
         super().__init__("flights")
@@ -63,7 +66,7 @@ class FlightsPage(Page):
         self.proposal = ProposalBar(services, self.work, self.result)
         self.strip = self.proposal.strip
         self.flight = FlightView(texts)
-        self.form = ColumnForm(texts)
+        self.form = ColumnLine(texts)
         how = marked("Open or drop logs of PX4, ArduPilot, CSV or recordings.")
         self.empty = EmptyState("flights_empty", Icon.MAP, texts, marked("No flight logs yet"), how)
         folder = control(QPushButton(), texts, "flights_empty_folder", "Open folder…", picture=Icon.FOLDER,
@@ -143,7 +146,7 @@ class FlightsPage(Page):
         QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def open_flight(self, row: FlightRow) -> None:
-        """Shows the plots of a flight, or the form for the columns of an unread CSV file."""
+        """Shows the plots of a flight, or the line for the columns of an unread table."""
         if row.flight.head:
             self._show_form(row.flight)
         elif row.outcome is not None:
@@ -152,7 +155,7 @@ class FlightsPage(Page):
             self.flight.back.setFocus()
 
     def _show_form(self, unread: Flight) -> None:
-        self.form.show_file(unread.name, unread.head)
+        self.form.show_file(unread.name, unread.why_not)
         self._show(self.form)
 
     def _read_with(self, name: str, columns: CsvColumns) -> None:
@@ -212,9 +215,13 @@ class FlightsPage(Page):
             return Notice(Meaning.INFORMATION, tr("No new flight logs."))
         if not unread:
             return self._assumed_notice()
-        first = unread[0]
-        text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
-                  why=clean("" if first.why_not is None else first.why_not.translated()))  # fmt: skip
+        reasons = [
+            labelled(clean(Path(log.name).name, longest=80), clean(log.why_not.translated(), longest=400))
+            for log in unread[:_REASONS_SHOWN]
+            if log.why_not is not None
+        ]
+        total = len(self.work.flights)
+        text = "\n".join([tr("{count} of {total} not read.", count=len(unread), total=total), *reasons])
         table = next((log for log in unread if log.head), None)
         choices = () if table is None else (
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
@@ -324,6 +331,5 @@ class FlightsPage(Page):
 
 
 def _dropped(data: QMimeData) -> list[Path]:
-    """Dropped files and folders; empty where one of the files is no log."""
-    paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
-    return paths if all(not path.suffix or path.suffix.lower() in SUFFIXES or path.is_dir() for path in paths) else []
+    """Dropped files and folders, whatever they are: each that cannot be read is named with its reason."""
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]

@@ -1,19 +1,19 @@
-"""In place of the overview: one flight with its plots, or the form for the columns of a CSV file."""
+"""In place of the overview: one flight with its plots, or the line for the columns of a table."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QStringListModel, Qt, Signal
-from PySide6.QtWidgets import QComboBox, QFormLayout, QFrame, QLabel, QPushButton, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QLineEdit, QPushButton, QWidget
 
-from app.flights.columns import TIMES, CsvColumns, CsvRole
+from app.flights.columns import CsvColumns, parse_line
 from app.flights.fire_map import FlightOutcome
 from app.flights.judge import TriggerLimits
 from app.recordings.markers import Marker
 from app.text.i18n import tr
-from app.text.messages import clean
-from app.text.sentences import in_brackets, labelled
+from app.text.messages import UserMessage, clean
+from app.text.sentences import labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -25,8 +25,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 20
@@ -112,24 +111,8 @@ def marks_of(outcome: FlightOutcome, resets: Sequence[Marker] = ()) -> list[Mark
     return sorted(marks, key=lambda mark: mark.time_s)
 
 
-_WORDS: Final = {
-    "time": marked("Time"), "tilt": marked("Tilt"), "roll": marked("Roll"), "pitch": marked("Pitch"),
-    "acceleration": marked("Acceleration"), "altitude": marked("Altitude"), "armed": marked("Arming state"),
-}  # fmt: skip
-_QUATERNION: Final = marked("Quaternion")
-_UNITS: Final = {"us": "µs", "deg": "°", "m_s2": "m/s²"}
-
-
-def role_text(role: CsvRole) -> str:
-    """ "Roll (°)", "Quaternion W", "Acceleration X (g)"."""
-    stem, _, unit = role.value.partition("_")
-    word = _WORDS.get(stem, _QUATERNION if stem.startswith("q") else _WORDS["acceleration"])
-    axis = "" if stem in _WORDS else f" {stem[-1].upper()}"
-    return f"{tr(word)}{axis}{in_brackets(_UNITS.get(unit, unit)) if unit else ''}"
-
-
-class ColumnForm(QWidget):
-    """`chosen` gives the name of the file and its `CsvColumns`."""
+class ColumnLine(QWidget):
+    """Asks in one line which columns of a table hold what. `chosen` gives the name of the file and its `CsvColumns`."""
 
     chosen = Signal(str, object)
     closed = Signal()
@@ -138,67 +121,40 @@ class ColumnForm(QWidget):
         super().__init__()
         self.setObjectName("csv_form")
         self._name = ""
+        self._why: UserMessage | None = None
         self._fault: UserError | None = None
-        self._columns = QStringListModel(self)
-        """The names of the file's columns, after one that stands for none."""
         self.title = named(ElidedLabel(), "csv_title", "title")
+        self.why = text_label("csv_why", is_selectable=True)
+        self.line = control(QLineEdit(), texts, "csv_line", says="Columns")
+        self.line.returnPressed.connect(self._choose)
         self.fault = text_label("csv_fault", "danger")
-        self.boxes = {role: named(QComboBox(), f"csv_{role.value}") for role in CsvRole}
-        self._labels = {role: named(QLabel(), f"csv_{role.value}_label") for role in CsvRole}
         self.read = control(QPushButton(), texts, "csv_read", "Read", picture=Icon.CHECK, role="primary",
                             slot=self._choose)  # fmt: skip
         self.cancel = control(QPushButton(), texts, "csv_cancel", "Cancel", key="Esc", slot=self.closed)
-        card = named(QFrame(), "csv_card", "card")
-        rows = QFormLayout(card)
-        rows.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        rows.setVerticalSpacing(Space.XS)
-        rows.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
-        for role, box in self.boxes.items():
-            box.setModel(self._columns)
-            box.setMinimumContentsLength(18)
-            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            WheelGuard(box)
-            self._labels[role].setBuddy(box)
-            self._labels[role].setMinimumHeight(box.sizeHint().height())
-            rows.addRow(self._labels[role], box)
-        content = named(QWidget(), "csv_content")
-        in_column(in_row((card, 2), 1), 1, of=content, margins=0)
-        scroll = scroll_area(content, texts, "csv_scroll", "Columns")
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)
-        in_column(head, self.fault, (scroll, 1), of=self, spacing=Space.S, margins=0)
+        in_column(head, self.why, self.line, self.fault, 1, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, retranslate=self._write)
 
-    def show_file(self, name: str, head: Sequence[str]) -> None:
-        self._name, self._fault = name, None
-        self._columns.setStringList(["—", *head])
-        for box in self.boxes.values():
-            box.setCurrentIndex(0)
+    def show_file(self, name: str, why: UserMessage | None) -> None:
+        """`why`: it cannot be read without; what it proposes to say stands in the line already."""
+        self._name, self._why, self._fault = name, why, None
+        cure = "" if why is None else dict(why.values).get("cure", "")
+        self.line.setText(str(cure).replace("--column ", ""))
         self._write()
-        self.boxes[CsvRole.TIME_S].setFocus()
+        self.line.setFocus()
 
     def _write(self) -> None:
         self.title.setText(labelled(tr("Columns"), short_name(self._name)))
-        for role, label in self._labels.items():
-            label.setText(role_text(role))
-            self.boxes[role].setAccessibleName(label.text())
+        self.why.setText("" if self._why is None else clean(self._why.translated(), longest=2000))
         self.fault.setText("" if self._fault is None else self._fault.sentence)
         self.fault.setVisible(self._fault is not None)
 
-    def columns(self) -> CsvColumns:
-        """The chosen columns. Raises `UserError` where they are not enough."""
-        names = {role: box.currentText() for role, box in self.boxes.items() if box.currentIndex() > 0}
-        if sum(role in names for role in TIMES) != 1:
-            raise UserError(marked("Choose the one column with the time."))
-        columns = CsvColumns(names)
-        used = {*TIMES, *columns.attitude, *columns.force, CsvRole.ALTITUDE_M, CsvRole.ARMED}
-        if names.keys() - used:
-            raise UserError(marked("Choose all columns of attitude and acceleration, or none."))
-        return columns
-
     def _choose(self) -> None:
         try:
-            self.chosen.emit(self._name, self.columns())
+            columns = parse_line(self.line.text())
         except UserError as error:
             self._fault = error
             self._write()
+            return
+        self.chosen.emit(self._name, columns)

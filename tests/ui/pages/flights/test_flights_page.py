@@ -13,7 +13,6 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.flights.columns import CsvRole
 from app.flights.fire_map import FireMap, FlightGroup, outcome_of
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
@@ -97,25 +96,18 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert desk.shown(MUST_NOT) + desk.shown(MUST) == []
     assert page.work.proposal is None
     assert [flight.head for flight in page.work.unread()] == [("w", "a", "g", "h")]
-    assert "1 not read. t1:" in desk.notice()
+    assert "1 of 3 not read." in desk.notice()
+    assert "t1.csv: No column is known to hold the time." in desk.notice()
     press(desk.qtbot, page.strip.button("columns"))
     form = page.form
     assert form.isVisible()
     assert desk.notice() == ""  # it leads to where one is
+    assert "(columns: w, a, g, h)" in form.why.text()
+    assert form.line.text() == "time_s=w"  # as it would be typed on the command line
+    form.line.setText("speed=w")
     form.read.click()
-    assert form.fault.text() == "Choose the one column with the time."
-    form.boxes[CsvRole.TIME_S].setCurrentText("w")
-    form.read.click()
-    assert form.fault.text() == "no attitude and no acceleration."
-    form.boxes[CsvRole.TILT_DEG].setCurrentText("a")
-    form.boxes[CsvRole.X_G].setCurrentText("g")
-    form.read.click()
-    assert form.fault.text() == "Choose all columns of attitude and acceleration, or none."
-    form.boxes[CsvRole.X_G].setCurrentIndex(0)
-    form.boxes[CsvRole.ACCELERATION_G].setCurrentText("g")
-    assert form.columns().names == {
-        CsvRole.TIME_S: "w", CsvRole.TILT_DEG: "a", CsvRole.ACCELERATION_G: "g",
-    }  # fmt: skip
+    assert form.fault.text().startswith("“speed=w”: ROLE=COLUMN is needed")
+    form.line.setText("--column time_s=w tilt_deg=a 'acceleration_g=g'")
     form.read.click()
     desk.wait_read()
     assert page.work.unread() == []

@@ -1,0 +1,273 @@
+"""Tables as people have them: the same flight in any dialect is judged the same, or the table is refused.
+
+Five ordinary kinds once gave "would not have fired" although their data show that it would.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.flights.answer import Answer
+from app.flights.columns import parse_choice, parse_line
+from app.flights.flight_log import FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.read_log import read_flight_log
+from app.flights.summary import summarise
+from app.text.user_error import UserError
+
+Rows = list[tuple[float, float, float]]
+"""Seconds, degrees, g."""
+REST: Rows = [(row / 10, 5.0, 1.0) for row in range(80)]
+FALL: Rows = [(at_s, tilt, 0.1 if 2 <= at_s < 5 else force) for at_s, tilt, force in REST]
+TILT: Rows = [(at_s, 61.5 if at_s >= 3 else tilt, force) for at_s, tilt, force in REST]
+
+
+def answer(path: Path, *columns: str) -> Answer:
+    log = read_flight_log(path, parse_choice(columns) if columns else None)
+    return summarise(log).answer(TriggerLimits())
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(UserError) as caught:
+        read_flight_log(path)
+    return str(caught.value)
+
+
+def written(path: Path, text: str, encoding: str = "utf-8") -> Path:
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+HEAD = "time_s,tilt_deg,acceleration_g"
+
+
+def table(rows: Rows, head: str = HEAD, cell: str = "{:g}") -> str:
+    return "\n".join([head, *(",".join(cell.format(value) for value in row) for row in rows)]) + "\n"
+
+
+def with_commas(text: str) -> str:
+    """As a spreadsheet saves it where numbers have decimal commas."""
+    return text.replace(",", ";").replace(".", ",")
+
+
+DIALECTS: dict[str, Callable[[str], str]] = {
+    "plain": str,
+    "decimal commas": with_commas,
+    "tabs": lambda text: text.replace(",", "\t"),
+    "bars": lambda text: text.replace(",", "|"),
+    "sep= first": lambda text: "sep=;\n" + with_commas(text),
+    "comments first": lambda text: "# made by a logger\n#\n\n" + text,
+    "names in a comment": lambda text: "# " + text,
+    "units in the second line": lambda text: text.replace("\n", "\ns,deg,g\n", 1),
+    "units in brackets": lambda text: text.replace(HEAD, "Time [s],Tilt (°),Acceleration [g]"),
+    "quoted": lambda text: "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in text.splitlines()
+    ),
+    "quoted decimal commas": lambda text: "\n".join(
+        ",".join(f'"{cell.replace(".", ",")}"' for cell in line.split(",")) for line in text.splitlines()
+    ),
+    "Windows lines": lambda text: text.replace("\n", "\r\n"),
+    "empty lines between": lambda text: text.replace("\n", "\n\n"),
+    "a comma behind each row": lambda text: text.replace("\n", ",\n"),
+    "spaces behind commas": lambda text: text.replace(",", ", "),
+    "units in cells": lambda text: "\n".join(
+        line if line.startswith("time") else "{} s,{} deg,{} g".format(*line.split(",")) for line in text.splitlines()
+    ),
+    "other columns first": lambda text: "\n".join(
+        ("note,mode," if line.startswith("time") else "“a, b”;x,3,").replace("“a, b”;x", "ab") + line
+        for line in text.splitlines()
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_every_dialect_is_judged_alike(tmp_path: Path, dialect: str, encoding: str) -> None:
+    answers = [
+        answer(written(tmp_path / name, DIALECTS[dialect](table(rows)), encoding))
+        for name, rows in (("fall.csv", FALL), ("tilt.txt", TILT), ("rest", REST))
+    ]
+    assert answers == [Answer.FIRES, Answer.FIRES, Answer.DOES_NOT_FIRE]
+
+
+class Clock(NamedTuple):
+    """A unit of time, and from when it counts."""
+
+    per_s: float
+    start_s: float = 0.0
+
+
+CLOCKS = [Clock(per_s, start_s) for per_s in (1, 1e3, 1e6, 1e9) for start_s in (0, 812.5, 1.75e9)]
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
+@pytest.mark.parametrize("name", ["timestamp", "Time", "t"])
+def test_the_unit_of_a_bare_time_is_what_is_plausible_for_a_flight(tmp_path: Path, clock: Clock, name: str) -> None:
+    rows = [((at_s + clock.start_s) * clock.per_s, tilt, force) for at_s, tilt, force in FALL]
+    text = table(rows, f"{name},tilt_deg,acceleration_g", "{:.15g}" if clock.per_s == 1 else "{:.0f}")
+    assert answer(written(tmp_path / "a.csv", text)) is Answer.FIRES
+
+
+def test_a_unit_that_is_not_certain_is_asked_for_and_the_cure_works_when_typed(tmp_path: Path) -> None:
+    head = "time when,roll,pitch,acceleration"
+    rows = [(at_s, 0.02, 0.01, force * 9.80665) for at_s, _, force in FALL]
+    text = "\n".join([head, *(",".join(f"{value:.4f}" for value in row) for row in rows)])
+    path = written(tmp_path / "a.csv", text)
+    why = refusal(path)
+    assert "No column is known to hold the time." in why
+    assert "(columns: time when, roll, pitch, acceleration)" in why
+    assert answer(path, "time_s=time when", "roll_rad=roll", "pitch_rad=pitch") is Answer.FIRES
+    path = written(tmp_path / "b.csv", text.replace("time when", "time"))
+    why = refusal(path)
+    assert "The unit of “roll” is not certain." in why
+    cure = why.partition("in which unit: ")[2].partition(" (columns:")[0]
+    log = read_flight_log(path, parse_line(cure))
+    assert summarise(log).answer(TriggerLimits()) is Answer.FIRES
+
+
+def test_a_bare_acceleration_has_the_unit_in_which_an_aircraft_rests(tmp_path: Path) -> None:
+    for scale in (1.0, 9.80665):
+        rows = [(at_s, tilt, force * scale) for at_s, tilt, force in FALL]
+        assert answer(written(tmp_path / "a.csv", table(rows, "time_s,tilt_deg,acceleration"))) is Answer.FIRES
+    rows = [(at_s, tilt, 3.0) for at_s, tilt, _ in FALL]
+    assert "The unit of “acceleration” is not certain" in refusal(
+        written(tmp_path / "b.csv", table(rows, "time_s,tilt_deg,acceleration"))
+    )
+
+
+@pytest.mark.parametrize("unit", ["time_us", "time_ms"])
+def test_a_log_of_implausible_length_is_never_a_no(tmp_path: Path, unit: str) -> None:
+    path = written(tmp_path / "a.csv", table(REST, f"{unit},tilt_deg,acceleration_g"))
+    assert answer(path) is Answer.NOT_JUDGED
+    day = [(at_s * 20_000, tilt, force) for at_s, tilt, force in REST]
+    assert answer(written(tmp_path / "b.csv", table(day))) is Answer.NOT_JUDGED
+
+
+def test_cells_that_are_no_numbers_are_counted_or_the_table_is_refused(tmp_path: Path) -> None:
+    rows = [(row / 50, 5.0, 1.0) for row in range(1000)]
+    lines = table(rows).splitlines()
+    lines[500] = lines[500].replace("5,1", "#N/A,1")
+    log = read_flight_log(written(tmp_path / "a.csv", "\n".join(lines)))
+    assert [problem.in_english() for problem in log.problems] == [
+        "Cells that are no numbers: 1, the first in line 501: “#N/A”."
+    ]
+    for row in range(501, 515):
+        lines[row] = lines[row].replace("5,1", "#N/A,1")
+    why = refusal(written(tmp_path / "b.csv", "\n".join(lines)))
+    assert why == "Cells that are no numbers: 15, the first in line 501: “#N/A”."
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        (("0", "5,5", "1.5"), "no numbers"),
+        (("0", "1,250", "1"), "can be 1.250 or 1250"),
+        (("0", "1,5", "1,250.5"), "a comma means two things"),
+        (("0", "5 rad", "1"), "No column"),
+        (("0", "1_0", "1"), "no numbers"),
+    ],
+)
+def test_what_can_mean_two_things_is_refused(tmp_path: Path, cells: tuple[str, str, str], said: str) -> None:
+    lines = [";".join((str(row), *cells[1:])) for row in range(80)]
+    path = written(tmp_path / "a.csv", "\n".join(["time_s;tilt_deg;acceleration_g", *lines]))
+    if said == "No column":
+        assert answer(path) is not Answer.DOES_NOT_FIRE
+    else:
+        assert said in refusal(path)
+
+
+def test_decimal_commas_between_commas_are_refused_by_their_row(tmp_path: Path) -> None:
+    lines = [f"{row},5,0,1" for row in range(80)]
+    why = refusal(written(tmp_path / "a.csv", "\n".join(["time_ms,tilt_deg,acceleration_g", *lines])))
+    assert why.startswith("Line 2 has 4 cells, the head 3")
+
+
+def test_thousands_are_read_where_they_are_certain(tmp_path: Path) -> None:
+    head = "time_ms{0}tilt_deg{0}acceleration_g"
+    english = [f'"{at_s * 1000:,.1f}","{tilt:g}","{force:g}"' for at_s, tilt, force in FALL]
+    assert answer(written(tmp_path / "a.csv", "\n".join([head.format(","), *english]))) is Answer.FIRES
+    other = str.maketrans(",.", ".,")
+    german = [f"{at_s * 1000:,.1f};{tilt:g};{force:g}".translate(other) for at_s, tilt, force in FALL]
+    path = written(tmp_path / "b.csv", "\n".join([head.format(";"), *german]))
+    assert answer(path) is Answer.FIRES
+
+
+@pytest.mark.parametrize("form", ["2026-05-01T12:00:{:04.1f}Z", "2026-05-01 12:00:{:04.1f}", "12:00:{:04.1f}"])
+def test_times_of_day_and_iso_times_are_read(tmp_path: Path, form: str) -> None:
+    lines = [f"{form.format(at_s)},{tilt},{force}" for at_s, tilt, force in FALL]
+    path = written(tmp_path / "a.csv", "\n".join(["timestamp,tilt_deg,acceleration_g", *lines]))
+    assert answer(path) is Answer.FIRES
+
+
+def test_an_arming_state_in_words(tmp_path: Path) -> None:
+    words = ["Disarmed"] * 10 + ["Armed"] * 70
+    lines = [f"{at_s},{tilt},{force},{word}" for (at_s, tilt, force), word in zip(FALL, words, strict=True)]
+    path = written(tmp_path / "a.csv", "\n".join(["time_s,tilt_deg,acceleration_g,armed", *lines]))
+    assert answer(path) is Answer.FIRES
+    assert read_flight_log(path).not_judged_s == pytest.approx(1.0, abs=0.1)
+
+
+def test_two_flights_in_one_table_are_both_judged(tmp_path: Path) -> None:
+    for rows in (REST + FALL, FALL + REST):
+        assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.FIRES
+    assert answer(written(tmp_path / "b.csv", table(REST + REST))) is Answer.DOES_NOT_FIRE
+
+
+def test_a_counter_that_begins_again_goes_on(tmp_path: Path) -> None:
+    rows = [((at_s * 1e6 + 2**32 - 3.5e6) % 2**32, tilt, force) for at_s, tilt, force in FALL]
+    path = written(tmp_path / "a.csv", table(rows, "timestamp,tilt_deg,acceleration_g", "{:.15g}"))
+    assert answer(path) is Answer.FIRES
+    assert read_flight_log(path).duration_s == pytest.approx(7.9)
+
+
+def test_stamps_that_are_coarser_than_a_tilt_prove_nothing(tmp_path: Path) -> None:
+    rows = [(np.floor(at_s * 2) / 2, tilt, force) for at_s, tilt, force in REST]
+    assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.NOT_JUDGED
+
+
+def test_a_column_that_is_there_twice_is_not_chosen(tmp_path: Path) -> None:
+    lines = [f"{at_s},{tilt},{force},{tilt}" for at_s, tilt, force in REST]
+    path = written(tmp_path / "a.csv", "\n".join(["time_s,tilt_deg,acceleration_g,tilt_deg", *lines]))
+    assert "“tilt_deg” is there twice." in refusal(path)
+
+
+TIMES = [(1.0, "time_s"), (1e3, "time_ms"), (1e3, "timestamp"), (1e6, "time (us)")]
+FORCES = [(1.0, "acceleration_g"), (9.80665, "acceleration_m_s2")]
+GAPS = st.tuples(st.integers(5, 70), st.integers(0, 30))
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(data=st.data())
+def test_any_table_that_says_the_same_is_judged_the_same_or_refused(tmp_path: Path, data: st.DataObject) -> None:
+    """In another dialect, unit, order of columns or encoding, also with rows left out."""
+    rows = data.draw(st.sampled_from([REST, FALL, TILT]))
+    begin, count = data.draw(GAPS)
+    rows = rows[:begin] + rows[begin + count :]
+    expected = answer(written(tmp_path / "plain.csv", table(rows)))
+    per_s, head_s = data.draw(
+        st.sampled_from([(1.0, "time_s"), (1e3, "time_ms"), (1e3, "timestamp"), (1e6, "time (us)")])
+    )
+    per_g, head_g = data.draw(st.sampled_from([(1.0, "acceleration_g"), (9.80665, "acceleration_m_s2")]))
+    columns = [
+        (head_s, [f"{at_s * per_s:.10g}" for at_s, _, _ in rows]),
+        ("tilt_deg", [f"{tilt:g}" for _, tilt, _ in rows]),
+        (head_g, [f"{force * per_g:.6g}" for _, _, force in rows]),
+    ]
+    columns = data.draw(st.permutations(columns))
+    lines = [
+        ",".join(name for name, _ in columns),
+        *(",".join(cells) for cells in zip(*(c for _, c in columns), strict=True)),
+    ]
+    dialects = ["plain", "decimal commas", "tabs", "sep= first", "quoted", "Windows lines", "comments first"]
+    text = DIALECTS[data.draw(st.sampled_from(dialects))]("\n".join(lines) + "\n")
+    path = written(tmp_path / "other.csv", text, data.draw(st.sampled_from(["utf-8", "utf-16", "utf-8-sig"])))
+    try:
+        log: FlightLog = read_flight_log(path)
+    except UserError:
+        return
+    assert summarise(log).answer(TriggerLimits()) is expected
