@@ -10,7 +10,7 @@ READ: Final = marked(
 )
 
 
-class Refused(NamedTuple):
+class RefusedKind(NamedTuple):
     """A kind of file: how it begins, from which byte on, and what is said."""
 
     begin: bytes
@@ -22,28 +22,28 @@ _WEB_PAGE: Final = marked("This is a web page, not a log: download the file itse
 _DJI: Final = marked("This is a DJI log: convert it to CSV, for example with DatCon.")
 _PACKED: Final = marked("This file is packed in a way that is not read: unpack it first.")
 _REFUSED: Final = (
-    Refused(b"<!doctype html", 0, _WEB_PAGE),
-    Refused(b"<html", 0, _WEB_PAGE),
-    Refused(
+    RefusedKind(b"<!doctype html", 0, _WEB_PAGE),
+    RefusedKind(b"<html", 0, _WEB_PAGE),
+    RefusedKind(
         b"version https://git-lfs", 0,
         marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”."),
     ),
-    Refused(
+    RefusedKind(
         b"h product:blackbox", 0,
         marked("This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”."),
     ),
-    Refused(b"build", 16, _DJI),
-    Refused(b"logh", 0, _DJI),
-    Refused(b"#rosbag", 0, marked("This is a ROS bag: export its topics as CSV.")),
-    Refused(b"<?xml", 0, marked("This is XML, such as a KML or GPX track: it has no attitude. Export a CSV.")),
-    Refused(b"{", 0, marked("This is JSON: convert it to CSV.")),
-    Refused(b"%pdf", 0, marked("This is a PDF, not a log.")),
-    Refused(b"7z\xbc\xaf\x27\x1c", 0, _PACKED),
-    Refused(b"rar!", 0, _PACKED),
-    Refused(b"\xfd7zxz", 0, _PACKED),
-    Refused(b"bzh", 0, _PACKED),
-    Refused(b"\x28\xb5\x2f\xfd", 0, _PACKED),
-    Refused(b"\xd0\xcf\x11\xe0", 0, marked("This is a spreadsheet or document: save it as CSV.")),
+    RefusedKind(b"build", 16, _DJI),
+    RefusedKind(b"logh", 0, _DJI),
+    RefusedKind(b"#rosbag", 0, marked("This is a ROS bag: export its topics as CSV.")),
+    RefusedKind(b"<?xml", 0, marked("This is XML, such as a KML or GPX track: it has no attitude. Export a CSV.")),
+    RefusedKind(b"{", 0, marked("This is JSON: convert it to CSV.")),
+    RefusedKind(b"%pdf", 0, marked("This is a PDF, not a log.")),
+    RefusedKind(b"7z\xbc\xaf\x27\x1c", 0, _PACKED),
+    RefusedKind(b"rar!", 0, _PACKED),
+    RefusedKind(b"\xfd7zxz", 0, _PACKED),
+    RefusedKind(b"bzh", 0, _PACKED),
+    RefusedKind(b"\x28\xb5\x2f\xfd", 0, _PACKED),
+    RefusedKind(b"\xd0\xcf\x11\xe0", 0, marked("This is a spreadsheet or document: save it as CSV.")),
 )  # fmt: skip
 _BY_SUFFIX: Final = {
     ".bbl": _REFUSED[3].text, ".bfl": _REFUSED[3].text, ".dat": _DJI,
