@@ -10,13 +10,12 @@ import io
 import logging
 import os
 import sys
-import time
 from collections.abc import Sequence
-from datetime import datetime
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
+from app.system.surroundings import mend_surroundings
 from app.terminal import console
 from app.terminal.arguments import Parser
 from app.terminal.left_active import say_left_active
@@ -52,7 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
-    _replace_unusable_zone()
+    for sentence in mend_surroundings():
+        console.notify(sentence)
     try:
         code = _run_or_refuse(words)
         console.write("")  # flushes what argparse printed
@@ -240,18 +240,6 @@ def _replace_closed_streams() -> None:
             number = os.open(os.devnull, flags)  # the lowest free one, which is the stream's
             os.set_inheritable(number, True)
             setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
-
-
-def _replace_unusable_zone() -> None:
-    """A zone that Python cannot compute with would end what writes a time: UTC takes its place, and LOCK goes on."""
-    try:
-        datetime.now().astimezone()
-    except ValueError:  # a day or more from UTC
-        zone = os.environ.get("TZ", "")
-        os.environ["TZ"] = "UTC"
-        if hasattr(time, "tzset"):  # Windows has it from its settings
-            time.tzset()
-        console.notify(tr("The time zone {zone} (TZ) cannot be used. Times are in UTC.", zone=zone))
 
 
 def _write_utf8() -> None:
