@@ -6,8 +6,8 @@ again from the server or from files.
 
 import logging
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,12 +23,12 @@ from app.archive.facts import (
     make_fact,
     row_digest,
 )
-from app.records.check_store import KeptRecords
-from app.stations.known import Stations
-from app.stations.station import encoded, own_station
+from app.records.verification import StationNames
+from app.stations.station import encoded, find_station, own_station
 from app.store.database import Clock, open_database, utc_now
-from app.store.facts import FactKind, fact_hash
+from app.store.facts import FactKind, Facts, fact_hash
 from app.store.former import ARCHIVE
+from app.store.station_names import introductions
 from app.store.store import Store
 from app.text.messages import clean
 from app.text.user_error import UserError
@@ -66,10 +66,6 @@ class Archive:
         """This station's public key, as used in facts."""
         return encoded(self.station.public)
 
-    @property
-    def revoked(self) -> frozenset[str]:
-        return Stations(self.store.database.path.parent).revoked()
-
     # The set
 
     def digests(self) -> Digests:
@@ -92,10 +88,7 @@ class Archive:
             self.others.write_all(
                 f"INSERT INTO facts ({_COLUMNS}, digest, module, link, hash) "  # noqa: S608
                 "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                [
-                    (*fact.row, row_digest(fact.row), fact.module, fact.record.get("hash"), fact.hash)
-                    for fact in new.values()
-                ],
+                [(*fact.row, row_digest(fact.row), fact.module, None, fact.hash) for fact in new.values()],
             )
         return len(new)
 
@@ -177,14 +170,19 @@ class Archive:
         return [row for statement in queries for row in self.others.read(statement, values)]
 
 
-@contextmanager
-def kept_records(store: Store | None, folder: Path) -> Iterator[KeptRecords]:
-    """The records of this computer, for `verify`: those of this station and, from its archive, those of others. Creates
-    no file; an archive that cannot be read has none."""
-    others = None
+def station_names(store: Store | None, folder: Path) -> StationNames:
+    """What the stations of this store and its archive call themselves. Creates no file; an archive that cannot be read
+    has none."""
     try:
-        others = open_database(folder, ARCHIVE, name=FACTS_FILE) if (folder / FACTS_FILE).exists() else None
+        station = find_station(folder)
     except UserError as error:
-        _log.warning("The archive cannot be read: %s", error)
-    with nullcontext() if others is None else closing(others):
-        yield KeptRecords(None if store is None else store.database, others)
+        _log.warning("%s", error)
+        station = None
+    names = [] if store is None else introductions(store.facts)
+    if (folder / FACTS_FILE).exists():
+        try:
+            with closing(open_database(folder, ARCHIVE, name=FACTS_FILE)) as others:
+                names += introductions(Facts(others))
+        except UserError as error:
+            _log.warning("The archive cannot be read: %s", error)
+    return StationNames(None if station is None else station.public.hex(), names)

@@ -1,4 +1,4 @@
-"""Chains of the facts and checks of all stations, verifiable on every computer that has their facts.
+"""Chains of the facts of all stations, verifiable on every computer that has their facts.
 
 An altered record fails its own signature. A chain also shows that a record is missing or duplicated.
 """
@@ -8,9 +8,6 @@ from dataclasses import dataclass
 
 from app.archive.archive import Archive
 from app.archive.facts import Fact
-from app.records.check_store import KeptRecords
-from app.records.record import Record
-from app.records.verification import chain_name, verify
 from app.store.facts import FactKind
 from app.store.former import link_hash
 from app.text.messages import UserMessage
@@ -18,35 +15,29 @@ from app.text.messages import UserMessage
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainState:
-    """`is_audit`: of all facts of a station, else of the checks of one module. `missing`: number of links that are not
-    here (yet). `faults`: what is wrong with it."""
+    """`missing`: number of links that are not here (yet). `faults`: what is wrong with it."""
 
     station: str
-    module: str | None
-    is_audit: bool
     count: int
     missing: int
     faults: tuple[UserMessage, ...] = ()
 
 
 def chains_in(archive: Archive) -> list[ChainState]:
-    """For every station the chain of its facts, and one of checks per module. This station's store is verified as by
-    `dps-s verify --log`. Raises `UserError`."""
+    """For every station the chain of its facts. This station's store is verified as a whole. Raises `UserError`."""
     stations: dict[str, list[Fact]] = {}
-    checks: dict[tuple[str, object, object], list[Record]] = {}
     for fact in archive.of_kind(None):
         stations.setdefault(fact.station, []).append(fact)
-        if record := fact.record:
-            checks.setdefault((fact.station, *chain_name(record)), []).append(record)
-    kept = KeptRecords(archive.own.database, archive.others)
     own_faults = tuple(fault.message for fault in archive.own.faults())
     return [
-        *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)),
-                     faults=own_faults if station == archive.public else ())
-          for station, chain in sorted(stations.items())),
-        *(_checks(station, module, records, kept)
-          for (station, module, _adapter), records in sorted(checks.items(), key=lambda chain: [*map(str, chain[0])])),
-    ]  # fmt: skip
+        ChainState(
+            station=station,
+            count=len(chain),
+            missing=_missing(_links(chain)),
+            faults=own_faults if station == archive.public else (),
+        )
+        for station, chain in sorted(stations.items())
+    ]
 
 
 def in_chain_order(facts: Sequence[Fact]) -> Iterator[Fact]:
@@ -61,15 +52,6 @@ def in_chain_order(facts: Sequence[Fact]) -> Iterator[Fact]:
         fact = waiting.pop()
         yield fact
         waiting += following.get((fact.station, fact.hash), ())
-
-
-def _checks(station: str, module: object, records: Sequence[Record], kept: KeptRecords) -> ChainState:
-    verified = [verify(record, kept) for record in records]
-    return ChainState(
-        station=station, module=module if isinstance(module, str) else None, is_audit=False, count=len(records),
-        missing=_missing((record.get("previous"), record.get("hash")) for record in records),
-        faults=tuple(fault.sentences()[0] for fault in verified if fault.state.is_false),
-    )  # fmt: skip
 
 
 def _links(facts: Iterable[Fact]) -> Iterator[tuple[object, object]]:

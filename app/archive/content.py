@@ -106,14 +106,8 @@ def _is_raw(value: object) -> bool:
         return False
 
 
-def _is_record(value: object) -> bool:
-    """What chains, lists and histories use of it; `verify` judges the rest."""
-    if not isinstance(value, dict) or not _is_text(value.get("hash")) or not _is_name_or_none(value.get("module")):
-        return False
-    checks = value.get("checks", [])
-    return all(_is_text_or_none(value.get(name)) for name in ("previous", "adapter", "station")) and (
-        isinstance(checks, list) and all(isinstance(check, dict) for check in checks)
-    )
+def _is_measured(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(one, int | float) for one in value.values())
 
 
 def _is_entry(value: object) -> bool:
@@ -141,7 +135,11 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.TRIGGER_RECORD.value: {"module": _is_name, "raw": _is_raw},
     FactKind.JUDGEMENT.value: {"module": _is_name, "raw": _is_raw, "judgement": _is_text_or_none},
     FactKind.SNAPSHOT.value: {**_OF_MODULE, "settings": _is_a(dict)},
-    FactKind.CHECK.value: {**_OF_MODULE, "record": _is_record},
+    FactKind.STATION.value: {"public_key": _is_text, "name": _is_name},
+    FactKind.CHECK.value: {
+        **_OF_MODULE, "verdict": _is_text, "is_void": _is_a(bool), "is_simulated": _is_a(bool), "who": _is_text,
+        "aircraft": _is_text, "code": _is_text_or_none, "measured": _is_measured, "document": _is_text,
+    },
     FactKind.GUIDED_TEST.value: {**_OF_MODULE, "test": _is_text, "verdict": _is_text},
     FactKind.SERVICE.value: {
         "module": _is_name, "service": _is_text, "on": _is_text, "due": _is_text_or_none, "who": _is_text,

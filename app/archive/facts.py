@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from app.archive.content import DETAIL, content_of, is_time, object_of
-from app.records.check_store import record_of
-from app.records.record import Record
+from app.records.verification import is_of_row
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, Station, decoded, encoded, is_signature
 from app.store.facts import FactKind, fact_hash
 from app.text.messages import UserMessage, clean, message
@@ -67,11 +66,6 @@ class Fact:
         is_former = self.kind == FactKind.AUDIT.value
         name = (object_of(self.content["entry"][DETAIL]) if is_former else self.content).get("module")
         return name if isinstance(name, str) else None
-
-    @property
-    def record(self) -> Record:
-        """Of a pre-flight check; else empty."""
-        return record_of(self.content) if self.kind == FactKind.CHECK.value else {}
 
     @property
     def hash(self) -> str:
@@ -142,7 +136,13 @@ def checked(row: FactRow) -> Fact | RefusedFact:
         return _refused(row, marked("it was altered"))
     if not is_signature(public, seal, _signed(id_)):
         return _refused(row, marked("its station did not sign it"))
-    return _readable(row)
+    fact = _readable(row)
+    if isinstance(fact, Fact) and fact.kind == FactKind.CHECK.value:
+        content = fact.content
+        said = {name: content[name] for name in ("verdict", "is_void", "is_simulated")}
+        if not is_of_row(content["document"], said, module=fact.module, station=public.hex(), made_at=made_at):
+            return _refused(row, marked("its record is another one"))
+    return fact
 
 
 def too_long(id_: str) -> RefusedFact:

@@ -14,8 +14,7 @@ from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.engine.target import is_simulated
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services, repack_due
-from app.records.check_store import CheckLine, check_line, number_of
-from app.records.verification import verify
+from app.records.check_store import CheckLine, check_line, check_of
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.facts import FactKind
@@ -120,21 +119,19 @@ def fired_in(facts: Iterable[Fact]) -> list[Fired]:
     return fired
 
 
-def line_of(fact: Fact, fired: Iterable[Fired] = ()) -> CheckLine:
-    """Of a fact `CHECK`; its record is verified, and has to be of the module that the fact names. `fired`: when the
-    module may have."""
-    record = fact.record
-    is_altered = verify(record).state.is_false or record.get("module") != fact.module
-    return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered).after(fired)
+def line_of(fact: Fact, fired: Iterable[Fired] = ()) -> CheckLine | None:
+    """Of a fact `CHECK`, whose record was verified when it came in; None for one that this version cannot read.
+    `fired`: when the module may have."""
+    check = check_of(fact.content)
+    return None if check is None else check_line(check, fact.module, fact.made_at, station=fact.station).after(fired)
 
 
 def _by_module(archive: Archive, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
     modules = {member: module for module in names.modules for member in module.members}
     grouped: dict[tuple[KnownModule, str], list[Fact]] = {}
-    revoked = archive.revoked
     for fact in in_chain_order(archive.of_kind(None)):
         member = module_of_fact(fact)
-        if member is not None and member in modules and fact.station not in revoked:
+        if member is not None and member in modules:
             grouped.setdefault((modules[member], fact.kind), []).append(fact)
     return grouped
 
@@ -148,9 +145,9 @@ def _last(facts: Iterable[Fact], about: Callable[[Fact], object]) -> dict[object
 
 
 def _last_check(checks: Sequence[Fact]) -> Fact | None:
-    """By their numbers. A simulated check only if there is no other."""
-    real = [fact for fact in checks if fact.record.get("is_simulated") is not True] or checks
-    return _last(sorted(real, key=lambda fact: number_of(fact.record)), lambda _fact: None).get(None)
+    """A simulated check only if there is no other."""
+    real = [fact for fact in checks if not fact.content.get("is_simulated")] or checks
+    return _last(real, lambda _fact: None).get(None)
 
 
 _Records = Mapping[tuple[str | None, ...], tuple[str, int]]

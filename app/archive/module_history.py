@@ -78,7 +78,8 @@ def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
     order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
     history.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
     values: dict[str, list[ValuePoint]] = {}
-    for check in measuring([line_of(fact) for fact in history if fact.kind == FactKind.CHECK.value]):
+    lines = [line_of(fact) for fact in history if fact.kind == FactKind.CHECK.value]
+    for check in measuring([line for line in lines if line is not None]):
         for name, value in check.measured.items():
             values.setdefault(name, []).append(ValuePoint(check.at, check.station, value))
     points = {name: tuple(series) for name, series in sorted(values.items())}
@@ -109,9 +110,10 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None, fired: Sequen
             return message(marked("{value}: {why}."), value=message(marked("Settings")), why=listed)
         case FactKind.CHECK:
             line = line_of(fact, fired)
+            if line is None:
+                raise TypeError(content)
             who = UserMessage(line.who) if line.who else message(marked("not named"))
-            text = marked("Pre-flight check {number}: {verdict}, checked by: {who}.")
-            return message(text, number=line.number, verdict=line.words, who=who)
+            return message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
         case FactKind.GUIDED_TEST:
             verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
             if content.get("is_simulated") is True:

@@ -16,8 +16,7 @@ from app.archive.archive import Archive
 from app.archive.facts import Fact
 from app.limits.service import Service
 from app.records.filing import SERVICES, local_now
-from app.stations.known import Stations
-from app.stations.station import encoded, shown_station
+from app.stations.station import shown_station
 from app.store.facts import FactKind
 from app.text.messages import UserMessage, clean, message
 from app.text.user_error import UserError
@@ -160,8 +159,7 @@ def _settled_in(archive: Archive) -> dict[Pair, Settled]:
     for fact in archive.of_kind(FactKind.SETTLEMENT):
         settlement = settlement_of(fact)
         pairs.setdefault(settlement.pair, []).append(settlement)
-    stations = Stations(archive.store.database.path.parent).known()
-    known = {encoded(station.public) for station in stations if not station.is_revoked} | {archive.public}
+    known = {archive.public}
     return {pair: _settled(settlements, known) for pair, settlements in pairs.items()}
 
 

@@ -48,8 +48,8 @@ from protocol.translatable import marked
 SERVER = "postgresql://USER@HOST/DATABASE"
 SHOWN_REFUSALS = 20
 FLEET_HEAD = (
-    "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
-    "fingerprint", "checks", "trigger_records", "not_judged", "due",
+    "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft",
+    "settings_code", "checks", "trigger_records", "not_judged", "due",
     "since_repack",
 )  # fmt: skip
 LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
@@ -149,7 +149,7 @@ def run_status(args: argparse.Namespace) -> int:
         ), indent=2),
         tr("This station: {fingerprint}", fingerprint=fingerprint) + in_brackets(labelled(tr("Records"), f"{own}")),
         tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=local_time(status.last_at or "–")),
-        *(f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"
+        *(f"{shown_station(chain.station)}: {fault.translated()}"
           for chain in chains for fault in chain.faults),
     ]  # fmt: skip
     console.emit(args, {
@@ -263,7 +263,7 @@ def _counts(done: Exchanged) -> str:
 
 def _chain_json(chain: ChainState) -> dict[str, object]:
     return {
-        "station": shown_station(chain.station), "module": chain.module, "audit": chain.is_audit, "count": chain.count,
+        "station": shown_station(chain.station), "count": chain.count,
         "missing": chain.missing, "faults": [fault.in_english() for fault in chain.faults],
     }  # fmt: skip
 
@@ -346,10 +346,9 @@ def state_json(state: ModuleToday) -> dict[str, object]:
 
 def _check_json(check: CheckLine) -> dict[str, object]:
     return {
-        "at": check.at, "station": shown_station(check.station), "number": check.number, "verdict": check.verdict,
+        "at": check.at, "station": shown_station(check.station), "verdict": check.verdict,
         "void": check.is_void or check.is_fired_since, "simulated": check.is_simulated,
-        "altered": check.is_altered, "who": check.who, "aircraft": check.aircraft,
-        "fingerprint": check.fingerprint, "hash": check.hash,
+        "who": check.who, "aircraft": check.aircraft, "settings_code": check.code,
     }  # fmt: skip
 
 
@@ -376,7 +375,6 @@ def _fleet_cells(state: ModuleToday) -> Iterable[object]:
         "stations": len({member.station for member in state.module.members}),
         "last_at": utc_cell(state.last_at),
         "check_at": None if check is None else utc_cell(check.at),
-        "check_number": None if check is None else check.number,
         "due": state.due_words,
     }
     return map(told.get, FLEET_HEAD)

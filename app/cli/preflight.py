@@ -20,12 +20,12 @@ from app.engine.procedure import await_asking
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
+from app.preflight.contract import contract_of
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.filing import Filed, file_check
-from app.records.record import caveats, contract_of
 from app.records.report_files import check_target, write_report
 from app.safety.acts import EFFECTS, Act
 from app.safety.journal import Outcome
@@ -230,7 +230,7 @@ def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bo
     """Write and print the names of the files; whether that succeeded."""
     try:
         if len(members) == 1 and members[0].filed is not None:
-            written = write_report(args.report, members[0].filed.record, args.printer)
+            written = write_report(args.report, members[0].filed.exported, args.printer)
         else:
             written = write_set_reports(args.report, members, args.printer)
     except (UserError, OSError, RuntimeError, ImportError) as error:
@@ -249,10 +249,6 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
         finally:  # also where nobody reads
             if filed.trouble is not None:
                 console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
-            if filed.station_trouble is not None:
-                console.notify(
-                    join_sentences((filed.station_trouble.sentence, tr("NOT SIGNED: anyone can make such a record.")))
-                )
     if trouble is not None:
         console.notify(trouble.translated())
         if filed is not None:
@@ -297,7 +293,7 @@ def page_of(filed: Filed) -> list[str]:
     assessment = filed.assessment
     verdict = verdict_sentence(assessment.verdict, assessment.case.profile.activated_by).translated()
     lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
-    lines += [caveat.translated() for caveat in caveats(filed.record)]
+    lines += [caveat.translated() for caveat in filed.record.caveats]
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("Valid now only; not monitored afterwards."))
     lines.append("")

@@ -232,6 +232,28 @@ class ExportJson(ResultJson, frozen=True, kw_only=True):
     complete: bool
 
 
+class VerifyJson(ResultJson, frozen=True, kw_only=True):
+    """`report`: the file is a report, in which only the record is signed. `follows`: the verdict that the checks give.
+    `signer`: fingerprint of the key; `names`: what stations with it call themselves, `other_keys`: who else calls
+    himself so. What an altered file says is null where it cannot be read."""
+
+    state: Literal["intact", "contradictory", "altered"]
+    report: bool
+    verdict: Literal["GO", "READY", "NO-GO"] | None
+    follows: Literal["GO", "READY", "NO-GO"] | None
+    void: str | None
+    module: str | None
+    at: Time | None
+    who: str | None
+    aircraft: str | None
+    simulated: bool | None
+    contradictions: list[str]
+    signer: str | None
+    signed_by: Literal["this_station", "known_station", "unknown_key", "nobody"]
+    names: list[str]
+    other_keys: dict[str, list[str]]
+
+
 class DeletedJson(ResultJson, frozen=True, kw_only=True):
     deleted: list[str]
 
@@ -298,20 +320,30 @@ TYPES: dict[str, tuple[str, Any]] = {
     "deleted": ("dps-s recordings delete --json", DeletedJson),
     "save": ("dps-s save --json", SaveJson),
     "set": ("dps-s set --json", SetJson),
+    "verify": ("dps-s verify --json", VerifyJson),
 }
 """The title of each schema, and what it is made of."""
 
 
 _WRITTEN_BY_HAND = Path(__file__).parent / "reference" / "schemas"
 """What has no structure yet."""
-NAMES = sorted([*TYPES, *(path.stem for path in _WRITTEN_BY_HAND.glob("*.json"))])
+_RECORD = "record"
+"""Made of a structure that is not loaded for every command."""
+NAMES = sorted([*TYPES, _RECORD, *(path.stem for path in _WRITTEN_BY_HAND.glob("*.json"))])
 
 
 def schema_of(name: str) -> dict[str, Any]:
     """The JSON Schema of a result. Raises `KeyError` for a name that there is not."""
+    if name == _RECORD:
+        from app.records.record import SignedDocument
+
+        return _schema("The signed record of a pre-flight check", SignedDocument)
     if name not in TYPES:
         written: dict[str, Any] = json.loads((_WRITTEN_BY_HAND / f"{name}.json").read_text(encoding="utf-8"))
         return written
-    title, type_ = TYPES[name]
+    return _schema(*TYPES[name])
+
+
+def _schema(title: str, type_: Any) -> dict[str, Any]:
     schema = msgspec.json.schema(type_)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}

@@ -1,6 +1,5 @@
 """The list of a batch as CSV and PDF, and the labels of its modules."""
 
-import html
 import json
 from collections.abc import Sequence
 from datetime import datetime
@@ -14,6 +13,7 @@ from app.system.files import write_whole
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.template import page
 from protocol.translatable import marked
 
 HEAD: Final = ("name", "result", "time_utc", "settings_code", "boot_count", "why")
@@ -75,14 +75,13 @@ def _mark() -> bytes:
 
 def _pages(batch: ModuleBatch, rows: Sequence[BatchRow]) -> list[str]:
     """The list as HTML, by page."""
-    head = [tr(title) for title in TITLES]
+    lines = [cells(row) for row in rows]
     return [
-        f'<p><font size="5"><b>{html.escape(summary(batch, rows))}</b></font></p>'
-        '<table width="100%" cellpadding="3" cellspacing="0" border="1">'
-        + "".join(
-            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in line) + "</tr>"
-            for line in (head, *map(cells, rows[start : start + _ROWS_ON_PAGE]))
+        page(
+            "batch.html",
+            title=summary(batch, rows),
+            head=[tr(title) for title in TITLES],
+            rows=lines[start : start + _ROWS_ON_PAGE],
         )
-        + "</table>"
-        for start in range(0, len(rows), _ROWS_ON_PAGE)
+        for start in range(0, len(lines), _ROWS_ON_PAGE)
     ]

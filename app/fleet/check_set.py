@@ -1,6 +1,5 @@
 """Pre-flight checks of several modules: verdicts, reasons, a report of each and a first page."""
 
-import html
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -13,11 +12,11 @@ from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
 from app.records.labels import A4, Printer
 from app.records.report_files import carries, check_target, suggested_name, write_report
-from app.records.report_html import VERDICT_STYLES
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import join_names
+from app.text.template import page
 from protocol.translatable import marked
 
 FIRST_PAGE = "dps-s pre-flight set"
@@ -71,25 +70,25 @@ def summary(members: Sequence[SetMember]) -> str:
 
 def first_page(members: Sequence[SetMember], reports: Sequence[str]) -> str:
     """The table of all modules as HTML, with the names of their reports."""
-    head = "".join(
-        f'<td style="color:#555555">{html.escape(tr(text))}</td>'
-        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why"), marked("Report"))
-    )
     rows = []
     for member, report in zip(members, reports, strict=True):
-        _, colour = VERDICT_STYLES[member.verdict or Verdict.NO_GO]
-        cells = (member.title, clean(member.port), clean(member.why), report)
+        verdict = member.verdict or Verdict.NO_GO
         rows.append(
-            f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>'
-            f"{html.escape(word_of(member.verdict))}</b></font></td>"
-            + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-            + "</tr>"
+            {
+                "verdict": verdict.value,
+                "word": word_of(member.verdict),
+                "title": member.title,
+                "port": member.port,
+                "why": member.why,
+                "report": report,
+            }
         )
-    title = html.escape(tr("Pre-flight check, modules: {count}", count=len(members)))
-    at = html.escape(local_now().isoformat(sep=" ", timespec="minutes"))
-    return (
-        f'<p><font size="5"><b>{title}</b></font> {at}</p><p>{html.escape(summary(members))}</p>'
-        f'<table width="100%" cellpadding="4" cellspacing="0" border="1"><tr>{head}</tr>{"".join(rows)}</table>'
+    return page(
+        "checks.html",
+        title=tr("Pre-flight check, modules: {count}", count=len(members)),
+        at=local_now().isoformat(sep=" ", timespec="minutes"),
+        summary=summary(members),
+        members=rows,
     )
 
 
@@ -106,8 +105,7 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
     for number, member in enumerate(members, 1):
         names.append("")
         if member.filed is not None:
-            record = member.filed.record
-            names[-1] = f"{path.stem} {number:02} {suggested_name(record)}.pdf"
-            written += write_report(path.with_name(names[-1]), record, printer)
+            names[-1] = f"{path.stem} {number:02} {suggested_name(member.filed.record)}.pdf"
+            written += write_report(path.with_name(names[-1]), member.filed.exported, printer)
     write_whole(path, printer([first_page(members, names)], A4, json.dumps({"format": FIRST_PAGE}).encode()))
     return (*written, path)

@@ -116,8 +116,8 @@
         <translation>已激活，未检查</translation>
     </message>
     <message>
-        <source>ALTERED: {parts}.</source>
-        <translation>已被改动：{parts}。</translation>
+        <source>ALTERED: this is not what was signed.</source>
+        <translation>已被改动：内容与签名不符。</translation>
     </message>
     <message>
         <source>ARMED: {seconds:.0f} s.</source>
@@ -186,6 +186,10 @@
     <message>
         <source>Active?</source>
         <translation>是否激活</translation>
+    </message>
+    <message>
+        <source>Adapter</source>
+        <translation>适配器</translation>
     </message>
     <message>
         <source>Add port</source>
@@ -376,10 +380,6 @@
         <translation>字节（41 75）或文字</translation>
     </message>
     <message>
-        <source>CHAIN BROKEN: {chain}.</source>
-        <translation>链断裂：{chain}。</translation>
-    </message>
-    <message>
         <source>CHECKING</source>
         <translation>检查中</translation>
     </message>
@@ -414,10 +414,6 @@
     <message>
         <source>Cells that are no numbers: {count}, the first in line {line}: “{cell}”.</source>
         <translation>不是数字的单元格：{count} 个，第一个在第 {line} 行：“{cell}”。</translation>
-    </message>
-    <message>
-        <source>Chain: {what}.</source>
-        <translation>记录链：{what}。</translation>
     </message>
     <message>
         <source>Change now</source>
@@ -1176,8 +1172,8 @@
         <translation>如何判断</translation>
     </message>
     <message>
-        <source>INTACT: {verdict}, signed by {station}.</source>
-        <translation>完整：{verdict}，由 {station} 签名。</translation>
+        <source>INTACT: {verdict}.</source>
+        <translation>完整：{verdict}。</translation>
     </message>
     <message>
         <source>If it is new, say so.</source>
@@ -1348,10 +1344,6 @@
         <translation>保存参数</translation>
     </message>
     <message>
-        <source>Kept on this computer.</source>
-        <translation>已保存在本机。</translation>
-    </message>
-    <message>
         <source>Key</source>
         <translation>按键</translation>
     </message>
@@ -1362,10 +1354,6 @@
     <message>
         <source>Kind</source>
         <translation>类别</translation>
-    </message>
-    <message>
-        <source>Known stations</source>
-        <translation>已知站点</translation>
     </message>
     <message>
         <source>LOCK ALL</source>
@@ -1744,10 +1732,6 @@
         <translation>禁止飞行</translation>
     </message>
     <message>
-        <source>NOT SIGNED: anyone can make such a record.</source>
-        <translation>未签名：任何人都能制作这样的记录。</translation>
-    </message>
-    <message>
         <source>NOT reported, treat as ACTIVE: {names}</source>
         <translation>未上报锁定，请按已激活对待：{names}</translation>
     </message>
@@ -1862,10 +1846,6 @@
     <message>
         <source>No attitude: attitude trigger not judged.</source>
         <translation>没有姿态数据：不判断姿态触发。</translation>
-    </message>
-    <message>
-        <source>No audit log.</source>
-        <translation>没有操作记录。</translation>
     </message>
     <message>
         <source>No changes</source>
@@ -2036,14 +2016,6 @@
         <translation>没有阈值能区分两个列表</translation>
     </message>
     <message>
-        <source>No trusted station has this fingerprint.</source>
-        <translation>没有使用此指纹的可信站点。</translation>
-    </message>
-    <message>
-        <source>No. {number}</source>
-        <translation>编号 {number}</translation>
-    </message>
-    <message>
         <source>Noise can end or fake a free fall.</source>
         <translation>噪声可能中断或误报失重。</translation>
     </message>
@@ -2084,6 +2056,10 @@
         <translation>不判断：地面时段 {total:.1f} s。</translation>
     </message>
     <message>
+        <source>Not kept.</source>
+        <translation>未保存。</translation>
+    </message>
+    <message>
         <source>Not met: {names}</source>
         <translation>不通过：{names}</translation>
     </message>
@@ -2122,14 +2098,6 @@
     <message>
         <source>Not testable by hand at {threshold:.0f}°.</source>
         <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
-    </message>
-    <message>
-        <source>Not trusted: it is unsigned or altered.</source>
-        <translation>未信任：未签名或已被改动。</translation>
-    </message>
-    <message>
-        <source>Not trusted: signed by {found}, not by {given}.</source>
-        <translation>未信任：签名者为 {found}，不是 {given}。</translation>
     </message>
     <message>
         <source>Not verified, but read as set since: {count}.</source>
@@ -2396,12 +2364,12 @@
         <translation>伞降模块飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check {number}: {verdict}, checked by: {who}.</source>
-        <translation>飞行前检查 {number}：{verdict}，检查人：{who}。</translation>
-    </message>
-    <message>
         <source>Pre-flight check, modules: {count}</source>
         <translation>飞行前检查，模块：{count}</translation>
+    </message>
+    <message>
+        <source>Pre-flight check: {verdict}, checked by: {who}.</source>
+        <translation>飞行前检查：{verdict}，检查人：{who}。</translation>
     </message>
     <message>
         <source>Preferences</source>
@@ -2414,10 +2382,6 @@
     <message>
         <source>Previous match</source>
         <translation>上一个匹配</translation>
-    </message>
-    <message>
-        <source>Previous record</source>
-        <translation>上一条记录</translation>
     </message>
     <message>
         <source>Print labels</source>
@@ -2466,10 +2430,6 @@
     <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
-    </message>
-    <message>
-        <source>REVOKED STATION: signed by {station}, whose key is no longer trusted.</source>
-        <translation>站点已吊销：由 {station} 签名，其密钥不再受信任。</translation>
     </message>
     <message>
         <source>Random seed</source>
@@ -2538,10 +2498,6 @@
     <message>
         <source>Record</source>
         <translation>记录</translation>
-    </message>
-    <message>
-        <source>Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
-        <translation>{module} 的第 {number} 条记录：{verdict}，{at}，检查人：{who}。其检查项得出 {follows}。</translation>
     </message>
     <message>
         <source>Recorded since {time}</source>
@@ -2880,8 +2836,16 @@
         <translation>签名</translation>
     </message>
     <message>
-        <source>Signed by {fingerprint}. Trust it only if that computer shows the same. Name:</source>
-        <translation>由 {fingerprint} 签名。仅当该电脑显示相同指纹时才信任。名称：</translation>
+        <source>Signed by a station known in the archive as {names} ({fingerprint}).</source>
+        <translation>由归档中名为 {names} 的站点签名（{fingerprint}）。</translation>
+    </message>
+    <message>
+        <source>Signed by an unknown key ({fingerprint}).</source>
+        <translation>由未知密钥签名（{fingerprint}）。</translation>
+    </message>
+    <message>
+        <source>Signed by this station ({fingerprint}).</source>
+        <translation>由本站点签名（{fingerprint}）。</translation>
     </message>
     <message>
         <source>Silent restart every</source>
@@ -2954,10 +2918,6 @@
     <message>
         <source>Station</source>
         <translation>站点</translation>
-    </message>
-    <message>
-        <source>Station: {fingerprint}, {station}.</source>
-        <translation>站点：{fingerprint}，{station}。</translation>
     </message>
     <message>
         <source>Stations</source>
@@ -3074,10 +3034,6 @@
     <message>
         <source>The audit log is incomplete.</source>
         <translation>操作记录不完整。</translation>
-    </message>
-    <message>
-        <source>The audit log is intact; entries: {count}.</source>
-        <translation>操作记录完好；条目：{count}。</translation>
     </message>
     <message>
         <source>The baud rate is never applied with a profile.</source>
@@ -3252,6 +3208,10 @@
         <translation>读数分散：请在稳定光线下重新测量。</translation>
     </message>
     <message>
+        <source>The record is not signed.</source>
+        <translation>记录未签名。</translation>
+    </message>
+    <message>
         <source>The records cannot be used and are kept as {file}.</source>
         <translation>记录无法使用，已另存为 {file}。</translation>
     </message>
@@ -3408,6 +3368,10 @@
         <translation>本程序只建议 {least_tilt}° 至 {most_tilt}°、{least_force} g 至 {most_force} g、{least_fall:.2f} s 至 {most_fall:.2f} s。厂家规定：55° 以上，低于 0.7 g；默认值 60°、0.5 g、1.60 s。</translation>
     </message>
     <message>
+        <source>This program was never tried on a real module.</source>
+        <translation>本程序从未在真实模块上试用过。</translation>
+    </message>
+    <message>
         <source>This station: {fingerprint}</source>
         <translation>本站点：{fingerprint}</translation>
     </message>
@@ -3556,8 +3520,8 @@
         <translation>立即触发</translation>
     </message>
     <message>
-        <source>Trust this station…</source>
-        <translation>信任此站点…</translation>
+        <source>Triggers: enabled in this conversation only. Whether a restart keeps them is not known.</source>
+        <translation>触发开关：仅在本次通信中启用。重启后是否保留，尚不清楚。</translation>
     </message>
     <message>
         <source>Try again</source>
@@ -3590,10 +3554,6 @@
     <message>
         <source>Type: {command} — then plug the adapter in again.</source>
         <translation>请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
-        <source>UNKNOWN STATION: signed, but not by a known station.</source>
-        <translation>未知站点：已签名，但不是已知站点。</translation>
     </message>
     <message>
         <source>UNPLUG, NEXT</source>
@@ -3968,10 +3928,6 @@
         <translation>按住期间有其他按键</translation>
     </message>
     <message>
-        <source>another record here has the same number</source>
-        <translation>本机有另一条编号相同的记录</translation>
-    </message>
-    <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
     </message>
@@ -4228,10 +4184,6 @@
         <translation>触发</translation>
     </message>
     <message>
-        <source>first record of this module</source>
-        <translation>本模块的第一条记录</translation>
-    </message>
-    <message>
         <source>fit to fly</source>
         <translation>已激活，检查全部通过</translation>
     </message>
@@ -4298,6 +4250,10 @@
     <message>
         <source>it was altered</source>
         <translation>已被修改</translation>
+    </message>
+    <message>
+        <source>its record is another one</source>
+        <translation>所附记录与其不符</translation>
     </message>
     <message>
         <source>its station did not sign it</source>
@@ -4580,10 +4536,6 @@
         <translation>未判断</translation>
     </message>
     <message>
-        <source>not kept</source>
-        <translation>未保存</translation>
-    </message>
-    <message>
         <source>not live</source>
         <translation>非实时</translation>
     </message>
@@ -4740,18 +4692,6 @@
         <translation>串口重新打开过</translation>
     </message>
     <message>
-        <source>previous record altered or replaced</source>
-        <translation>上一条记录被修改或替换</translation>
-    </message>
-    <message>
-        <source>previous record intact</source>
-        <translation>上一条记录完整</translation>
-    </message>
-    <message>
-        <source>previous record not on this computer</source>
-        <translation>本机没有上一条记录</translation>
-    </message>
-    <message>
         <source>program error</source>
         <translation>程序出错</translation>
     </message>
@@ -4786,10 +4726,6 @@
     <message>
         <source>reconnected</source>
         <translation>已重新连接</translation>
-    </message>
-    <message>
-        <source>record ALTERED</source>
-        <translation>记录已被修改</translation>
     </message>
     <message>
         <source>recorded</source>
@@ -4830,10 +4766,6 @@
     <message>
         <source>reviewed</source>
         <translation>已复核</translation>
-    </message>
-    <message>
-        <source>revoked</source>
-        <translation>已吊销</translation>
     </message>
     <message>
         <source>right</source>
@@ -4924,10 +4856,6 @@
         <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
-        <source>the content is not what was recorded</source>
-        <translation>内容与当时记录的不符</translation>
-    </message>
-    <message>
         <source>the line of units and the cells contradict each other</source>
         <translation>单位行与单元格互相矛盾</translation>
     </message>
@@ -4968,20 +4896,12 @@
         <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
     <message>
-        <source>the signature is not that of its station</source>
-        <translation>签名不属于其站点</translation>
-    </message>
-    <message>
         <source>the time runs backwards</source>
         <translation>时间倒退</translation>
     </message>
     <message>
         <source>then calm again until {time}</source>
         <translation>此后恢复平稳，直到 {time}</translation>
-    </message>
-    <message>
-        <source>this computer</source>
-        <translation>本机</translation>
     </message>
     <message>
         <source>this computer does not trust its certificate</source>
@@ -5114,6 +5034,10 @@
     <message>
         <source>written by a newer version</source>
         <translation>由更新版本的程序写入</translation>
+    </message>
+    <message>
+        <source>written by another version</source>
+        <translation>由其他版本写入</translation>
     </message>
     <message>
         <source>wrong checksum</source>
@@ -5320,6 +5244,10 @@
         <translation>{module}：新增 {new} 条；共有记录：{count} 条。</translation>
     </message>
     <message>
+        <source>{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
+        <translation>{module}：{verdict}，{at}，检查人：{who}。由各检查项得出：{follows}。</translation>
+    </message>
+    <message>
         <source>{module}? Read its label.</source>
         <translation>是 {module} 吗？请看其标签。</translation>
     </message>
@@ -5330,6 +5258,10 @@
     <message>
         <source>{names}: did it crash? Then it must fire.</source>
         <translation>{names}：坠机了吗？那么必须触发。</translation>
+    </message>
+    <message>
+        <source>{name} is also the name of other keys: {fingerprints}.</source>
+        <translation>其他密钥也用 {name} 这个名称：{fingerprints}。</translation>
     </message>
     <message>
         <source>{name} is empty.</source>
@@ -5562,6 +5494,10 @@
     <message>
         <source>{value}° rearms</source>
         <translation>{value}° 复位</translation>
+    </message>
+    <message>
+        <source>{verdict}, void</source>
+        <translation>{verdict}，已作废</translation>
     </message>
     <message>
         <source>{voltage} may be the charger's</source>

@@ -179,7 +179,7 @@ def settings_fingerprint(case: Case) -> Finding:
         missing = next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values)
         return case.unread(missing, limit)
     if code != approved and case.person.are_settings_approved:
-        return judged(code, _by_a_person(UserMessage(code)), limit, is_fine=True)
+        return judged(code, _by_a_person(UserMessage(code)), UserMessage(code), is_fine=True)
     if approved is None:
         return Finding(CheckResult.WARN, code, UserMessage(code), limit)
     return judged(code, code, limit, is_fine=code == approved)
@@ -209,10 +209,10 @@ def service(case: Case) -> Finding:
     may have fired and was not repacked is never fit."""
     due = case.past.due
     limit = _under_name(case, message(marked("nothing overdue")))
-    if case.past.module is None and case.profile.is_service_required:
+    is_against = any(service.is_after_firing for service in due)
+    if case.past.module is None and case.profile.is_service_required and not is_against:
         return unknown(NOT_NAMED, limit)
     shown = joined([service.text for service in due], between=" ") if due else message(marked("none"))
-    is_against = any(service.is_after_firing for service in due)
     is_against |= case.profile.is_service_required and any(service.is_overdue for service in due)
     result = CheckResult.FAIL if is_against else CheckResult.WARN if due else CheckResult.PASS
     return Finding(result, len(due), shown, limit)

@@ -1,1 +1,1 @@
-"""The record of a pre-flight check: sealed, signed, kept in chains, printed, verified."""
+"""The record of a pre-flight check: signed, kept, printed, verified."""

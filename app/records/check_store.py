@@ -1,24 +1,25 @@
 """Trigger records and pre-flight checks in the store. Every method raises `StoreTrouble`."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+import msgspec
 
 from app.engine.target import is_simulated
 from app.limits.past import LastAnswer, Past
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.record import Record, hash_of
+from app.records.record import Record, SignedRecord
 from app.store.database import Database
 from app.store.facts import FactKind, Facts, Kept, utc_time
 from app.store.fired import Fired, all_fired, has_fired_since
+from app.store.kinds import KINDS, PreflightCheck
 from app.text.messages import UserMessage, clean, message
 from app.trigger_records.history import Judgement, merge
 from protocol.catalogue import MAX_RECORDS
 from protocol.translatable import marked
 
 MAX_NOTE_LENGTH = 2000
-_LARGEST = 2**62
-"""Largest number that is looked up; SQLite integers have 64 bits."""
 _RECENT = 100
 """Number of checks that the list of aircraft is made from."""
 _LISTED = 200
@@ -34,10 +35,6 @@ MEASURED = {
     "boot_count": "boot_count",
 }
 """Checks whose measured value is kept over time, with the name of the value."""
-
-
-MakeRecord = Callable[[int, str | None], Record]
-"""Makes a record from its number and the hash of the previous record."""
 
 
 def noted(word: UserMessage, note: str) -> UserMessage:
@@ -64,22 +61,20 @@ class Visit(NamedTuple):
 
 
 class CheckLine(NamedTuple):
-    """One check according to its record. `at`: ISO 8601 in UTC; `station`: where it was made, "" here."""
+    """One check as it is listed. `id`: of its fact, for `CheckStore.document`; `at`: ISO 8601 in UTC; `code`: of the
+    settings; `station`: who made it, "" here."""
 
+    id: int
     at: str
     module: str | None
-    number: int
     verdict: str
     is_void: bool
     is_simulated: bool
     who: str
     aircraft: str
-    fingerprint: str | None
-    hash: str
+    code: str | None
     measured: Mapping[str, float]
     station: str = ""
-    is_altered: bool = False
-    """The record is false, where that was looked at."""
     is_fired_since: bool = False
     """A deploy left or a TRIGGERED was seen after it: what it said of the module is no longer so."""
 
@@ -91,8 +86,6 @@ class CheckLine(NamedTuple):
     def words(self) -> UserMessage:
         """Its verdict and what limits it."""
         word = message(verdict_named(self.verdict).value)
-        if self.is_altered:
-            return noted(word, marked("record ALTERED"))
         if self.is_simulated:
             return noted(word, marked("simulated"))
         if self.is_fired_since:
@@ -102,7 +95,7 @@ class CheckLine(NamedTuple):
     @property
     def has_passed(self) -> bool:
         """When it was made; its settings stay approved."""
-        return not self.is_void and not self.is_altered and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
 
     @property
     def holds(self) -> bool:
@@ -140,7 +133,7 @@ class CheckStore:
 
     def is_kept_apart(self, module: str, port: str) -> bool:
         """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
-        last = self._facts.last_visit(module)
+        last = self._last_visit(module)
         return last is not None and is_simulated(str(last.content.get("port"))) is not is_simulated(port)
 
     def records(self, module: str | None) -> tuple[SeenRecord, ...]:
@@ -155,7 +148,7 @@ class CheckStore:
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
         """Stores a person's judgement of a record; None removes it."""
         value = None if judgement is None else judgement.value
-        for record in self._facts.select(FactKind.TRIGGER_RECORD, "AND number = ?", (record_id,)):
+        for record in self._readable(FactKind.TRIGGER_RECORD, "AND number = ?", (record_id,)):
             content = {"place": record.content["place"], "raw": record.content["raw"], "judgement": value,
                        "note": clean(note, longest=MAX_NOTE_LENGTH)}  # fmt: skip
             self._facts.add(FactKind.JUDGEMENT, content, module=record.content["module"])
@@ -168,12 +161,21 @@ class CheckStore:
                 self.judge(record.id, Judgement.REVIEWED, record.note)
 
     def _about(self, kind: FactKind, module: str) -> list[Kept]:
-        return self._facts.select(kind, "AND module = ? ORDER BY number", (module,))
+        return self._readable(kind, "AND module = ? ORDER BY number", (module,))
+
+    def _readable(self, kind: FactKind, which: str, values: Sequence[object]) -> list[Kept]:
+        """Without those that this version cannot read, or that were altered."""
+        return [fact for fact in self._facts.select(kind, which, values) if is_readable(kind, fact.content)]
+
+    def _last_visit(self, module: str, *, has_boot_count: bool = False) -> Kept | None:
+        which = "AND json_extract(payload, '$.boot_count') IS NOT NULL" if has_boot_count else ""
+        visits = self._readable(FactKind.VISIT, f"AND module = ? {which} ORDER BY number DESC LIMIT 5", (module,))
+        return next(iter(visits), None)
 
     def _last(self, module: str | None) -> tuple[Kept | None, list[bytes], tuple[SeenRecord, ...]]:
         """The last visit, what the module held then, and the records that were known at its end: those beyond are of
         a visit that was broken off."""
-        visit = self._facts.last_visit(module) if module is not None else None
+        visit = self._last_visit(module) if module is not None else None
         if visit is None:
             return None, [], ()
         slots = [bytes.fromhex(slot) for slot in visit.content["slots"]]
@@ -184,7 +186,7 @@ class CheckStore:
     def last_answer(self, module: str) -> LastAnswer | None:
         """Of its last complete reading, else of the records that were ever seen."""
         which = "AND module = ? AND json_extract(payload, '$.is_confirmed') ORDER BY number DESC LIMIT 1"
-        for visit in self._facts.select(FactKind.VISIT, which, (module,)):
+        for visit in self._readable(FactKind.VISIT, which, (module,)):
             return LastAnswer(visit.at, len(visit.content["slots"]))
         records = self.records(module)
         return LastAnswer(max(record.first_seen_at for record in records), len(records)) if records else None
@@ -209,7 +211,7 @@ class CheckStore:
         the checks of simulated modules."""
         if module is None:
             return Past(module=module)
-        booted = self._facts.last_visit(module, "boot_count")
+        booted = self._last_visit(module, has_boot_count=True)
         checks = (check for check in self.checks(module) if counts_simulated or not check.is_simulated)
         go = next((check for check in checks if check.has_passed), None)
         last, last_slots, known = self._last(module)
@@ -224,31 +226,50 @@ class CheckStore:
             do_records_follow=merged is None or merged.is_continuation,
             last_answer=self.last_answer(module),
             is_said_new=self.is_said_new(module),
-            fingerprint=go.fingerprint if go is not None else None,
+            fingerprint=go.code if go is not None else None,
         )
 
-    def append_check(self, make: MakeRecord, module: str | None, *, adapter: str = "") -> Record:
-        """Makes the next record of a chain and stores it. A module without a name has a chain for each adapter. Number
-        and previous hash are read in the transaction that stores the record, so that two programs never use the same
-        ones."""
-        with self._facts.database.transaction():
-            which = "AND module IS ? AND (module IS NOT NULL OR {} IS ?) ORDER BY number DESC LIMIT 1"
-            last = self._facts.select(FactKind.CHECK, which.format(_of_record("adapter")), (module, adapter))
-            before: Mapping[str, Any] = last[0].content["record"] if last else {"number": 0, "hash": None}
-            record = make(before["number"] + 1, before["hash"])
-            self._facts.add(FactKind.CHECK, {"record": record}, module=module, link=str(record["hash"]),
-                            at=utc_time(str(record["at"])))  # fmt: skip
-            return record
+    def add_check(self, signed: SignedRecord) -> None:
+        """Keeps a record: the signed document, and beside it what lists show."""
+        record = signed.record
+        content = {
+            "verdict": record.verdict.value,
+            "is_void": record.void is not None,
+            "is_simulated": record.is_simulated,
+            "who": record.who,
+            "aircraft": record.aircraft,
+            "adapter": record.adapter,
+            "code": record.settings_code,
+            "measured": measured_in(record),
+            "document": signed.text,
+        }
+        at = utc_time(record.at.isoformat())
+        self._facts.add(FactKind.CHECK, content, module=record.module, at=at)
+
+    def document(self, id_: int) -> str:
+        """Of one check that is listed."""
+        ((text,),) = self._facts.database.read(
+            "SELECT json_extract(payload, '$.document') FROM facts WHERE number = ?", (id_,)
+        )
+        return str(text)
 
     def checks(self, module: str | None = None, *, aircraft: str | None = None) -> tuple[CheckLine, ...]:
         """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
         each: not for the window's thread."""
-        where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
-        facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, _LISTED),
-                                   payload="json_remove(payload, '$.record.frames')")  # fmt: skip
-        lines = [check_line(record_of(fact.content), fact.at) for fact in facts]
+        where, value = (f"{_AIRCRAFT} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
+        facts = self._facts.select(
+            FactKind.CHECK,
+            f"AND {where} ORDER BY number DESC LIMIT ?",
+            (value, _LISTED),
+            payload="json_set(payload, '$.document', '')",
+        )
+        lines = [
+            check_line(check, fact.content.get("module"), fact.at, id_=fact.number)
+            for fact in facts
+            if (check := check_of(fact.content)) is not None
+        ]
         fired = {name: all_fired(self._facts, name) for name in {line.module for line in lines} if name is not None}
-        return tuple(line.after(fired.get(line.module or "", ())) for line in lines if line.hash and line.verdict)
+        return tuple(line.after(fired.get(line.module or "", ())) for line in lines)
 
     def aircraft(self) -> tuple[str, ...]:
         """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
@@ -256,57 +277,15 @@ class CheckStore:
 
     def aircraft_of(self, module: str) -> str:
         """In the last check of this module that names one; else empty."""
-        which = f"AND module = ? AND {_of_record('aircraft')} <> '' ORDER BY number DESC LIMIT 1"
+        which = f"AND module = ? AND {_AIRCRAFT} <> '' ORDER BY number DESC LIMIT 1"
         return next(iter(self._aircraft(which, module)), "")
 
     def _aircraft(self, which: str, value: object) -> list[str]:
-        checks = self._facts.select(FactKind.CHECK, which, (value,),
-                                    payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
+        checks = self._facts.select(FactKind.CHECK, which, (value,), payload=f"json_object('name', {_AIRCRAFT})")
         return [check.content["name"] for check in checks]
 
 
-class KeptRecords:
-    """The records on this computer, by which `verify` judges another one: those of this station in its store, and those
-    of `others` in its archive, of which anybody may claim what a record of another station has."""
-
-    def __init__(self, own: Database | None, others: Database | None = None) -> None:
-        both = ((own, True), (others, False))
-        self._facts = [(Facts(database), is_own) for database, is_own in both if database is not None]
-
-    def record(self, hash_: str) -> Record | None:
-        """The record with this hash, also where one of this station was altered; None where there is none."""
-        for facts, is_own in self._facts:
-            for fact in facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),)):
-                record = record_of(fact.content)
-                if record and (is_own or hash_of(record) == hash_):
-                    return record
-        return None
-
-    def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record with the same number in the same chain. Each station has its own chains; records of
-        this one may lack its key."""
-        module, adapter, station = record.get("module"), record.get("adapter"), record.get("station")
-        number, hash_ = record.get("number"), record.get("hash")
-        if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
-            return None
-        name, key = (None if text is None else clean(str(text)) for text in (module, station))
-        which = (
-            f"AND module IS ? AND {_of_record('number')} = ? AND link <> ? AND "
-            f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND "
-        )
-        values = (name, number, clean(hash_), clean(str(adapter)))
-        for facts, is_own in self._facts:
-            by_same = f"(? IS NULL OR coalesce({_of_record('station')}, station, ?) = ?)" if is_own else "station = ?"
-            keys = [key] * by_same.count("?")
-            doubled = facts.select(FactKind.CHECK, f"{which}{by_same} LIMIT 1", (*values, *keys),
-                                   payload="json_object('hash', link)")  # fmt: skip
-            if doubled:
-                return str(doubled[0].content["hash"])
-        return None
-
-
-def _of_record(key: str) -> str:
-    return f"json_extract(payload, '$.record.{key}')"
+_AIRCRAFT = "json_extract(payload, '$.aircraft')"
 
 
 def _seen(fact: Kept, judged: Mapping[str, Any]) -> SeenRecord:
@@ -315,44 +294,51 @@ def _seen(fact: Kept, judged: Mapping[str, Any]) -> SeenRecord:
                       str(judged.get("note", "")))  # fmt: skip
 
 
-def record_of(content: Mapping[str, Any]) -> Record:
-    """The record in a fact, empty where there is none."""
-    record = content.get("record")
-    return record if isinstance(record, dict) else {}
+def is_readable(kind: FactKind, content: Mapping[str, Any]) -> bool:
+    """The one place where the decoding of a row may fail."""
+    try:
+        msgspec.convert(content, KINDS[kind.value])
+    except msgspec.ValidationError:
+        return False
+    return True
 
 
-def check_line(record: Record, at: str, *, station: str = "", is_altered: bool = False) -> CheckLine:
-    """Of any record; what is not in it, or is none of its kind, is empty or 0."""
+def check_of(content: Mapping[str, Any]) -> PreflightCheck | None:
+    """None for what this version cannot read."""
+    try:
+        return msgspec.convert(content, PreflightCheck)
+    except msgspec.ValidationError:
+        return None
 
-    def text(key: str) -> str:
-        value = record.get(key)
-        return clean(value) if isinstance(value, str) else ""
 
+def check_line(check: PreflightCheck, module: str | None, at: str, *, id_: int = 0, station: str = "") -> CheckLine:
+    """`at`: when it was kept; `station`: by whom, "" here."""
     return CheckLine(
-        at=at, module=text("module") or None, number=number_of(record), verdict=text("verdict"),
-        is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
-        aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
-        measured=measured_in(record), station=station, is_altered=is_altered,
-    )  # fmt: skip
+        id=id_,
+        at=at,
+        module=module,
+        verdict=check.verdict,
+        is_void=check.is_void,
+        is_simulated=check.is_simulated,
+        who=clean(check.who),
+        aircraft=clean(check.aircraft),
+        code=check.code,
+        measured=check.measured,
+        station=station,
+    )
 
 
 def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:
     """Those whose measured values are the module's: of a simulated one only where there is no other."""
-    sound = [check for check in checks if not check.is_altered and not check.is_void]
+    sound = [check for check in checks if not check.is_void]
     return [check for check in sound if not check.is_simulated] or sound
 
 
-def number_of(record: Record) -> int:
-    number = record.get("number")
-    return number if type(number) is int else 0
-
-
-def measured_in(record: Mapping[str, object]) -> dict[str, float]:
+def measured_in(record: Record) -> dict[str, float]:
     """The values of `MEASURED` in a record."""
-    checks = record.get("checks")
     values: dict[str, float] = {}
-    for check in filter(lambda check: isinstance(check, dict), checks if isinstance(checks, list) else []):
-        name, value = MEASURED.get(str(check.get("id"))), check.get("measured")
+    for check in record.checks:
+        name, value = MEASURED.get(check.id), check.measured
         if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
             values[name] = float(value)
     return values

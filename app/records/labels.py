@@ -1,6 +1,5 @@
 """Labels of modules, to be printed: name, date, settings code, and a QR code of the name for a scanner."""
 
-import html
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Final, NamedTuple
 
 from app.system.files import write_whole
 from app.text.messages import clean, message
+from app.text.template import page
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -59,13 +59,16 @@ def label_body(label: Label) -> str:
     if not name or len(name) > MAX_NAME_LENGTH:
         text = marked("{name}: at most {count} characters.")
         raise UserError(text, name=message(marked("Name")), count=MAX_NAME_LENGTH)
+    from markupsafe import Markup
+
     code = segno.make(name, micro=False, error="m", encoding=None if name.isascii() else "utf-8")
-    side = round(_QR_MM * _CSS_PX_PER_MM)
-    rows = "".join(f"<br>{html.escape(text)}" for text in (f"{label.at:%Y-%m-%d}", label.code) if text)
-    return (
-        f'<table width="100%" cellpadding="0" cellspacing="0"><tr><td width="{side}">'
-        f'<img src="{code.png_data_uri(scale=_QR_SCALE)}" width="{side}" height="{side}"></td>'
-        f'<td style="vertical-align:middle"><font size="5"><b>{html.escape(name)}</b></font>{rows}</td></tr></table>'
+    return page(
+        "label.html",
+        name=name,
+        date=f"{label.at:%Y-%m-%d}",
+        code=label.code,
+        side=round(_QR_MM * _CSS_PX_PER_MM),
+        picture=Markup(code.png_data_uri(scale=_QR_SCALE)),  # noqa: S704  of our own making
     )
 
 

@@ -1,104 +1,220 @@
-"""Record of one check: evidence, judgement, people, times and raw frames, as one signed JSON document.
+"""The record of a pre-flight check: what was found, by whom and when, as one signed JSON document.
 
-    canonical JSON   sorted keys, no spaces, UTF-8, no NaN: equal content has equal bytes
-    "hash"           SHA-256 of everything but hash and signature; "previous" in it makes a chain for each module
-    "station"        public key of the computer that wrote it, null where it could not sign
-    "signature"      that station's signature of the hash (Ed25519)
+    {"format": "dps-s pre-flight record", "record": {...}, "station": "<public key>", "signature": "<Ed25519>"}
 
-The hash has no key: anyone can seal an altered record again. The signature tells who sealed it.
+What is signed is the canonical record. The signature tells which key signed and that nothing was changed since. It does
+not tell that a person told the truth.
+
+The standard library reads the document and makes it canonical, because a signature must not hang on a library's way to
+write numbers. msgspec says what a record may contain: every text, list and number in it is bounded, as a record may be
+a stranger's.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping
 from datetime import datetime
+from typing import Annotated, Any, Literal, NamedTuple, NoReturn
 
 import msgspec
+from msgspec import Meta, Struct
 
 from app import version
-from app.engine.device import STATUS_KEYS
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
-from app.preflight.evidence import FlagState
-from app.preflight.findings import Case, CheckResult
-from app.preflight.reading_object import reading_object
-from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_named
-from app.settings.profiles import ActivatedBy
-from app.stations.station import Station, encoded
-from app.text.messages import UserMessage, clean, joined, message
-from protocol.fields import Value
+from app.preflight.contract import readings_of
+from app.preflight.findings import CheckResult
+from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_of
+from app.stations.station import Station
+from app.text.messages import MAX_TEXT_LENGTH, UserMessage, clean, joined, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
-VERSION = 4
-"""2 added READY and who activates the module (in 1 a locked module could be GO). 3 added the last guided tests. 4 is
-hashed as a whole."""
-VERSIONS_IN_PARTS = (1, 2, 3)
-"""Hashed part by part."""
-READABLE_VERSIONS = (*VERSIONS_IN_PARTS, VERSION)
-_IN_PARTS = ("checks", "manual")
-_SEALS = ("digests", "hash", "signature")
-NOT_STORED = 0
-"""Number of a record that is in no store."""
+VERSION = 5
+MAX_DOCUMENT_BYTES = 900_000
+"""A record with all the frames that a check keeps has 150,000; a fact may have a million."""
+MAX_RAW_BYTES = 64
+"""Of one frame; a longer run of noise is cut."""
+NOTES = (
+    marked("Triggers: enabled in this conversation only. Whether a restart keeps them is not known."),
+    marked("This program was never tried on a real module."),
+)
+"""What no check can prove, said on each record."""
+_SIGNED_FOR = b"dps-s pre-flight record 5\n"
+"""Before the signed bytes, so that the signature of another kind of document never fits."""
 
-Record = dict[str, object]
+Word = Annotated[str, Meta(max_length=60)]
+Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
+Hex = Annotated[str, Meta(max_length=3 * MAX_RAW_BYTES, pattern=r"^[0-9A-F ]*$")]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
+Time = Annotated[datetime, Meta(tz=True)]
+Message = dict[str, Any] | str
+"""Of `UserMessage.to_json`, so that it prints in any language years later."""
 
 
-def make_record(
-    assessment: Assessment, station: Station | None = None, *, at: datetime, adapter: str = "",
-    number: int = 1, previous: str | None = None,
-) -> Record:  # fmt: skip
-    """The record of a check as plain JSON values, sealed and signed. `at` is aware. `previous`: hash of the previous
-    record of the chain. `adapter`: USB identity or port, which tells modules without a name apart."""
+class RecordedCheck(Struct, frozen=True, kw_only=True):
+    id: Word
+    title: Text
+    result: CheckResult
+    measured: bool | Whole | float | Text | None
+    shown: Message
+    limit: Message
+    why: Text
+    do: Message
+
+
+class RecordedItem(Struct, frozen=True, kw_only=True):
+    """A manual item. `is_done` is null where it was skipped."""
+
+    text: Text
+    is_done: bool | None
+    is_required: bool
+
+
+class Record(Struct, frozen=True, kw_only=True):
+    """`frames`: seconds since the check began, direction and bytes. `adapter`: its USB identity, else the port."""
+
+    version: Literal[5]
+    verdict: Verdict
+    void: Word | None
+    at: Time
+    zone: Word
+    program: Text
+    who: Text
+    module: Text | None
+    aircraft: Text
+    adapter: Text
+    is_simulated: bool
+    activated_by: Literal["person", "aircraft"]
+    profile: Text | None
+    settings_code: Word | None
+    softer_limits: Annotated[list[Word], Meta(max_length=100)]
+    checks: Annotated[list[RecordedCheck], Meta(max_length=100)]
+    manual: Annotated[list[RecordedItem], Meta(max_length=200)]
+    tests: Annotated[list[dict[str, Any]], Meta(max_length=20)]
+    read: dict[str, Any]
+    trigger_records: Annotated[list[Hex], Meta(max_length=20)]
+    frames: Annotated[list[tuple[float, Literal["in", "out", "noise"], Hex]], Meta(max_length=2000)]
+    frames_left_out: Count
+    notes: Annotated[list[Text], Meta(max_length=20)]
+
+    @property
+    def caveats(self) -> list[UserMessage]:
+        """Restrictions that are shown beside the verdict."""
+        restrictions = [message(marked("SIMULATED MODULE: no evidence."))] if self.is_simulated else []
+        nobody = unsigned(self.who, self.module, self.aircraft)
+        if nobody is not None and self.verdict is not Verdict.NO_GO:
+            restrictions.append(nobody)
+        titles = [UserMessage(check.title) for check in self.checks if check.id in self.softer_limits]
+        if titles:
+            restrictions.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))
+        return restrictions
+
+    @property
+    def is_active(self) -> bool | None:
+        """As the module reported itself last."""
+        status = self.read.get("status")
+        active = status.get("active") if isinstance(status, Mapping) else None
+        return active if isinstance(active, bool) else None
+
+    @property
+    def follows(self) -> Verdict:
+        """The verdict that the checks, the manual items and the reported activation give."""
+        is_fine = self.void is None and bool(self.checks)
+        for check in self.checks:
+            is_fine = is_fine and check.result in (CheckResult.PASS, CheckResult.WARN)
+        for item in self.manual:
+            is_fine = is_fine and (item.is_done is True or (item.is_done is None and not item.is_required))
+        return verdict_of(is_fine=is_fine, is_active=self.is_active)
+
+
+class SignedRecord(NamedTuple):
+    """`text`: the document as it is stored, sent and attached to the report. `station`: the key that signed it."""
+
+    record: Record
+    station: str
+    text: str
+
+
+Key = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+Signature = Annotated[str, Meta(pattern="^[0-9a-f]{128}$")]
+
+
+class SignedDocument(Struct, frozen=True, kw_only=True):
+    """What the document is, for its schema."""
+
+    format: Literal["dps-s pre-flight record"]
+    record: Record
+    station: Key
+    signature: Signature
+
+
+class Document(Struct, frozen=True, kw_only=True):
+    """As it came: fields of a newer version stay under the signature. Keys and signatures are hexadecimal."""
+
+    format: Literal["dps-s pre-flight record"]
+    record: dict[str, Any]
+    station: Key
+    signature: Signature
+
+    @property
+    def signed_bytes(self) -> bytes:
+        return _SIGNED_FOR + canonical(self.record)
+
+
+def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> Record:
+    """The record of a check. `at` is aware. `adapter`: USB identity or port."""
     if at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
     began_at = evidence.began_at or 0.0
-    record: Record = {
-        "format": FORMAT,
+    frames = [
+        (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())
+        for frame in evidence.log.frames
+    ]
+    history = [] if evidence.history is None else evidence.history.records
+    tests = [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests]
+    plain = {
         "version": VERSION,
         "verdict": assessment.verdict.value,
         "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
         "at": at.isoformat(timespec="seconds"),
-        "zone": clean(at.tzname() or ""),
-        "program": {"name": "DPS-S Configurator", "version": version()},
+        "zone": clean(at.tzname() or "", longest=60),
+        "program": f"DPS-S Configurator {version()}",
         "who": clean(person.who.strip()),
         "module": None if person.module is None else clean(person.module),
-        "adapter": clean(adapter),
         "aircraft": clean(person.aircraft.strip()),
-        "remarks": "",
+        "adapter": clean(adapter),
         "is_simulated": is_simulated(evidence.port),
         "activated_by": case.profile.activated_by.value,
-        "softer_limits": list(assessment.softened),
         "profile": clean(case.profile.name) or None,
-        "fingerprint": case.settings_code,
-        "are_triggers_set_by_this_check": evidence.is_enabling,
+        "settings_code": case.settings_code,
+        "softer_limits": list(assessment.softened),
         "checks": [_check(check) for check in assessment.checks],
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
         ],
-        "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
+        "tests": tests,
         "read": readings_of(case),
-        "trigger_records": [] if evidence.history is None else [kept.raw.hex() for kept in evidence.history.records],
-        "frames": [
-            [round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in evidence.log.frames
-        ],
+        "trigger_records": [kept.raw.hex(" ").upper() for kept in history],
+        "frames": frames,
         "frames_left_out": evidence.log.left_out,
-        "number": number,
-        "previous": previous,
-        "station": None,
+        "notes": list(NOTES),
     }
-    return seal(record, station)
+    # msgspec does not check what is constructed, so that it is converted: what could not be read again is our fault.
+    return msgspec.convert(json.loads(canonical(plain)), Record)
 
 
 def _check(judged: Judged) -> dict[str, object]:
     finding = judged.finding
+    measured = finding.measured
     return {
         "id": judged.check.id,
         "title": judged.check.title,
         "result": finding.result.value,
-        "measured": finding.measured,
+        "measured": clean(measured) if isinstance(measured, str) else measured,
         "shown": finding.shown.to_json(),
         "limit": finding.limit.to_json(),
         "why": judged.check.why,
@@ -106,144 +222,61 @@ def _check(judged: Judged) -> dict[str, object]:
     }
 
 
-def readings_of(case: Case) -> dict[str, object]:
-    """The last readings in the form of `dps-s read --json`; null where nothing is known."""
-    evidence = case.evidence
-    trips = sorted(evidence.round_trips_s)
-    values: dict[str, Value | None] = {key: readings[-1] for key, readings in evidence.series.items() if readings}
-    values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
-    if evidence.status is not None:
-        values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
-    for key, flag in evidence.flags.items():
-        values[key] = {FlagState.ENABLED: True, FlagState.DISABLED: False}.get(flag.state)
-    reading = reading_object(
-        port=clean(evidence.port),
-        baud_rate=evidence.baud_rate,
-        round_trip_s=trips[len(trips) // 2] if trips else None,
-        values=values,
-        errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
-    )
-    found: dict[str, object] = msgspec.to_builtins(reading)
-    return found
-
-
-def contract_of(assessment: Assessment) -> dict[str, object]:
-    """The object of `dps-s preflight --json`, in English, with the manual items last, as "manual_1" …"""
-    checks: list[dict[str, object]] = [
-        {
-            "id": check.check.id,
-            "result": check.finding.result.value,
-            "measured": check.finding.measured if check.finding.result is not CheckResult.UNKNOWN else None,
-            "limit": check.finding.limit.in_english(),
-            "why": _why(check.check.why, check.finding.result, check.finding.shown.in_english()),
-            "do": check.do.in_english(),
-        }
-        for check in assessment.checks
-    ]
-    for number, item in enumerate(assessment.manual, 1):
-        if item.is_done is None:
-            result = CheckResult.UNKNOWN if item.is_required else CheckResult.WARN
-        else:
-            result = CheckResult.PASS if item.is_done else CheckResult.FAIL
-        checks.append({
-            "id": f"manual_{number}", "result": result.value,
-            "measured": {True: "done", False: "not in order", None: "skipped"}[item.is_done],
-            "limit": "done", "why": clean(item.text), "do": "Look at it and tick it.",
-        })  # fmt: skip
-    return {
-        "verdict": assessment.verdict.value, "checks": checks, "read": readings_of(assessment.case),
-        "simulated": is_simulated(assessment.case.evidence.port), "softer_limits": list(assessment.softened),
-    }  # fmt: skip
-
-
-def _why(why: str, result: CheckResult, shown: str) -> str:
-    return why if result is CheckResult.PASS else f"{why} Found: {shown}."
-
-
-def caveats(record: Mapping[str, object]) -> list[UserMessage]:
-    """Restrictions that are shown beside the verdict."""
-    restrictions = [message(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
-    nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
-    if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
-        restrictions.append(nobody)
-    softer, checks = record.get("softer_limits"), record.get("checks")
-    if isinstance(softer, list) and isinstance(checks, list):
-        titles = [
-            UserMessage(str(check.get("title")))
-            for check in checks
-            if isinstance(check, Mapping) and check.get("id") in softer
-        ]
-        if titles:
-            restrictions.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))
-    return restrictions
-
-
-def list_in(record: Mapping[str, object], key: str) -> list[object]:
-    """The list of this name; empty where the record has none."""
-    value = record.get(key)
-    return value if isinstance(value, list) else []
-
-
-# The seal
+def sign(record: Record, station: Station) -> SignedRecord:
+    content = msgspec.to_builtins(record)
+    signature = station.sign(_SIGNED_FOR + canonical(content)).hex()
+    key = station.public.hex()
+    document = {"format": FORMAT, "record": content, "station": key, "signature": signature}
+    return SignedRecord(record, key, canonical(document).decode())
 
 
 def canonical(value: object) -> bytes:
-    """The bytes that are hashed. Raises `ValueError` for values that are not JSON, such as NaN."""
+    """Equal content has equal bytes. Raises `ValueError` for what is no JSON, such as NaN."""
     text = json.dumps(value, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return text.encode("utf-8", "surrogatepass")
+    return text.encode()
 
 
-def digest(value: object) -> str:
-    return hashlib.sha256(canonical(value)).hexdigest()
+# What may be a stranger's
 
 
-def hash_of(record: Mapping[str, object]) -> str:
-    """SHA-256 of the content of a record, as its version takes it."""
-    content = {key: value for key, value in record.items() if key not in _SEALS}
-    return digest(_parts_of(content) if content.get("version") in VERSIONS_IN_PARTS else content)
+def read_document(data: bytes) -> Document:
+    """Raises `UserError` for what is no record."""
+    if len(data) > MAX_DOCUMENT_BYTES:
+        raise UserError(marked("too large"))
+    try:
+        plain = json.loads(data, object_pairs_hook=_only_once, parse_constant=_refuse)
+        document = msgspec.convert(plain, Document)
+        canonical(document.record)
+    except msgspec.ValidationError:
+        raise UserError(marked("unknown kind of file")) from None
+    except (ValueError, RecursionError):
+        raise UserError(marked("damaged")) from None
+    return document
 
 
-def _parts_of(content: Mapping[str, object]) -> dict[str, str]:
-    """What older versions hashed: SHA-256 by part ("verdict", "checks.tilt" …) and of the order of the lists."""
-    digests: dict[str, str] = {}
-    for key, value in content.items():
-        if key in _IN_PARTS and isinstance(value, list):
-            names = [_name(entry, place) for place, entry in enumerate(value, 1)]
-            digests[f"{key}: order"] = digest(names)
-            digests |= {f"{key}.{name}": digest(entry) for name, entry in zip(names, value, strict=True)}
-        else:
-            digests[key] = digest(value)
-    return digests
+def record_of(document: Document) -> Record:
+    """Raises `UserError` for what this version cannot read."""
+    if document.record.get("version") != VERSION:
+        raise UserError(marked("written by another version"))
+    try:
+        return msgspec.convert(document.record, Record)
+    except (msgspec.ValidationError, RecursionError):
+        raise UserError(marked("written by another version")) from None
 
 
-def _name(entry: object, place: int) -> str:
-    named = entry.get("id") if isinstance(entry, Mapping) else None
-    return named if isinstance(named, str) else str(place)
+def stored_record(text: str) -> SignedRecord:
+    """Of a document that was verified when it came in. Raises `UserError` for what this version cannot read."""
+    document = read_document(text.encode())
+    return SignedRecord(record_of(document), document.station, text)
 
 
-def seal(record: Mapping[str, object], station: Station | None = None) -> Record:
-    """`record` with its hash and, where there is a station, its signature."""
-    content = {key: value for key, value in record.items() if key not in _SEALS}
-    if station is not None:
-        content["station"] = encoded(station.public)
-    sealed: Record = {**content, "hash": hash_of(content)}
-    if station is not None:
-        sealed["signature"] = encoded(station.sign(signed_bytes(sealed["hash"])))
-    return sealed
+def _only_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Of a doubled field one program would read the first, and another the last."""
+    fields = dict(pairs)
+    if len(fields) != len(pairs):
+        raise ValueError("a field stands twice")
+    return fields
 
 
-def signed_bytes(hash_: object) -> bytes:
-    return f"{FORMAT}\n{hash_}\n".encode("utf-8", "surrogatepass")
-
-
-def as_text(record: Mapping[str, object]) -> str:
-    """The content of a record file, indented."""
-    return json.dumps(record, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
-
-
-def recorded_verdict(record: Mapping[str, object]) -> Verdict:
-    return verdict_named(record.get("verdict"))
-
-
-def activated_by(record: Mapping[str, object]) -> ActivatedBy:
-    return next((way for way in ActivatedBy if way.value == record.get("activated_by")), ActivatedBy.PERSON)
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(name)

@@ -1,89 +1,80 @@
-"""Files of a record: JSON, the PDF report that carries it, or the HTML page of older versions.
+"""Files of a record: the document (JSON), and the report (PDF) that carries it.
 
-Writes FILE.pdf with FILE.json, the record alone, beside it, each atomically. What is read is untrusted.
+Writes FILE.pdf with FILE.json, the document alone, beside it, each atomically. What is read may be a stranger's: the
+work on it grows with its length and no faster.
 """
 
-import json
 import re
 import unicodedata
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from itertools import islice
 from pathlib import Path
 
 from app.records.labels import A4, Printer
-from app.records.record import FORMAT, Record, as_text, recorded_verdict
-from app.records.report_html import body
+from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Record, SignedRecord, read_document
+from app.records.report import report_html
 from app.system.files import write_whole
 from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-LARGEST_FILE = 64_000_000
-_IN_HTML = re.compile(rb'<script type="application/json" id="record">(.*?)</script>', re.DOTALL)
-_STREAM = re.compile(rb"stream\r?\n(.*?)\r?\n?endstream", re.DOTALL)
-_LARGEST_STREAM = 16_000_000
+LARGEST_FILE = 16_000_000
 _MAX_STREAMS = 200
-"""Bounds the work on a hostile file; our PDFs have a dozen."""
+"""Of a PDF; ours have a dozen."""
 
 
 def is_report(data: bytes) -> bool:
-    """Whether this is a PDF or an HTML page, not a bare record."""
-    return data.startswith(b"%PDF-") or data.lstrip()[:1] == b"<"
+    """Whether this is a PDF, not a bare document."""
+    return data.startswith(b"%PDF-")
 
 
-def record_in(data: bytes) -> Record:
-    """Raises `UserError`, also where a report carries several records: a person could be shown one and told another."""
+def document_in(data: bytes) -> bytes:
+    """The bytes of the document. Raises `UserError`, also where a report carries several: a person could be shown one
+    and a program told another."""
     if len(data) > LARGEST_FILE:
         raise UserError(marked("too large"))
     if not is_report(data):
-        return _from_json(data)
-    carried = carried_in_pdf(data) if data.startswith(b"%PDF-") else (match[1] for match in _IN_HTML.finditer(data))
-    records = [_from_json(text) for text in carried]
-    if len(records) != 1:
-        raise UserError(marked("several records") if records else marked("unknown kind of file"))
-    return records[0]
-
-
-def _from_json(data: bytes) -> Record:
-    try:
-        value = json.loads(data, parse_constant=_refuse, object_pairs_hook=_only_once)
-    except (ValueError, RecursionError) as error:
-        raise UserError(marked("damaged")) from error
-    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        return data
+    carried = list(carried_in_pdf(data))
+    if len(carried) > 1:
+        raise UserError(marked("several records"))
+    if not carried:
         raise UserError(marked("unknown kind of file"))
-    return value
-
-
-def _refuse(name: str) -> object:
-    raise ValueError(name)
-
-
-def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    """Refuses duplicate names, of which programs read different values."""
-    fields = dict(pairs)
-    if len(fields) != len(pairs):
-        raise ValueError("duplicate name")
-    return fields
+    return carried[0]
 
 
 def carries(kind: str, data: bytes) -> bool:
     """Whether a PDF has a document of this format."""
-    return any(carried_in_pdf(data, kind))
+    if not is_report(data):
+        return False
+    with suppress(UserError):
+        return any(True for _ in carried_in_pdf(data, kind))
+    return False
 
 
 def carried_in_pdf(data: bytes, kind: str = FORMAT) -> Iterator[bytes]:
-    """The JSON documents of this format that are attached to a PDF."""
-    for stream in islice(_STREAM.finditer(data), _MAX_STREAMS):
-        for content in (stream[1], _inflated(stream[1])):
+    """The JSON documents of this format that are attached to a PDF. Raises `UserError` for one that has more parts than
+    any report, as another document could hide in them."""
+    end = 0
+    for _ in range(_MAX_STREAMS):
+        start = data.find(b"stream", end)
+        end = data.find(b"endstream", start + 1)
+        if start < 0 or end < 0:
+            return
+        stream = data[start + len(b"stream") : end].lstrip(b"\r\n")
+        end += len(b"endstream")
+        for content in (stream, _inflated(stream)):
             if content.lstrip()[:1] == b"{" and kind.encode() in content:
                 yield content
+                break
+    raise UserError(marked("too large"))
 
 
 def _inflated(data: bytes) -> bytes:
+    """At most one byte more than a document may have."""
     try:
-        return zlib.decompressobj().decompress(data, _LARGEST_STREAM)
+        return zlib.decompressobj().decompress(data, MAX_DOCUMENT_BYTES + 1)
     except zlib.error:
         return b""
 
@@ -95,7 +86,7 @@ MAX_NAME_LENGTH = 60
 
 def is_record(data: bytes) -> bool:
     try:
-        record_in(data)
+        read_document(document_in(data))
     except UserError:
         return False
     return True
@@ -116,25 +107,24 @@ def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, be
 
 
 def _content(path: Path) -> bytes:
-    with suppress(OSError):
-        return path.read_bytes()
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(LARGEST_FILE + 1)
     return b""
 
 
-def write_report(path: Path, record: Record, printer: Printer) -> tuple[Path, ...]:
-    """Writes the record before it prints, so that a failing printer loses nothing; returns the files written. Raises
+def write_report(path: Path, signed: SignedRecord, printer: Printer) -> tuple[Path, ...]:
+    """Writes the document before it prints, so that a failing printer loses nothing; returns the files written. Raises
     `UserError` as `check_target`, `OSError` or `RuntimeError`; files written before that remain."""
     check_target(path)
-    json_path, plain = path.with_suffix(".json"), as_text(record).encode()
+    json_path, plain = path.with_suffix(".json"), signed.text.encode()
     write_whole(json_path, plain)
-    write_whole(path, printer([body(record)], A4, plain))
+    write_whole(path, printer([report_html(signed)], A4, plain))
     return json_path, path
 
 
 def suggested_name(record: Record) -> str:
     """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
-    parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
-    return file_name(*parts, recorded_verdict(record).value)
+    return file_name(record.module or "", f"{record.at:%Y-%m-%d %H%M}", record.verdict.value)
 
 
 def file_name(*parts: str) -> str:

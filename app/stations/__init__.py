@@ -1,1 +1,1 @@
-"""Who signs records, and whose signatures are trusted."""
+"""Who signs records."""

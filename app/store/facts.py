@@ -25,6 +25,8 @@ from protocol.translatable import marked
 class FactKind(Enum):
     """The kinds that this version knows. Facts of other kinds, from newer versions, are stored and passed on."""
 
+    STATION = "station"
+    """A station introduces itself: the key that signs its records, and its name."""
     MODULE = "module"
     """A station named a module, or met it at another adapter."""
     SAID_NEW = "said_new"

@@ -76,8 +76,11 @@ def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
     """A person says this name at a port: what fired there without a name was this module. Raises `StoreTrouble`."""
+    keys = _keys(port, adapter)
+    if not any(facts.state(key) for key in keys):
+        return  # nobody waits for a file that somebody else writes
     with facts.database.transaction():
-        for key in _keys(port, adapter):
+        for key in keys:
             noted = facts.state(key)
             if noted is not None:
                 facts.add(FactKind.FIRED, {"port": str(noted.get("port")), "seen_at": noted.get("at")}, module=module)

@@ -23,6 +23,8 @@ from typing import Final, NamedTuple
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
+from jinja2 import Environment, nodes
+
 ROOT: Final = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
@@ -30,6 +32,7 @@ from app.text.i18n import variants  # noqa: E402  the package lies beside this f
 
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
+TEMPLATES: Final = "app/templates"
 CONTEXT: Final = "dps-s"
 _POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3, "RowsTable": 2}
 _KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip", "about")}
@@ -52,12 +55,26 @@ class Translation(NamedTuple):
 
 
 def extract_all(root: Path = ROOT) -> Extract:
-    """The texts of every Python file of the packages."""
+    """The texts of every Python file of the packages, and of the templates of what is printed."""
     found = Extract()
+    for path in sorted((root / TEMPLATES).glob("*.html")):
+        extract_template(path.read_text(encoding="utf-8"), path.relative_to(root).as_posix(), found)
     for package in PACKAGES:
         for path in sorted((root / package).rglob("*.py")):
             extract(path.read_text(encoding="utf-8"), path.relative_to(root).as_posix(), found)
     return found
+
+
+def extract_template(source: str, path: str, found: Extract) -> None:
+    """Add the literals in calls of ``tr(...)`` in a Jinja2 template."""
+    for call in Environment(autoescape=True).parse(source).find_all(nodes.Call):
+        if not isinstance(call.node, nodes.Name) or call.node.name != "tr":
+            continue
+        text = call.args[0] if call.args else None
+        if isinstance(text, nodes.Const) and isinstance(text.value, str):
+            found.texts.setdefault(text.value, f"{path}:{call.lineno}")
+        else:
+            found.faults.append(f"{path}:{call.lineno}: tr() wants a literal")
 
 
 def extract(source: str, path: str, found: Extract) -> None:

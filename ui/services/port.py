@@ -95,7 +95,10 @@ class Port(PortConnection):
         if not isinstance(store, Store) or target is None or seen in self._triggered_as:
             return
         self._triggered_as.add(seen)
-        note = partial(note_triggered, store.facts, name, port=target.device, adapter=target.identity)
+
+        def note() -> None:
+            note_triggered(store.facts, name, port=target.device, adapter=target.identity)
+
         store.queue.submit(note).add_done_callback(_log_trouble)
 
     def _claim_fired(self) -> None:
@@ -105,7 +108,10 @@ class Port(PortConnection):
             return
         if (self.kept.run, "") in self._triggered_as:
             self._triggered_as.add((self.kept.run, name))
-        claim = partial(claim_fired, store.facts, name, port=target.device, adapter=target.identity)
+
+        def claim() -> None:
+            claim_fired(store.facts, name, port=target.device, adapter=target.identity)
+
         store.queue.submit(claim).add_done_callback(_log_trouble)
 
     def keep_as_found(self) -> Callable[[Snapshot], Future[int] | None] | None:

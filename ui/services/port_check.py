@@ -18,7 +18,7 @@ from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
 from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
 from app.records.filing import Filed, file_check
-from app.records.record import Record
+from app.records.record import SignedRecord
 from app.safety.acts import is_deploy_in
 from app.safety.interlocks import interlock_inputs
 from app.safety.journal import Journal
@@ -26,6 +26,7 @@ from app.settings.profiles import Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
@@ -82,7 +83,7 @@ class PortCheck(QObject):
         self.filed: Filed | None = None
         self.void: Void | None = None
         """Set during the check, it voids it when it ends."""
-        self.trouble: StoreTrouble | None = None
+        self.trouble: UserError | None = None
         """Why it was not kept."""
         self.progress: Report | None = None
         self._is_port_broken = False
@@ -114,8 +115,10 @@ class PortCheck(QObject):
 
     @property
     def standing(self) -> Standing:
-        if self.filed is None or self.is_running:
+        if self.is_running or (self.filed is None and self.void is None):
             return Standing.CHECKING
+        if self.filed is None:
+            return Standing.VOID
         return Standing.VOID if self.void is not None else _STANDINGS[self.filed.assessment.verdict]
 
     @property
@@ -123,10 +126,10 @@ class PortCheck(QObject):
         return None if self.filed is None or self.is_running else self.filed.assessment
 
     @property
-    def record(self) -> Record | None:
+    def signed(self) -> SignedRecord | None:
         """What may be exported: None unless the check still holds, and while the next record of it is being kept."""
         has_record = self.filed is not None and not self.is_busy and self.standing in _STANDINGS.values()
-        return self.filed.record if self.filed is not None and has_record else None
+        return self.filed.signed if self.filed is not None and has_record else None
 
     @property
     def held(self) -> HeldVerdict | None:
@@ -186,6 +189,8 @@ class PortCheck(QObject):
 
     def poll(self) -> None:
         """Void the verdict if it no longer holds."""
+        if self.filed is None and not self.is_running:
+            self.set_void(Void(Disturbance.INTERRUPTED))  # judging it failed, as the log says
         if self.filed is None or self.void is not None or self.is_running:
             return
         opened_at = None if self._is_port_broken else self.evidence.opened_at

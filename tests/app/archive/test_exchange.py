@@ -14,14 +14,10 @@ from app.archive.archive import _TO_SIGN, Archive
 from app.archive.chains import chains_in
 from app.archive.exchange import Exchanged, export_facts, facts_in, import_facts
 from app.archive.facts import Fact, RefusedFact, checked, fact_id, make_fact
-from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, _names, names_of
 from app.guided.results import GuidedVerdict
-from app.records.check_store import CheckStore, KeptRecords
-from app.records.record import seal
-from app.records.verification import Chain, verify
-from app.stations.station import Station, encoded
+from app.stations.station import Station
 from app.store.database import FILE_NAME
 from app.store.facts import FactKind, payload_of
 from app.store.store import open_store
@@ -216,93 +212,6 @@ def test_a_result_says_what_it_was(stations: list[ArchiveStation]) -> None:
     one.archive.collect()
     (fact,) = one.archive.of_kind(FactKind.GUIDED_TEST, "M-01")
     assert (fact.content["verdict"], fact.content["who"], fact.made_at) == ("failed", "Li", AT)
-
-
-def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
-    stations: list[ArchiveStation], tmp_path: Path
-) -> None:
-    """Two stations have a check with the same number of a module by the same name: each in a chain of its own."""
-    one, other, stick = stations[0], stations[1], tmp_path / "stick"
-    records = [one.check("M-07", cell_v=4.0 - number / 10) for number in range(3)]
-    for _ in range(3):
-        other.check("M-07")
-        other.act()
-    _export(one, stick)
-    lines = stick.read_text(encoding="utf-8").splitlines(keepends=True)
-    parts = [line for line in lines if str(records[1]["hash"]) in line and str(records[2]["hash"]) not in line]
-    assert len(parts) == 1
-    (tmp_path / "part").write_text("".join(line for line in lines if line not in parts), encoding="utf-8")
-    _import(other, tmp_path / "part")
-    other.archive.collect()
-    kept = KeptRecords(other.store.database, other.archive.others)
-    assert verify(records[2], kept).chain is Chain.NOT_AT_HAND
-    theirs = encoded(one.station.public)
-    assert [(one.count, one.missing) for one in chains_in(other.archive) if one.station == theirs] == [
-        (3, 1),
-        (2, 1),
-    ]
-    _import(other, stick)
-    assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
-    chains = chains_in(other.archive)
-    assert sorted((chain.is_audit, chain.count, chain.missing, chain.faults) for chain in chains) == [
-        (False, 3, 0, ()), (False, 3, 0, ()), (True, 4, 0, ()), (True, 10, 0, ())
-    ]  # fmt: skip
-
-
-def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations: list[ArchiveStation]) -> None:
-    one, other = stations[:2]
-    record = one.check("M-07")
-    unsigned = seal({key: value for key, value in record.items() if key not in ("hash", "signature", "station")}, None)
-    one.archive.add([made(FactKind.CHECK, {"module": "M-07", "record": unsigned}, other.station)])
-    kept = KeptRecords(one.store.database, one.archive.others)
-    assert kept.record(str(unsigned["hash"])) == unsigned
-    assert verify(record, kept).chain is Chain.FIRST
-
-
-def test_nobody_breaks_the_chain_of_another_station_by_claiming_its_numbers_and_hashes(
-    stations: list[ArchiveStation],
-) -> None:
-    one, other = stations[:2]
-    records, hostile = [one.check("M-07") for _ in range(2)], station("hostile")
-    doubled, replaced = {**records[0], "hash": "x"}, {**records[0], "who": "x"}
-    for here in (one, other):
-        here.archive.add([made(FactKind.CHECK, {"module": "M-07", "record": forged}, hostile)
-                          for forged in (doubled, replaced)])  # fmt: skip
-    kept, kept_there = (KeptRecords(here.store.database, here.archive.others) for here in (one, other))
-    assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED]
-    assert [verify(record, kept_there).chain for record in records] == [Chain.FIRST, Chain.NOT_AT_HAND]
-    assert not verify(records[0], kept_there).is_known_here
-    unsigned = CheckStore(one.store.database).append_check(lambda *_: seal({**records[0], "module": "M-08"}), "M-08")
-    one.archive.collect()
-    assert verify(unsigned, kept).chain is Chain.FIRST
-    assert verify(other.check("M-08"), kept).chain is Chain.FIRST  # the other station's first, too
-
-
-def test_a_record_that_is_false_is_no_go_in_the_report_and_its_values_are_in_no_history(
-    stations: list[ArchiveStation],
-) -> None:
-    """Signed by its station: its verdict does not follow from its checks, or it is another module's."""
-    one = stations[0]
-    one.check("M-07", cell_v=4.0)
-
-    def told() -> tuple[str, bool, tuple[float, ...], bool]:
-        names = names_of(one.archive)
-        (state,) = fleet_state(one.archive, names, NOON)
-        assert state.last_check is not None
-        values = module_history(one.archive, names.modules[0]).values["cell_voltage_v"]
-        status = chains_in(one.archive)
-        return (state.last_check.words.translated(), state.last_check.holds, tuple(one.value for one in values),
-                any(chain.faults for chain in status))  # fmt: skip
-
-    assert told() == ("GO", True, (4.0,), False)
-    one.check("M-07", "NO-GO", cell_v=3.0, verdict="GO")
-    assert told() == ("GO (record ALTERED)", False, (4.0,), True)
-    one.check("M-07", cell_v=3.9, previous=None, number=1, module="M-08")
-    assert told() == ("GO (record ALTERED)", False, (4.0,), True)
-    one.check("M-07", cell_v=3.8)
-    one.check("M-07", cell_v=1.0, is_simulated=True)
-    one.check("M-07", cell_v=2.0, void="broken")
-    assert set(told()[2]) == {4.0, 3.8}
 
 
 def test_two_programs_may_sign_at_once(stations: list[ArchiveStation]) -> None:

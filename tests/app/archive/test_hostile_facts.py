@@ -18,7 +18,6 @@ from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, Settlement, names_of, pair_of, settle
 from app.archive.postgres import TABLE, PostgresFacts, open_server
-from app.stations.known import Stations
 from app.stations.station import encoded
 from app.store.facts import FactKind, payload_of
 from app.text.user_error import UserError
@@ -256,33 +255,6 @@ def test_a_decision_of_an_unknown_station_counts_after_a_person_here_accepted_it
     (module,) = names.modules
     told = [event.text.translated() for event in module_history(one.archive, module).events]
     assert [text for text in told if "Li" in text]
-
-
-def test_a_decision_of_a_station_that_is_known_counts_at_once_and_no_longer_when_it_is_forgotten(
-    stations: list[ArchiveStation], alike: list[NamedModule]
-) -> None:
-    one, other = stations
-    archive, known = one.archive, Stations(one.folder)
-    known.trust(other.station.public, "other")
-    one.archive.add([_decision(other, is_same=True, revision=1, of=alike)])
-    assert len(names_of(archive).modules) == 1
-    known.remove(known.known()[1].fingerprint)
-    assert len(names_of(archive).modules) == 2
-
-
-@pytest.mark.parametrize("revision", [10**6, 2**62, 2**63 - 1])
-def test_no_revision_is_too_high_to_be_overridden(
-    stations: list[ArchiveStation], alike: list[NamedModule], revision: int
-) -> None:
-    """Also not by a station that was known when it wrote it: a revision counts only where all below it are there."""
-    one, other = stations
-    archive = one.archive
-    Stations(one.folder).trust(other.station.public, "other")
-    one.archive.add([_decision(other, is_same=True, revision=number, of=alike) for number in (1, revision)])
-    assert len(names_of(archive).modules) == 1
-    settle(archive, *alike, is_same=False, who="Li")
-    names = names_of(archive)
-    assert (len(names.modules), names.conflicts) == (2, ())
 
 
 def test_whoever_decides_says_who(stations: list[ArchiveStation], alike: list[NamedModule]) -> None:

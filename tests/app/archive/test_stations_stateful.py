@@ -16,9 +16,8 @@ import pytest
 
 from app.archive.chains import chains_in
 from app.archive.exchange import Exchanged, export_facts, import_facts, status_of, sync
-from app.archive.module_names import names_of, settle
+from app.archive.module_names import names_of
 from app.guided.results import GuidedVerdict
-from app.stations.known import Stations
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.support.processes import ran_code
@@ -71,9 +70,6 @@ class Desk:
             self.stack.enter_context(archive_station(self.folder / name, clock=self._clock(number)))
             for number, name in enumerate("ABC")
         ]
-        for station in self.stations:  # whose decisions count
-            for other in self.stations:
-                Stations(station.folder).trust(other.station.public, other.folder.name)
 
     def _clock(self, number: int) -> Callable[[], datetime]:
         def now() -> datetime:
@@ -98,14 +94,6 @@ class Desk:
     def record_much(self) -> None:
         for _ in range(10):
             self.record()
-
-    def settle(self) -> None:
-        archive = self.dice.choice(self.stations).archive
-        archive.collect()
-        conflicts = names_of(archive).conflicts
-        if conflicts:
-            pair = self.dice.choice(conflicts).pair
-            settle(archive, *pair, is_same=self.dice.random() < 0.5, name="one", who="Li")
 
     def set_clock(self) -> None:
         self.clocks[self.dice.randrange(3)] = timedelta(days=self.dice.randint(-20, 20))
@@ -163,7 +151,7 @@ class Desk:
             assert status_of(station.archive, self.server.url()).not_shared == 0
 
 
-OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock, Desk.settle,
+OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock,
          Desk.sync_cut_off, Desk.carry_a_stick)  # fmt: skip
 
 

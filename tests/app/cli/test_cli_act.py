@@ -1,7 +1,6 @@
 """`dps-s activate | lock | zero | shutdown | fired`."""
 
 import json
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +9,13 @@ import pytest
 import app.__main__ as program
 from app.cli.act import exit_code
 from app.procedures.lock import Locked
-from app.records.record import Record, as_text
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
-from app.stations.station import fingerprint_of
-from app.store.database import FILE_NAME
 from app.store.store import open_store
 from app.system.folders import data_folder
-from tests.app.records.test_filing import FRAME
-from tests.app.records.test_record import checked_record
+from tests.app.records.test_record import signed_record
 from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.flights import log_bytes as made
-from tests.support.records.kept_facts import tamper
-from tests.support.records.stations_made import station
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
@@ -75,65 +68,28 @@ def test_a_lock_that_lost_the_port_ends_as_one_without_a_link() -> None:
     assert exit_code(Locked(outcome=Outcome.UNKNOWN, sent=1, is_port_lost=True)) == 3
 
 
-# `dps-s verify`: its exit codes, whose signatures it believes, and the audit log.
+# `dps-s verify`: its exit codes and its JSON.
 
 
-@pytest.fixture
-def record(tmp_path: Path) -> Path:
-    """Of a station that is not known."""
-    return _written(tmp_path / "record.json", checked_record("worst"))
-
-
-def _written(path: Path, record: Record) -> Path:
-    path.write_text(as_text(record), encoding="utf-8")
-    return path
-
-
-def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(record: Path, dps_s: Program) -> None:
-    fingerprint = fingerprint_of(station().public)
-    out = dps_s(["verify", str(record)], 1).out
-    assert out.startswith("UNKNOWN STATION")
-    assert fingerprint in out
-    assert "Not trusted" in dps_s(["verify", str(record), "--trust", "0000-0000-0000-0000-0000"], 1).err
-    dps_s(["verify", str(record)], 1)
-    trusting = dps_s(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"])
-    assert trusting.out.startswith("INTACT: NO-GO, signed by Hangar 2.")
-    dps_s(["verify", str(record)])
-    first, second = dps_s(["verify", "--stations"]).out.splitlines()
-    assert first.endswith("  this computer")
-    assert second == f"{fingerprint}  Hangar 2"
-    assert dps_s(["verify", "--revoke", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
-    assert dps_s(["verify", str(record)], 1).out.startswith("REVOKED STATION: signed by Hangar 2,")
-    assert dps_s(["verify", "--stations"]).out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
-    assert dps_s(["verify", "--forget", fingerprint]).err == f"{fingerprint}  Hangar 2 (revoked)\n"
-    assert program.main(["verify", str(record)]) == 1
-
-
-def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(record: Path, dps_s: Program) -> None:
-    fingerprint = fingerprint_of(station().public)
-    altered = _written(record, {**checked_record("worst"), "verdict": "GO"})
-    assert program.main(["verify", str(altered), "--trust", fingerprint]) == 1
-    unsigned = _written(record, {**checked_record("worst"), "signature": ""})
-    dps_s(["verify", str(unsigned), "--trust", fingerprint], 1)
-    assert len(dps_s(["verify", "--stations"]).out.splitlines()) == 1
-
-
-def test_the_audit_log_is_verified(dps_s: Program) -> None:
-    assert "No audit log." in dps_s(["verify", "--log"], 2).err
-    assert not data_folder().exists()
-    with closing(open_store()) as store:
-        for _ in range(3):
-            store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
-    assert "intact; entries: 3" in dps_s(["verify", "--log"]).out
-    tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
-    assert dps_s(["verify", "--log"], 1).out == "Entry 2 was removed.\n"
-
-
-def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(dps_s: Program) -> None:
-    (data_folder() / FILE_NAME).mkdir(parents=True)
-    said = dps_s(["verify", "--log"], 2).err
-    assert FILE_NAME in said
-    assert "No audit log." not in said
+def test_verify_says_intact_whoever_signed_and_altered(tmp_path: Path, dps_s: Program) -> None:
+    path = tmp_path / "record.json"
+    text = signed_record("worst").text
+    path.write_text(text, encoding="utf-8")
+    printed = dps_s(["verify", str(path)], 0).out
+    assert printed.startswith("INTACT: NO-GO")
+    assert "Signed by an unknown key" in printed
+    told = json.loads(dps_s(["verify", str(path), "--json"], 0).out)
+    assert (told["state"], told["verdict"], told["follows"], told["signed_by"]) == (
+        "intact", "NO-GO", "NO-GO", "unknown_key",
+    )  # fmt: skip
+    path.write_text(text.replace("Li Wei", "Li Bo"), encoding="utf-8")
+    assert dps_s(["verify", str(path)], 1).out.startswith("ALTERED")
+    told = json.loads(dps_s(["verify", str(path), "--json"], 1).out)
+    assert (told["state"], told["signed_by"], told["signer"]) == ("altered", "nobody", None)
+    path.write_text("{}", encoding="utf-8")
+    for words in (["verify", str(path)], ["verify", str(tmp_path / "none")], ["verify", "a\0b"]):
+        printed_json = json.loads(dps_s([*words, "--json"], 2).out)
+        assert printed_json["error"]["code"] == "unreadable"
 
 
 TIMES = np.arange(500) / 50

@@ -15,6 +15,7 @@ from app.cli.commands import BY_NAME
 from app.cli.settings import provision
 from app.fleet.batch import Bench
 from app.records.check_store import CheckStore
+from app.records.record import stored_record
 from app.simulator.bench import SimulatedBench
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind, Facts
@@ -123,7 +124,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     with closing(open_store()) as store:
         assert store.evidence("M-002").is_complete
         named = store.facts.select(FactKind.CHECK, "AND module IS NOT NULL")
-    assert all(len(check.content["record"]["frames"]) > 60 for check in named)
+    assert all(len(stored_record(check.content["document"]).record.frames) > 60 for check in named)
 
 
 @pytest.mark.parametrize("boots", [5, 20])

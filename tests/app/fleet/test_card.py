@@ -22,9 +22,10 @@ from app.procedures.lock import Locked
 from app.procedures.read import read_everything
 from app.procedures.write import SetReply
 from app.procedures.write_all import WriteContext, write_all
-from app.records.filing import Filed, file_check
+from app.records.filing import Filed, file_check, local_now
 from app.records.labels import Paper
-from app.records.report_files import record_in
+from app.records.record import make_record
+from app.records.report_files import document_in
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
 from app.settings.profiles import NO_PROFILE, ManualLine, Match, Profile
@@ -143,7 +144,7 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"
-    assert SetMember("ttyUSB0", "M-7", Filed(assessment, {})).why == why
+    assert SetMember("ttyUSB0", "M-7", Filed(assessment, make_record(assessment, at=local_now()), None)).why == why
 
 
 PROFILE = Profile(
@@ -177,13 +178,13 @@ def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:
     written = write_set_reports(target, members, _printed)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in written)
     reports = [path for path in written if path.suffix == ".pdf" and path != target]
-    records = [one.filed.record for one in members if one.filed is not None]
-    assert [record_in(path.with_suffix(".json").read_bytes()) for path in reports] == records
+    documents = [one.filed.exported.text.encode() for one in members if one.filed is not None]
+    assert [document_in(path.with_suffix(".json").read_bytes()) for path in reports] == documents
     page = target.read_bytes()
     for words in ("M-&lt;1&gt;", "The module does not answer.", *(path.name for path in reports)):
         assert words.encode() in page
     with pytest.raises(UserError):  # a first page is no record
-        record_in(page)
+        document_in(page)
     write_set_reports(target, members, _printed)  # our own is replaced
     reports[0].write_text("a thesis", encoding="utf-8")
     with pytest.raises(UserError):

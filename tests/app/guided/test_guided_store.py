@@ -1,6 +1,5 @@
 """Results of guided tests: only ever added, simulated ones apart, on the report and in the next pre-flight check."""
 
-import json
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -15,8 +14,9 @@ from app.limits.past import LastTested, Past
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.verdict import assess
 from app.records.filing import file_check
-from app.records.report_html import body
-from app.records.verification import RecordState, verify
+from app.records.record import read_document
+from app.records.report import guided_html, report_html
+from app.records.verification import RecordState, StationNames, verify
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreTrouble
@@ -24,6 +24,7 @@ from app.store.facts import FactKind
 from app.store.store import Store, open_store
 from app.system.wall_clock import age_days
 from app.text.messages import message
+from tests.app.records.test_record import signed_record
 from tests.support.records.preflight_rig import check
 
 NOW = datetime(2026, 5, 1, 12, tzinfo=UTC)
@@ -151,9 +152,9 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         evidence, profile, Person(who="Li", module="M-07", aircraft="A"), store=store,
     )  # fmt: skip
     assert filed.assessment.result("guided_tests") is expected
-    tests: Any = filed.record["tests"]
+    tests: Any = filed.record.tests
     assert len(tests) == (expected is CheckResult.PASS)
-    text = body(filed.record)
+    text = report_html(filed.exported)
     if tests:
         assert tests[0]["who"] == "Li"
         assert "Attitude trigger" in text
@@ -162,7 +163,8 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
     else:
         assert "Attitude trigger: not tested" in text
         assert "Fires: " not in text
-    assert verify(filed.record).state is not RecordState.ALTERED
+    document = read_document(filed.exported.text.encode())
+    assert verify(document, StationNames(None)).state is not RecordState.ALTERED
 
 
 def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
@@ -172,7 +174,7 @@ def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
         None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [1, {}]},
         {"test": "bay", "verdict": "failed", "measured": "x"},
     ]  # fmt: skip
-    text = body({"tests": json.loads(json.dumps(rows)), "checks": []})
+    text = guided_html("M-07", [row for row in rows if isinstance(row, dict)])
     assert "<b>," not in text
     assert "&lt;b&gt;" in text
 
@@ -182,7 +184,6 @@ def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
     [
         ("2026-11-23T09:00:00+08:00", "2026-11-21T22:30:00.000+00:00", "2026-11-22"),
         ("2026-11-23T09:00:00-08:00", "2026-11-22T06:30:00.000+00:00", "2026-11-21"),
-        ("soon", "2026-11-22T12:00:00.000+00:00", "2026-11-22"),
         ("2026-11-23T09:00:00+08:00", "9999-12-31T23:59:59.999+00:00", "9999-12-31"),
     ],
 )
@@ -190,4 +191,4 @@ def test_a_test_is_printed_with_the_day_that_it_was_where_the_record_was_made(
     of_record: str, of_test: str, day: str
 ) -> None:
     tests = [{"test": "tilt", "verdict": "passed", "who": "Li", "at": of_test, "measured": []}]
-    assert f">{day}" in body({"at": of_record, "tests": tests, "checks": []})
+    assert f">{day}" in report_html(signed_record(at=datetime.fromisoformat(of_record), tests=tests))

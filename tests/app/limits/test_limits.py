@@ -37,8 +37,8 @@ from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.records.filing import local_now
-from app.records.record import caveats
-from app.records.report_html import body
+from app.records.record import sign
+from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.terminal.streaming import StreamSpan
@@ -52,6 +52,7 @@ from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
 from tests.support.records.recordings_desk import made, record
 from tests.support.records.recordings_made import batch
+from tests.support.records.stations_made import station
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.pages.live.page import LivePage
@@ -95,9 +96,9 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
         CheckResult.WARN, "≥ 3.60 V, advised ≥ 3.80 V",
     )  # fmt: skip
     record = checked.record({"at": local_now()}, who="Li Wei", module="M", aircraft="B")
-    assert record["softer_limits"] == ["tilt", "cell_voltage"]
-    assert [caveat.in_english() for caveat in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
-    assert "Looser than advised: Tilt: level, Cell voltage." in body(record)
+    assert record.softer_limits == ["tilt", "cell_voltage"]
+    assert [caveat.in_english() for caveat in record.caveats] == ["Looser than advised: Tilt: level, Cell voltage."]
+    assert "Looser than advised: Tilt: level, Cell voltage." in report_html(sign(record, station()))
 
 
 def test_what_is_advised_of_both_ends_is_said() -> None:

@@ -8,12 +8,13 @@ from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
-from app.records.verification import RecordState, verdict_from, verify
+from app.records.record import read_document, sign
+from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import ActivatedBy
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
 from tests.app.records.test_record import AT, PERSON
 from tests.support.records.preflight_rig import FAULTS, Fault, assert_only_questions, check, on_request
-from tests.support.records.stations_made import find_station, station
+from tests.support.records.stations_made import station
 from tests.support.thorough import some
 
 
@@ -51,9 +52,9 @@ def test_each_single_fault_is_named_and_its_record_does_not_contradict_itself(na
     assert fault.named <= checked.against
     assert [one.check for one in checked.assessment.checks] == list(CHECKS)
     assert_only_questions(checked, is_enabling=fault.is_enabling)
-    record = checked.record({"at": AT}, station(), **PERSON)
-    assert verify(record, find_station=find_station).state is RecordState.INTACT
-    assert verdict_from(record) is Verdict.NO_GO
+    signed = sign(checked.record({"at": AT}, **PERSON), station())
+    assert verify(read_document(signed.text.encode()), StationNames(None)).state is RecordState.INTACT
+    assert signed.record.follows is Verdict.NO_GO
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -13,8 +13,7 @@ from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict, blocks_go
 from app.records.filing import file_check
-from app.records.record import caveats
-from app.records.report_html import body
+from app.records.report import report_html
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import FILE_NAME, StoreFault, trouble_of
@@ -68,9 +67,8 @@ def _damaged(kind: str, key: str, value: str) -> str:
 DAMAGES = (
     _damaged("visit", "slots", "'no list'"), _damaged("visit", "slots", "json('[1, 2]')"),
     _damaged("visit", "slots", "json('[\"zz\"]')"), _damaged("visit", "boot_count", "10000000"),
-    _damaged("preflight_check", "record", "3"),
-    _damaged("preflight_check", "record.trigger_records", "json('[\"zz\"]')"),
-    _damaged("preflight_check", "record.trigger_records", "json('[3]')"),
+    _damaged("preflight_check", "verdict", "3"), _damaged("preflight_check", "document", "'{'"),
+    _damaged("preflight_check", "measured", "json('[3]')"), _damaged("trigger_record", "raw", "'zz'"),
     "UPDATE facts SET payload = '{'", "UPDATE facts SET payload = '[]'", "UPDATE state SET value = '{'",
     "DROP TABLE facts", "DROP TABLE state",
 )  # fmt: skip
@@ -92,7 +90,7 @@ def test_a_full_disk_is_called_full(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     error = sqlite3.OperationalError("unable to open database file")
     monkeypatch.setattr(error, "sqlite_errorname", "SQLITE_CANTOPEN", raising=False)
     assert trouble_of(error, tmp_path / FILE_NAME).fault is StoreFault.READ_ONLY
-    monkeypatch.setattr("app.store.database._is_full", lambda path: True)
+    monkeypatch.setattr("app.store.trouble._is_full", lambda path: True)
     assert trouble_of(error, tmp_path / FILE_NAME).fault is StoreFault.FULL
 
 
@@ -103,7 +101,8 @@ def _filed(rig: NightRig, person: Person, expectations: Profile | None = None) -
     evidence = Evidence(port="/dev/ttyUSB0")
     rig.run(run_preflight(evidence, is_enabling=True))
     filed = file_check(evidence, expectations or NO_PROFILE, person, store=None)
-    return filed.assessment.verdict, [caveat.in_english() for caveat in caveats(filed.record)], body(filed.record)
+    caveats = [caveat.in_english() for caveat in filed.record.caveats]
+    return filed.assessment.verdict, caveats, report_html(filed.exported)
 
 
 def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:

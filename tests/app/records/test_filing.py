@@ -1,4 +1,4 @@
-"""Records and the audit log are chained, also with several processes and after a kill."""
+"""Records are kept, also by several processes and after a kill; and the chain of the audit log."""
 
 import sys
 from collections.abc import Mapping
@@ -10,18 +10,23 @@ import pytest
 
 from app.engine.identity import IdentityEvidence
 from app.preflight.findings import CheckResult, Person
+from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
 from app.records.filing import Filed, file_check
-from app.records.record import Record
+from app.records.record import read_document
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
+from app.records.verification import RecordState, StationNames, verify
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
 from app.settings.setting_texts import DEFAULTS
+from app.stations.station import KEY_FILE
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind, fact_hash
+from app.store.station_names import introductions
 from app.store.store import Store, open_store
+from app.text.user_error import UserError
 from app.trigger_records.history import record_of
 from protocol.fields import Value
 from protocol.messages import TriggerRecord
@@ -36,6 +41,7 @@ import sys
 from pathlib import Path
 from app import version
 from app.safety.acts import Act
+from app.store.station_names import introductions
 from app.store.store import open_store
 from tests.app.records.test_filing import FRAME, file_one
 
@@ -44,7 +50,7 @@ print("ready", flush=True)
 sys.stdin.readline()
 for _ in range(int(sys.argv[2])):
     store.begin(Act.LOCK, FRAME, {}, port="p", origin="test")
-    print(file_one(store, "M-07").record["hash"], flush=True)
+    print(file_one(store, "M-07").record.at.isoformat(), flush=True)
 """
 
 
@@ -60,13 +66,8 @@ def file_one(
     )  # fmt: skip
 
 
-def _chain(store: Store) -> list[Record]:
-    """All stored records, oldest first."""
-    return [fact.content["record"] for fact in store.facts.select(FactKind.CHECK)]
-
-
-def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
-    """One is killed: records it reported as stored are stored, and the chain continues."""
+def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
+    """One is killed: what it reported as kept is kept."""
     open_store(tmp_path).close()
     filer = sys.executable, "-c", _FILER, tmp_path
     with running(*filer, 6) as one, running(*filer, 1000) as other:
@@ -81,28 +82,14 @@ def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
         assert one.process.wait(60) == 0
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
-        records = _chain(store)
-        assert {line.strip() for line in told if line.endswith("\n")} <= {record["hash"] for record in records}
-        assert [record["number"] for record in records] == list(range(1, len(records) + 1))
-        assert [record["previous"] for record in records] == [None, *(one["hash"] for one in records[:-1])]
-        assert len(records) >= 10
-        assert store.facts.faults() == []
+        checks = CheckStore(store.database)
+        documents = [read_document(checks.document(line.id).encode()) for line in checks.checks("M-07")]
+        kept = [verify(document, StationNames(None)) for document in documents]
+        assert {found.state for found in kept} == {RecordState.INTACT}
+        assert len(kept) >= len([line for line in told if line.endswith("\n")]) >= 9
 
 
-def test_modules_without_a_name_have_a_chain_for_each_adapter(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        for adapter in ("0403:6001:A", "0403:6001:B", "0403:6001:A"):
-            file_one(store, adapter=adapter)
-        first, second, third = _chain(store)
-        assert [one["number"] for one in (first, second, third)] == [1, 1, 2]
-        assert third["previous"] == first["hash"]
-        assert second["previous"] is None
-        assert [one["adapter"] for one in (first, second)] == ["0403:6001:A", "0403:6001:B"]
-        # Not on USB: the port is used instead.
-        assert file_one(store).record["adapter"] == "sim"
-
-
-def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_record_that_could_not_be_kept_is_still_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
 
@@ -112,8 +99,40 @@ def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypat
         monkeypatch.setattr(store.facts.database, "write", full)
         filed = file_one(store, "M-07")
         assert filed.trouble is not None
-        assert (filed.record["number"], filed.record["previous"]) == (0, None)
-        assert len(_chain(store)) == 1
+        assert verify(read_document(filed.exported.text.encode()), StationNames(None)).state is RecordState.INTACT
+        assert len(CheckStore(store.database).checks("M-07")) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"])
+def test_a_damaged_key_is_never_replaced_and_what_it_would_sign_is_not_kept(tmp_path: Path, content: bytes) -> None:
+    with closing(open_store(tmp_path)) as store:
+        (tmp_path / KEY_FILE).write_bytes(content)
+        filed = file_one(store, "M-07")
+        assert filed.assessment.verdict is Verdict.READY
+        assert filed.signed is None
+        with pytest.raises(UserError, match="key of this station"):
+            _ = filed.exported
+        assert CheckStore(store.database).checks("M-07") == ()
+    assert (tmp_path / KEY_FILE).read_bytes() == content
+
+
+def test_a_fault_of_our_own_is_not_told_as_a_damaged_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(*_: object, **__: object) -> None:
+        raise TypeError("a fault of ours")
+
+    with closing(open_store(tmp_path)) as store:
+        monkeypatch.setattr("app.records.filing.service_due", wrong)
+        with pytest.raises(TypeError, match="ours"):
+            file_one(store, "M-07")
+
+
+def test_a_station_introduces_itself_once(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        for _ in range(3):
+            filed = file_one(store, "M-07")
+        ((key, name),) = introductions(store.facts)
+        assert key == filed.exported.station
+        assert name
 
 
 # Trigger records

@@ -1,11 +1,14 @@
 """Makes stations of an archive, each with its store, key and facts in its own folder."""
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
+from functools import cache
 from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from app import version
 from app.archive.archive import Archive
@@ -13,8 +16,10 @@ from app.engine.snapshots import Snapshot
 from app.guided.guided_store import keep_test
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.limits.service import Service, ServiceKind
+from app.preflight.findings import CheckResult
+from app.preflight.verdict import Verdict
 from app.records.check_store import CheckStore
-from app.records.record import Record, seal
+from app.records.record import Record, SignedRecord, sign
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.stations.station import Station
@@ -97,33 +102,36 @@ class ArchiveStation:
             journal.settle(entry, Outcome.CONFIRMED, {"active": False})
         self.store.queue.submit(int).result()
 
-    def check(self, module: str, verdict: str = "GO", /, cell_v: float = 4.0, **changes: object) -> Record:
+    def check(self, module: str, verdict: str = "GO", /, cell_v: float = 4.0, **changes: Any) -> SignedRecord:
         """Store the record of a check, with the content of a real one. `changes`: what it says otherwise."""
-        base = json.loads(_base_record())
-        at = self.store.database.now()
+        base = _base_record()
+        checks = []
+        for one in base.checks:
+            if one.id == "cell_voltage":
+                result = CheckResult.FAIL if verdict == "NO-GO" else one.result
+                checks.append(msgspec.structs.replace(one, measured=cell_v, result=result))
+            elif one.id == "activation":
+                checks.append(msgspec.structs.replace(one, measured=verdict == "GO"))
+            else:
+                checks.append(one)
+        status = base.read["status"] | {"active": verdict == "GO"}
+        record = msgspec.structs.replace(
+            base,
+            module=module,
+            at=datetime.fromisoformat(self.store.database.now()),
+            verdict=Verdict(verdict),
+            checks=checks,
+            read=base.read | {"status": status},
+        )
+        signed = sign(msgspec.structs.replace(record, **changes), self.station)
+        self.meet(module)
+        CheckStore(self.store.database).add_check(signed)
+        return signed
 
-        def make(number: int, previous: str | None) -> Record:
-            content = {**base, "module": module, "number": number, "previous": previous, "at": at, "verdict": verdict}
-            content["read"]["status"]["active"] = verdict == "GO"
-            for one in content["checks"]:
-                if one["id"] == "cell_voltage":
-                    one["measured"] = cell_v
-                    one["result"] = "fail" if verdict == "NO-GO" else one["result"]
-                elif one["id"] == "activation":
-                    one["measured"] = verdict == "GO"
-            return seal(content | changes, self.station)
 
-        return CheckStore(self.store.database).append_check(make, self.meet(module))
-
-
-_base: list[str] = []
-
-
-def _base_record() -> str:
-    if not _base:
-        checked = check()
-        _base.append(json.dumps(checked.record({"at": NOON}, who="Li", module="M", aircraft="A")))
-    return _base[0]
+@cache
+def _base_record() -> Record:
+    return check().record({"at": NOON}, who="Li", module="M", aircraft="A")
 
 
 @contextmanager

@@ -14,7 +14,6 @@ from app.preflight.verdict import Assessment, assess
 from app.records.record import Record, make_record
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ManualLine, Profile
-from app.stations.station import Station
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
@@ -38,10 +37,10 @@ class Checked:
     def against(self) -> set[str]:
         return set(self.assessment.open_checks) | {"manual" for item in self.assessment.manual if item.is_done is False}
 
-    def record(self, about: dict[str, Any], station: Station | None = None, **person: Any) -> Record:
+    def record(self, about: dict[str, Any], **person: Any) -> Record:
         """As checked by this person. `about`: further arguments of `make_record`."""
         case = replace(self.assessment.case, person=Person(**person))
-        return make_record(self.assessment._replace(case=case), station, **about)
+        return make_record(self.assessment._replace(case=case), **about)
 
 
 @dataclass(frozen=True, slots=True)

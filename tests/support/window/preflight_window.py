@@ -12,8 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.records.check_store import CheckStore
-from app.records.verification import FindStation
-from app.stations.known import Stations
+from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, drop, given, notice_text, press
@@ -127,6 +126,4 @@ def confirm_name(bench: OnBench) -> None:
     bench.until(lambda: bool(bench.assembly.connector.current.module.name))
 
 
-def find_in(bench: OnBench) -> FindStation:
-    """Return the lookup of the stations that this window knows."""
-    return Stations(bench.assembly.storage.folder).find
+NOBODY: Final = StationNames(None)

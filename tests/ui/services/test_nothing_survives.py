@@ -14,7 +14,8 @@ from app.engine.procedure import Cancelled, Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.flights.judge import TriggerLimits
-from app.records.filing import Filed
+from app.records.filing import Filed, local_now
+from app.records.record import make_record
 from app.safety.acts import Act
 from app.settings.profiles import Profile
 from tests.support.records.preflight_rig import check
@@ -55,7 +56,7 @@ def _checked(rig: Rig) -> None:
     assessment = check().assessment
     page = rig.pages["preflight"]
     page.check()
-    stand(page.work.last, Filed(assessment, {}))
+    stand(page.work.last, Filed(assessment, make_record(assessment, at=local_now()), None))
 
 
 def _guided(rig: Rig) -> None:

@@ -1,8 +1,7 @@
-"""Past checks of a module or an aircraft, with the trend of the cell's voltage."""
+"""Past checks of a module or an aircraft, with the cell voltage over them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
@@ -12,17 +11,15 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore, measuring
-from app.stations.known import KnownStation, Stations
-from app.stations.station import own_station
+from app.stations.station import fingerprint_of, own_station
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import error_text, in_brackets, labelled
+from app.text.sentences import in_brackets, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
-from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
@@ -34,14 +31,13 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _DOT_PX: Final = 7
 
 
 class VoltageTrend(StaticPlot):
-    """The cell's voltage at each check, in V. The distances are equal: days or minutes may lie between two checks."""
+    """Equal distances between the checks, since days or minutes may lie between them."""
 
     usual: ClassVar = QSize(240, 96)
     least: ClassVar = QSize(160, 88)
@@ -56,11 +52,12 @@ class VoltageTrend(StaticPlot):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_values(self, values: Sequence[float]) -> None:
-        """`values` from the oldest to the newest."""
+        """From the oldest to the newest."""
         self.values = tuple(values)
         title = tr("Cell voltage")
         self._title.setText(title)
         self._last.setText(_volts(values[-1]) if values else "")
+        text = labelled(title, tr("not measured yet"))
         if values:
             text = tr(
                 "{title}: {low} to {high}, last {last}; checks: {count}",
@@ -68,10 +65,8 @@ class VoltageTrend(StaticPlot):
                 count=len(values),
                 low=_volts(min(values)),
                 high=_volts(max(values)),
-                last=self._last.text(),
+                last=_volts(values[-1]),
             )
-        else:
-            text = labelled(title, tr("not measured yet"))
         self.setToolTip(text)
         self.announce(text)
         self.redraw()
@@ -81,12 +76,16 @@ class VoltageTrend(StaticPlot):
         if not values:
             self.show_nothing(tr("not measured yet"))
             return
-        low, high, colour = min(values), max(values), QColor(theme.curves[0])
+        low = min(values)
+        high = max(values)
+        colour = QColor(theme.curves[0])
         edge = (high - low) / 5 or 1.0  # room for the symbols
         self.set_range((-0.2, len(values) - 0.8), (low - edge, high + edge))
         line = pg.mkPen(colour, width=theme.line_px + 0.5)
-        self.add(pg.PlotDataItem(values, pen=line, symbol="o", symbolSize=scaled(_DOT_PX), symbolBrush=colour,
-                                 symbolPen=None, antialias=True))  # fmt: skip
+        curve = pg.PlotDataItem(
+            values, pen=line, symbol="o", symbolSize=scaled(_DOT_PX), symbolBrush=colour, symbolPen=None, antialias=True
+        )
+        self.add(curve)
         self.show_ticks("left", [(value, _volts(value)) for value in sorted({low, high})])
 
 
@@ -107,7 +106,7 @@ def _widest_verdict() -> str:
 
 
 def _verdict_icon(check: CheckLine) -> QIcon:
-    counts = not check.is_void and not check.is_simulated
+    counts = not check.is_void and not check.is_simulated and not check.is_fired_since
     return icon(*VERDICT_STYLES[verdict_named(check.verdict)]) if counts else icon(Icon.CROSS, Meaning.UNKNOWN)
 
 
@@ -118,7 +117,7 @@ _COLUMNS: Final = (
     TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True, is_spare=True),
     TableColumn[CheckLine](marked("Checked by"), lambda check: check.who or "—", stretches=True, is_spare=True),
     TableColumn[CheckLine](
-        marked("Settings code"), lambda check: check.fingerprint or "—", widest=lambda: "MMMM-MMMM", is_spare=True
+        marked("Settings code"), lambda check: check.code or "—", widest=lambda: "MMMM-MMMM", is_spare=True
     ),
 )
 
@@ -128,10 +127,10 @@ def _row_sentence(check: CheckLine) -> str:
 
 
 class CheckHistory(QWidget):
-    """`print_wanted`: the hash of a kept record."""
+    """`print_wanted`: the id of a kept check."""
 
     closed = Signal()
-    print_wanted = Signal(str)
+    print_wanted = Signal(int)
 
     def __init__(self, services: Services) -> None:
         super().__init__()
@@ -146,17 +145,16 @@ class CheckHistory(QWidget):
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
-        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
+        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.id,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.trend = VoltageTrend()
-        self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
+        self.station = text_label("station_own", "muted", is_selectable=True)
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
         self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
                              slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
         self.table.selectionModel().selectionChanged.connect(self._enable)
-        self.stations = StationsRow(lambda: services.storage.folder, texts)
         self._lay_out()
         VisibilityTimer(self, restyle=self._fit_table)
         self._fit_table()
@@ -175,7 +173,7 @@ class CheckHistory(QWidget):
 
     def _reload(self, chosen: tuple[str, str | None]) -> None:
         """`chosen`: the entry of the filter, a module or an aircraft."""
-        self.stations.refresh()
+        self._show_station()
         store, (kind, which) = self._services.storage.store, chosen
         if not isinstance(store, Store):
             self._fail(store)
@@ -212,70 +210,33 @@ class CheckHistory(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
-        measured = [check.measured for check in reversed(measuring(checks))]
-        self.trend.show_values([values["cell_voltage_v"] for values in measured if "cell_voltage_v" in values])
+        voltages = [check.measured.get("cell_voltage_v") for check in reversed(measuring(checks))]
+        self.trend.show_values([voltage for voltage in voltages if voltage is not None])
         self.trend.setVisible(is_of_module)
+
+    def _show_station(self) -> None:
+        """By what `dps-s verify` names it on another computer."""
+        try:
+            fingerprint = fingerprint_of(own_station(self._services.storage.folder).public)
+        except UserError as trouble:
+            self.station.setText(trouble.sentence)
+        else:
+            self.station.setText(tr("This station: {fingerprint}", fingerprint=fingerprint))
 
     def _enable(self) -> None:
         self.print.setEnabled(any(not check.is_void for check in self.table.chosen()))
 
     def _print(self) -> None:
         for check in self.table.chosen():
-            self.print_wanted.emit(check.hash)
+            self.print_wanted.emit(check.id)
 
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
         head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
+        self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
         content = named(QWidget(), "check_history_content")
-        in_column((self.table, 1), self.trend, self.stations, of=content, spacing=Space.S, margins=0)
+        in_column((self.table, 1), self.trend, self.station, of=content, spacing=Space.S, margins=0)
         scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks",
                              is_vertical=True)  # fmt: skip
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
         in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-
-
-class StationsRow(QWidget):
-    """`refresh` reads the key and the list."""
-
-    def __init__(self, folder: Callable[[], Path], texts: Texts) -> None:
-        super().__init__()
-        self.setObjectName("stations_row")
-        self._folder = folder
-        self.own = text_label("station_own", "muted", is_selectable=True)
-        self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
-        self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        WheelGuard(self.known)
-        self.known.currentIndexChanged.connect(self._enable)
-        self.forget = control(StepButton(), texts, "stations_forget", "Remove", slot=self._remove)
-        in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
-
-    def refresh(self) -> None:
-        stations = Stations(self._folder())
-        try:
-            own_station(self._folder())
-        except UserError as trouble:
-            self.own.setText(trouble.sentence)
-        self.known.clear()
-        for station in stations.known():
-            if station.is_own:
-                self.own.setText(tr("This station: {fingerprint}", fingerprint=station.fingerprint))
-            else:
-                revoked = f" · {tr('revoked')}" if station.is_revoked else ""
-                self.known.addItem(f"{station.name} · {station.fingerprint}{revoked}", station)
-        self.known.setEnabled(self.known.count() > 0)
-        if not self.known.count():
-            self.known.addItem(tr("none"), None)
-
-    def _enable(self) -> None:
-        chosen = self.known.currentData()
-        self.forget.setEnabled(isinstance(chosen, KnownStation) and not chosen.is_revoked)
-
-    def _remove(self) -> None:
-        chosen = self.known.currentData()
-        if isinstance(chosen, KnownStation):
-            try:
-                Stations(self._folder()).remove(chosen.fingerprint)
-            except OSError as error:
-                self.own.setText(error_text(error))
-                return
-            self.refresh()

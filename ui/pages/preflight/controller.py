@@ -8,7 +8,7 @@ from app.diagnosis.link_state import Phase, link_text
 from app.preflight.findings import Person
 from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
-from app.records.record import Record
+from app.records.record import SignedRecord
 from app.settings.profiles import ActivatedBy, Profile
 from protocol.link_states import Presence
 from ui.services.port import Ports
@@ -39,9 +39,9 @@ class PreflightController(QObject):
         return None if self.last is None else self.last.assessment
 
     @property
-    def record(self) -> Record | None:
+    def signed(self) -> SignedRecord | None:
         """What may be exported."""
-        return None if self.last is None else self.last.record
+        return None if self.last is None else self.last.signed
 
     @property
     def can_check(self) -> bool:

@@ -10,13 +10,14 @@ from typing import Final
 from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 
 from app.preflight.findings import Person
-from app.records.check_store import KeptRecords
+from app.records.check_store import CheckStore
+from app.records.record import stored_record
 from app.safety.acts import Act
 from app.settings.profile_file import save_or_say_why_not
-from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
@@ -78,7 +79,7 @@ class PreflightButtons(QWidget):
         self.run.setEnabled(work.can_check)
         self.enable.setEnabled(work.can_enable)
         rename(self.enable, self._texts, LOCK_AND_ENABLE if work.needs_lock else marked("Enable triggers and check"))
-        self.print.setEnabled(work.record is not None)
+        self.print.setEnabled(work.signed is not None)
         # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
         self._main = self.print if work.standing in PASSED else self.enable if is_enabling else self.run
@@ -231,11 +232,11 @@ class PreflightPage(Page):
         """Export the check that is shown, while it holds; with what was entered just now."""
         self.form.commit_edits()
         self.work.poll()
-        record = self.work.record
+        signed = self.work.signed
         last = self.work.last
-        self._is_print_wanted = record is None and last is not None and last.is_busy and last.void is None
-        if record is not None:
-            self.files.print_record(record)
+        self._is_print_wanted = signed is None and last is not None and last.is_busy and last.void is None
+        if signed is not None:
+            self.files.print_record(signed)
 
     def show_check(self) -> None:
         self._stack.setCurrentWidget(self._check)
@@ -257,17 +258,18 @@ class PreflightPage(Page):
     def _show_result(self) -> None:
         self.strip.show_notice(self.result.result_notice())
 
-    def _export_stored(self, hash_: str) -> None:
-        """Export a record of the store as it was kept."""
+    def _export_stored(self, id_: int) -> None:
+        """Export a check of the store as it was kept."""
         store = self._services.storage.store
+        if not isinstance(store, Store):
+            return
         try:
-            record = KeptRecords(store.database).record(hash_) if isinstance(store, Store) else None
-        except StoreTrouble as error:
+            signed = stored_record(CheckStore(store.database).document(id_))
+        except UserError as error:
             self.result.notify(Meaning.DANGER, error.message.translated)
             return
-        if record is not None and record.get("void") is None:
-            self.show_check()
-            self.files.print_record(record)
+        self.show_check()
+        self.files.print_record(signed)
 
     # What happens
 
@@ -303,7 +305,7 @@ class PreflightPage(Page):
     def _on_work(self) -> None:
         self._timer.refresh_seen()
         self._announce()
-        if self._is_print_wanted and self.work.record is not None:
+        if self._is_print_wanted and self.work.signed is not None:
             self.print()
         standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
         if trouble is not None and standing in (*PASSED, Standing.NO_GO):

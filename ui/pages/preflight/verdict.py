@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QLabel, QProgressBar
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Assessment, Verdict, meaning_of
-from app.records.record import caveats
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -121,13 +120,16 @@ def _failed(check: PortCheck, assessment: Assessment) -> Announcement:
 
 def _footer(check: PortCheck) -> tuple[str, str]:
     """Caveats of the record, may be empty; then whose record it is, and how long a GO or READY holds."""
-    record, left_s = {} if check.filed is None else check.filed.record, check.expires_in_s
-    parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
-    parts.append(str(record.get("at", ""))[11:19])
+    if check.filed is None:
+        return "", ""
+    record = check.filed.record
+    left_s = check.expires_in_s
+    parts = [part for part in (record.module, record.aircraft, record.who) if part]
+    parts.append(f"{record.at:%H:%M:%S}")
     if left_s is not None:
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
-    return join_sentences(caveat.translated() for caveat in caveats(record)), " · ".join(parts)
+    return join_sentences(caveat.translated() for caveat in record.caveats), " · ".join(parts)
 
 
 def low_px() -> int:

@@ -4,6 +4,7 @@ Leaving the page during a test (another page, a closed or minimised window, a pr
 the module if the test may have made it active.
 """
 
+import json
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -29,9 +30,8 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.procedures.lock import SENTENCES
 from app.records.labels import A4
-from app.records.record import Record, as_text
+from app.records.report import guided_html
 from app.records.report_files import check_target, is_report
-from app.records.report_html import guided_body
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
@@ -252,15 +252,16 @@ class TestsPage(Page):
     def _export(self) -> None:
         """The last result of each test of this module."""
         module = self.work.last_of
-        record: Record = {"module": module, "tests": [test.plain() for test in self.work.last.values()]}
+        tests = [test.plain() for test in self.work.last.values()]
         suggested = Path.home() / default_name(module, ".pdf", datetime.now().astimezone())
-        self.ask_path(self, tr("Export report…"), suggested, "*.pdf", partial(self._write_report, record))
+        self.ask_path(self, tr("Export report…"), suggested, "*.pdf", partial(self._write_report, module, tests))
 
-    def _write_report(self, record: Record, path: Path) -> None:
+    def _write_report(self, module: str, tests: list[dict[str, object]], path: Path) -> None:
         def write() -> None:
             check_target(path, _may_replace)
-            write_whole(path.with_suffix(".json"), as_text(record).encode())
-            write_whole(path, print_pages([guided_body(record)], A4))
+            plain = json.dumps({"module": module, "tests": tests}, ensure_ascii=False, indent=1, allow_nan=False)
+            write_whole(path.with_suffix(".json"), f"{plain}\n".encode())
+            write_whole(path, print_pages([guided_html(module, tests)], A4))
 
         self.exported.write_file(path, write, beside=".json")
 

@@ -89,7 +89,7 @@ def test_the_record_of_a_check_is_as_its_schema_says(port: str, capsys: pytest.C
     for _ in range(2):
         assert program.main(words) == 1
     store = open_store()
-    records = [fact.content["record"] for fact in store.facts.select(FactKind.CHECK)]
+    records = [json.loads(fact.content["document"]) for fact in store.facts.select(FactKind.CHECK)]
     store.close()
     assert len(records) == 2
     assert [fault for record in records for fault in faults("record", record)] == []

@@ -14,15 +14,16 @@ from app.engine.snapshots import Snapshot
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Person
+from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import SettingChange, WriteContext
 from app.records.check_store import CheckStore
-from app.records.filing import Filed
+from app.records.filing import Filed, local_now
 from app.records.labels import Printer
+from app.records.record import make_record
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreFault, StoreTrouble
@@ -184,12 +185,17 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
         desk.wait(lambda: not desk.page.profile.is_running)
 
 
+def _filed(case: Case, trouble: StoreTrouble | None = None) -> Filed:
+    assessment = assess(case)
+    return Filed(assessment, make_record(assessment, at=local_now()), None, trouble)
+
+
 @pytest.mark.parametrize("has_store", [False, True])
 def test_a_check_that_could_not_be_stored_says_why(
     desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_store: bool
 ) -> None:
     full = StoreTrouble(StoreFault.FULL, tmp_path)
-    filed = Filed(assess(check().assessment.case), {}, full if has_store else None)
+    filed = _filed(check().assessment.case, full if has_store else None)
     if not has_store:
         desk.services.storage._store = full
     monkeypatch.setattr("ui.services.port_check.file_check", lambda *_, **__: filed)
@@ -226,7 +232,7 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     case = check(options={"mute_codes": "35"}).assessment.case
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
-        desk.page.checks._ended[connection] = partial(SetMember, "port", name, Filed(assess(case), {}))
+        desk.page.checks._ended[connection] = partial(SetMember, "port", name, _filed(case))
     desk.page.checks.finished.emit()
     desk.settle()
     (say,) = given(desk.page.notice_bar.notice).choices

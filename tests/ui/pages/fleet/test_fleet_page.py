@@ -17,6 +17,7 @@ from app.limits.service import Service, ServiceKind
 from app.preflight.findings import Person
 from app.preflight.verdict import assess
 from app.records.filing import Filed, local_now, service_due
+from app.records.record import make_record
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import NO_PROFILE
@@ -108,7 +109,8 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
 def filed(desk: Desk) -> Filed:
     """A check that ended now, of which everything that a fake module reports still holds."""
     case = check().assessment.case
-    return Filed(assess(replace(case, evidence=replace(case.evidence, flags={}, ended_at=desk.ports.now_s))), {})
+    assessment = assess(replace(case, evidence=replace(case.evidence, flags={}, ended_at=desk.ports.now_s)))
+    return Filed(assessment, make_record(assessment, at=local_now()), None)
 
 
 def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Desk) -> None:

@@ -11,12 +11,13 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict
+from app.records.record import read_document
 from app.records.verification import RecordState, verify
 from app.safety.acts import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
-from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
+from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, kept, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.services.port_check import Standing
 from ui.style.theme import Space
@@ -56,7 +57,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     assert f"Passed: {count};" in page.banner.accessibleName()  # as the list below says, warnings apart
     assert page.activation.isVisible()
     rig.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
-    ready = page.work.record
+    ready = page.work.signed
     activate(rig)
     rig.wait_standing(Standing.GO)
     assert len(pressed) == 3, pressed
@@ -65,23 +66,24 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     assert not page.activation.isVisible()
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("GO", "Fit to fly")
-    record = given(page.work.record)
+    signed = given(page.work.signed)
+    record = signed.record
     assert ready is not None
-    assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
-    assert record["read"]["status"]["active"] is True  # type: ignore[index]
+    assert record.verdict is Verdict.GO
+    assert record.is_active
     assert kept(rig, "M-07") == ["GO", "READY"]
-    assert verify(record, find_station=find_in(rig)).state is RecordState.INTACT
+    assert verify(read_document(signed.text.encode()), NOBODY).state is RecordState.INTACT
     # Nothing on the page says of an active module that it is locked or does not fire.
     texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
     texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
     assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
     rig.assembly.connector.lock.press()
     rig.wait_standing(Standing.READY)
-    assert page.work.record == ready
+    assert page.work.signed == ready
     assert page.activation.isVisible()
     activate(rig)
     rig.wait_standing(Standing.GO)
-    assert page.work.record == record
+    assert page.work.signed == signed
 
 
 def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(
@@ -95,7 +97,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
     assert page.work.standing is Standing.VOID
-    assert [check.held and check.held.verdict, page.work.record] == [Verdict.READY, None]
+    assert [check.held and check.held.verdict, page.work.signed] == [Verdict.READY, None]
     rig.bench.module.activate(is_active=True)
     rig.until(lambda: check.standing is Standing.GO)
     assert kept(rig) == ["GO", "READY", "READY"]

@@ -63,11 +63,11 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     one = page.banner.announcement
     assert one.word == "VOID"
     assert one.head == why
-    checked_at = str(given(rig.last.filed).record["at"])[11:19]
+    checked_at = f"{given(rig.last.filed).record.at:%H:%M:%S}"
     assert one.lines[-1].endswith(checked_at)  # whose results these are, also beside another module's name
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
-    assert page.work.record is None
+    assert page.work.signed is None
     assert rig.assembly.connector.current.check is rig.last  # the card on Fleet says the same
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
@@ -79,9 +79,9 @@ def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBe
     rig.wait_standing(Standing.READY)
     type_another_name(rig)
     name_module(rig, "M-08")
-    rig.until(lambda: rig.preflight.work.record is not None)
-    record = given(rig.preflight.work.record)
-    assert (record["who"], record["module"]) == ("Li Wei", "M-08")
+    rig.until(lambda: rig.preflight.work.signed is not None)
+    record = given(rig.preflight.work.signed).record
+    assert (record.who, record.module) == ("Li Wei", "M-08")
     assert rig.preflight.work.standing is Standing.READY
     assert kept(rig, "M-08") == ["READY"]
     assert rig.last.person.are_records_reviewed

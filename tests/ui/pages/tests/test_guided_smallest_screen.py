@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QScrollArea
 from app.engine.device import DeviceView
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
-from app.records.report_html import guided_body
+from app.records.report import guided_html
 from app.text.messages import UserMessage
 from protocol.fields import Value
 from tests.gestures.gesture_bench import GestureBench
@@ -115,7 +115,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     assert "a record" in (tmp_path / "check.json").read_text(encoding="utf-8")
     assert (tmp_path / "results.pdf").read_bytes().startswith(b"%PDF")
     assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["tests"][0]["verdict"] == "passed"
-    printed = guided_body({"module": name, "tests": [test.plain() for test in page.work.last.values()]})
+    printed = guided_html(name, [test.plain() for test in page.work.last.values()])
     assert "<M-07>" not in printed
     assert all(
         words in printed for words in ("&lt;M-07&gt;", "Attitude trigger", "passed", "Li, simulated", "61° (≤ 62°)")
