@@ -27,8 +27,6 @@ MAX_TEXT_LENGTH: Final = 1 << 22
 MAX_FAULTS: Final = 100
 NOT_HEX: Final = marked("no pairs of hex digits")
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
-_PART = "# DPS-S capture"
-"""Begins a capture of earlier versions; behind another one it is a part that follows."""
 _WORD = re.compile(r"[^\s,\ufeff]+")
 _SHOWN = 24
 """Characters of a word that is refused."""
@@ -70,14 +68,12 @@ class TimedLines:
         self.faults: list[LineFault] = []
         """The first `MAX_FAULTS`."""
         self._number = 0
-        self._part_begins_s = self._last_s = 0.0
+        self._last_s = 0.0
 
     def feed(self, line: str) -> CaptureEntry | None:
         """None for a remark, an empty line, and one that cannot be read."""
         self._number += 1
         plain = line.strip("\ufeff \t\r\n")
-        if plain.startswith(_PART):
-            self._part_begins_s = self._last_s
         if not plain or plain.startswith("#"):
             return None
         entry = _ENTRY.fullmatch(plain) if len(line) <= MAX_LINE_LENGTH else None
@@ -89,7 +85,7 @@ class TimedLines:
         except NotHex:
             self._refuse(NOT_HEX)
             return None
-        at_s = self._part_begins_s + float(entry[1])
+        at_s = float(entry[1])
         if at_s < self._last_s:
             self._refuse(marked("the time runs backwards"))
             at_s = self._last_s

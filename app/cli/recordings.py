@@ -1,19 +1,15 @@
-"""`dps-s recordings list | export | delete | convert`: manages recorded sessions.
+"""`dps-s recordings list | export | delete`: manages recorded sessions.
 
-A recording is given by the name of its file, the beginning of that name, or "latest". `convert` turns what earlier
-versions wrote into session files: all recordings, or the given recording or capture beside itself. Exit code 0 done;
-1 it cannot be read or is being recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file
-cannot be written, or damaged parts were left out.
+A recording is given by the name of its file, the beginning of that name, or "latest". Exit code 0 done; 1 it cannot be
+read or is being recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file cannot be
+written, or damaged parts were left out.
 """
 
 import argparse
-from pathlib import Path
 
 from app.cli.results import DeletedJson, ExportJson, RecordingJson, RecordingsJson
 from app.recordings.entry_texts import remarks, size_text, when_text
-from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_folder
-from app.recordings.old_recordings import convert, convert_in, old_recordings
-from app.recordings.session_format import SUFFIX
+from app.recordings.library import RecordingEntry, RecordingLibrary
 from app.terminal import console
 from app.terminal.arguments import add_json, add_verbosity, add_yes
 from app.terminal.export_file import add_export, export, refuse_unwritable
@@ -33,13 +29,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_name(exported)
     add_export(exported)
     add_json(exported)
-    converted = commands.add_parser("convert", help="turn recordings of earlier versions into session files")
-    converted.add_argument("files", nargs="*", type=Path, metavar="FILE")
     deleted = commands.add_parser("delete", help="delete one permanently")
     _add_name(deleted)
     add_yes(deleted)
     add_json(deleted)
-    runs = ((listed, run_list), (exported, run_export), (converted, run_convert), (deleted, run_delete))
+    runs = ((listed, run_list), (exported, run_export), (deleted, run_delete))
     for command, function in runs:
         add_verbosity(command)
         command.set_defaults(function=function)
@@ -129,26 +123,6 @@ def run_delete(args: argparse.Namespace) -> int:
         raise console.Refused(labelled(entry.name, error_text(error)), ErrorCode.REFUSED) from error
     console.emit(args, DeletedJson(deleted=[entry.name]), [entry.name])
     return console.SUCCESS
-
-
-def run_convert(args: argparse.Namespace) -> int:
-    library, files, is_whole = recordings_folder(), list[Path](args.files), True
-    for path in files or old_recordings(library):
-        target = path.with_suffix(SUFFIX)
-        if target == path:
-            target = path.with_name(f"{path.stem}-converted{SUFFIX}")
-        try:
-            if path.parent == library:
-                target = convert_in(library, path)
-            elif target.exists():
-                raise FileExistsError(f"{target} exists")
-            else:
-                convert(path, target)
-            console.write_lines([str(target)])
-        except (UserError, OSError) as error:
-            is_whole = False
-            console.notify(labelled(path, error_text(error)))
-    return console.SUCCESS if is_whole else console.PARTIAL
 
 
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:

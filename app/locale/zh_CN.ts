@@ -2648,10 +2648,6 @@
         <translation>保存诊断包…</translation>
     </message>
     <message>
-        <source>Save traffic…</source>
-        <translation>保存通信记录…</translation>
-    </message>
-    <message>
         <source>Save values…</source>
         <translation>保存数据…</translation>
     </message>
@@ -4626,10 +4622,6 @@
     <message>
         <source>of 20; a worse line may lose a setting</source>
         <translation>共 20 次；更差的线路可能丢失参数</translation>
-    </message>
-    <message>
-        <source>of an earlier version: “dps-s recordings convert FILE”</source>
-        <translation>由早期版本导出：“dps-s recordings convert FILE”</translation>
     </message>
     <message>
         <source>offline</source>

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import shutil
 import threading
 import time
 from contextlib import suppress
@@ -22,8 +21,6 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MAX_BYTES = 5 * 1024**3 // 2
-TRASH = ".trash"
-"""Folder of the originals of what was converted; earlier versions moved recordings there before they deleted them."""
 _PINNED: Final = ".kept"
 SETTLED_S: Final = 2.0
 """More than a step of any file system's times."""
@@ -77,19 +74,13 @@ class RecordingLibrary:
 
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads headings only. Never raises: an unreadable recording is an entry with `trouble`."""
-        for file in _files(self.folder / TRASH):
-            if not (target := self.folder / file.name).exists():
-                with suppress(OSError):
-                    file.rename(target)
         entries = map(entry_of, _files(self.folder))
         return tuple(
             sorted(entries, key=lambda entry: (entry.sequence, entry.started_at, entry.path.name), reverse=True)
         )
 
     def next_sequence(self) -> int:
-        from app.recordings.old_recordings import highest_sequence
-
-        return 1 + max((*(entry.sequence for entry in self.entries()), highest_sequence(self.folder)))
+        return 1 + max((entry.sequence for entry in self.entries()), default=0)
 
     def delete(self, entry: RecordingEntry) -> None:
         """Raises OSError, or `UserError` for one that is being written."""
@@ -125,8 +116,7 @@ class RecordingLibrary:
         return tuple(gone)
 
     def free_space(self) -> None:
-        """Where the disk is nearly full: deletes the oldest fifth, and the originals of what was converted."""
-        shutil.rmtree(self.folder / TRASH, ignore_errors=True)
+        """Where the disk is nearly full: deletes the oldest fifth."""
         self.prune(self.max_bytes * 4 // 5)
 
     def _own(self, entry: RecordingEntry) -> None:

@@ -24,8 +24,6 @@ from protocol.translatable import marked
 SUFFIX: Final = ".mcap"
 FORMAT: Final = "dps-s session"
 END: Final = "dps-s end"
-OLD_EXPORT: Final = "dps-s recording"
-"""In files that versions before session files exported."""
 VERSION: Final = 1
 RX, TX, EVENTS, STATUS, PROGRESS = "/line/rx", "/line/tx", "/events", "/status", "/progress"
 LINE_ENCODING: Final = "dps-s-line-1"

@@ -18,7 +18,7 @@ from mcap.reader import SeekingReader
 from mcap.records import Chunk, Metadata
 from mcap.writer import MCAP0_MAGIC as MCAP_MAGIC
 
-from app.recordings.session_format import CHANNELS, END, FORMAT, OLD_EXPORT, PROGRESS, Opening, is_whole, opening_of
+from app.recordings.session_format import CHANNELS, END, FORMAT, PROGRESS, Opening, is_whole, opening_of
 from app.store.facts import object_in
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -231,8 +231,6 @@ class _Walk:
                 self._on_metadata(Metadata.read(ReadDataStream(BytesIO(self._data[begin:end]))))
 
     def _on_metadata(self, record: Metadata) -> None:
-        if record.name == OLD_EXPORT:
-            raise UserError(marked("of an earlier version: “dps-s recordings convert FILE”"))
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)

@@ -4,8 +4,6 @@ import math
 import os
 from collections.abc import Iterable
 from dataclasses import replace
-from heapq import merge
-from operator import itemgetter
 from pathlib import Path
 from typing import IO, Final
 
@@ -34,7 +32,7 @@ from app.recordings.session_format import (
     json_bytes,
     with_checksum,
 )
-from app.system.files import draft_of, lock, private_opener
+from app.system.files import lock, private_opener
 from protocol.events import Event, Sent
 from protocol.frame import Direction, Frame
 
@@ -101,12 +99,6 @@ class SessionWriter:
         if limits != self._limits:
             self._limits = limits
             self.note(batch.at, "limits", **limits._asdict())
-
-    def put_recorded(self, recorded: CaptureEntry | Note) -> None:
-        if isinstance(recorded, CaptureEntry):
-            self._entries.append(recorded)
-        else:
-            self._notes.append(recorded)
 
     def note(self, at: float, event: str, **values: object) -> None:
         self._notes.append((at, {"event": event, **values}))
@@ -206,36 +198,3 @@ class SessionWriter:
             if known is not None and not known.is_stale and known.at > self._polled_s[key]:
                 self._polled_s[key] = known.at
                 self.note(known.at, "reading", **{key: float(known.value)})
-
-
-def write_session(
-    path: Path,
-    opening: Opening,
-    entries: Iterable[CaptureEntry],
-    notes: Iterable[Note] = (),
-    *,
-    end_s: float = -math.inf,
-    is_ended: bool = True,
-    is_private: bool = False,
-) -> None:
-    """Writes a session from bytes on the line and events, both in order of time (monotonic). Raises OSError.
-
-    `end_s`: up to when it was recorded, if later than the last of them; `is_ended`: it was closed properly.
-    """
-    with draft_of(path, is_private=is_private) as draft:
-        draft.unlink()
-        writer = SessionWriter(draft, opening)
-        try:
-            flush_s = opening.start_s + EVERY_S
-            streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
-            for recorded in merge(*streams, key=itemgetter(0)):
-                if recorded[0] > flush_s:
-                    writer.flush(writer.end_s)
-                    flush_s = recorded[0] + EVERY_S
-                writer.put_recorded(recorded)
-            writer.flush(max(end_s, writer.end_s))
-            if is_ended:
-                writer.flush(writer.end_s, is_last=True)
-            writer.sync()
-        finally:
-            writer.close()

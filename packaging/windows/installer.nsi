@@ -43,8 +43,6 @@ LangString IN_USE ${LANG_ENGLISH} "${TITLE} is running. Close it, then try again
 LangString IN_USE ${LANG_SIMPCHINESE} "DPS-S 上位机正在运行。请先关闭，然后重试。"
 LangString TYPE_Profile ${LANG_ENGLISH} "Profile"
 LangString TYPE_Profile ${LANG_SIMPCHINESE} "配置文件"
-LangString TYPE_Capture ${LANG_ENGLISH} "DPS-S capture"
-LangString TYPE_Capture ${LANG_SIMPCHINESE} "DPS-S 抓包文件"
 LangString TYPE_CaptureText ${LANG_ENGLISH} "Captured bytes as text"
 LangString TYPE_CaptureText ${LANG_SIMPCHINESE} "文本形式的抓包"
 LangString TYPE_Flight ${LANG_ENGLISH} "Session or flight log"
@@ -55,7 +53,6 @@ LangString TYPE_Record ${LANG_SIMPCHINESE} "飞行前检查记录"
 ; The types of files that the program opens, and what is done with each.
 !macro FILE_TYPES DO
   !insertmacro ${DO} Profile .toml
-  !insertmacro ${DO} Capture .dpscap
   !insertmacro ${DO} CaptureText .hex
   !insertmacro ${DO} CaptureText .txt
   !insertmacro ${DO} CaptureText .log
@@ -72,20 +69,12 @@ LangString TYPE_Record ${LANG_SIMPCHINESE} "飞行前检查记录"
   WriteRegStr HKCU "${CLASSES}\DPS-S.${CLASS}\DefaultIcon" "" "$INSTDIR\dps-s-window.exe,0"
   WriteRegStr HKCU "${CLASSES}\DPS-S.${CLASS}\shell\open\command" "" '"$INSTDIR\dps-s-window.exe" "%1"'
   WriteRegStr HKCU "${CLASSES}\${ENDING}\OpenWithProgids" "DPS-S.${CLASS}" ""
-  !if ${CLASS} == Capture ; no other program uses this suffix
-    WriteRegStr HKCU "${CLASSES}\${ENDING}" "" "DPS-S.${CLASS}"
-  !endif
 !macroend
 
 !macro REMOVE CLASS ENDING ; keeps the entries of other programs
   DeleteRegKey HKCU "${CLASSES}\DPS-S.${CLASS}"
   DeleteRegValue HKCU "${CLASSES}\${ENDING}\OpenWithProgids" "DPS-S.${CLASS}"
   DeleteRegKey /ifnosubkeys /ifnovalues HKCU "${CLASSES}\${ENDING}\OpenWithProgids"
-  !if ${CLASS} == Capture
-    ReadRegStr $0 HKCU "${CLASSES}\${ENDING}" ""
-    StrCmp $0 "DPS-S.${CLASS}" 0 +2
-    DeleteRegValue HKCU "${CLASSES}\${ENDING}" ""
-  !endif
   DeleteRegKey /ifnosubkeys /ifnovalues HKCU "${CLASSES}\${ENDING}"
 !macroend
 

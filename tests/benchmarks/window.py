@@ -13,6 +13,7 @@ from typing import Any, Final
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.captures.traffic_buffer import MAX_ENTRIES
 from app.engine.worker import Batch
 from protocol.catalogue import STATUS
 from protocol.events import Received, Role, Sent
@@ -119,7 +120,7 @@ def fill_capture(page: Any) -> None:
     """The same for the traffic buffer of the Diagnosis page."""
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
     at_s = 0.0
-    while not page.traffic_buffer.has_dropped:
+    for _ in range(MAX_ENTRIES):
         page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, at_s)] * 10)
         at_s += 1 / 144
 

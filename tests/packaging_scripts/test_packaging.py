@@ -73,7 +73,6 @@ def test_the_desktop_knows_the_types_of_files() -> None:
     files = {
         "profile": profile_text(Profile(name="H6", settings={})).encode(),
         "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
-        "capture": b"# DPS-S capture 1\n",
         "mcap": b"\x89MCAP0\r\n",
         "ulog": b"ULog\x01\x12\x35",
     }

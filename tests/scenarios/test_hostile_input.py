@@ -66,7 +66,7 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
 def test_what_was_recorded_is_no_port(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    address = f"capture://{tmp_path}/flight.dpscap?speed=5"
+    address = f"capture://{tmp_path}/flight.mcap?speed=5"
     for words in (
         ["read", "--port", address],
         ["monitor", "--port", address],
@@ -207,7 +207,7 @@ def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
     write_whole(path, b"whole")
     assert path.read_bytes() == b"whole"
     assert [one.name for one in tmp_path.iterdir()] == [path.name]
-    suggested = default_name("𠀀" * 300, ".dpscap", datetime(2026, 1, 2, tzinfo=UTC))
+    suggested = default_name("𠀀" * 300, ".mcap", datetime(2026, 1, 2, tzinfo=UTC))
     write_whole(tmp_path / suggested, b"whole")
 
 

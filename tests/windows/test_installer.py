@@ -122,11 +122,11 @@ def _check_window(prefix: Path, program: Path) -> None:
 
 
 def _check_open_command(prefix: Path, local: Path) -> None:
-    """Starts the command registered for captures: the window opens the capture and is then killed.
+    """Starts the command registered for recordings: the window opens one and is then killed.
 
     Wine itself does not use file types of the user's part of the registry.
     """
-    command = _default(prefix, f"{_default(prefix, '.dpscap')}\\shell\\open\\command")
+    command = _default(prefix, r"DPS-S.Flight\shell\open\command")
     words = [word.replace("%1", "C:\\line.mcap") for word in re.findall(r'"([^"]+)"', command)]
 
     def is_opened() -> bool:

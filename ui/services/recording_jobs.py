@@ -50,7 +50,6 @@ class RecordingJobs(JobNotice):
         self.is_shown = False
         """A recording is shown on the Live page."""
         self._is_list_old = False
-        self._unconverted: set[Path] = set()
         self._refused = ""
         """When that was recorded which was not opened because of the running job."""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
@@ -75,29 +74,13 @@ class RecordingJobs(JobNotice):
     def refresh(self) -> None:
         self._is_list_old = self._listing.is_running  # the running one may miss what changed since it began
         if not self._is_list_old:
-            self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
+            self._listing.run(lambda _running: self.library.entries(), self._show_list, self._fail_list)
 
     def open_file(self, path: Path) -> None:
         """Opens a session file from anywhere; see `open`."""
         from app.recordings.library import entry_of
 
         self.open(entry_of(path))
-
-    def _listed(self) -> "tuple[RecordingEntry, ...]":
-        self._convert_old()
-        return self.library.entries()
-
-    def _convert_old(self) -> None:
-        """Those of earlier versions, once."""
-        from app.recordings.old_recordings import convert_in, old_recordings
-
-        for folder in old_recordings(self.library.folder):
-            if folder not in self._unconverted:
-                try:
-                    convert_in(self.library.folder, folder)
-                except (OSError, UserError, ValueError) as error:
-                    self._unconverted.add(folder)
-                    _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
     def open(self, entry: "RecordingEntry") -> None:
         """Emits `opened`, or ends with the reason why not. While a job runs it is said that nothing is opened."""

@@ -50,13 +50,6 @@ def test_any_entries_survive(drawn: list[tuple[int, Way, bytes]]) -> None:
     assert lines.faults == []
 
 
-def test_a_capture_behind_another_is_a_part_that_follows() -> None:
-    lines = TimedLines()
-    text = ("# DPS-S capture 1", "1.0 < 01", "4.0 < 02", "# DPS-S capture 1", "# port: other", "0.5 > 03")
-    assert [entry.at_s for entry in map(lines.feed, text) if entry] == [1.0, 4.0, 4.5]
-    assert lines.faults == []
-
-
 def test_lines_that_cannot_be_read_are_left_out_and_named() -> None:
     lines = TimedLines()
     text = (

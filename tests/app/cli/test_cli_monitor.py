@@ -297,7 +297,7 @@ def test_a_capture_is_decoded_from_standard_input(monkeypatch: pytest.MonkeyPatc
 
 
 def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, dps_s: Program) -> None:
-    path = tmp_path / "a.dpscap"
+    path = tmp_path / "a.txt"
     path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
     printed = dps_s(["decode", str(path), "--json"], 4)
     first, *_, last = (json.loads(line) for line in printed.out.splitlines())

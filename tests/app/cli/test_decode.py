@@ -34,7 +34,7 @@ def test_asked_counts_until_the_host_is_heard(dps_s: Program) -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["not-there.dpscap", "no-folder/41", "folder"])
+@pytest.mark.parametrize("name", ["not-there.hex", "no-folder/41", "folder"])
 def test_a_file_that_cannot_be_read_is_named(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
 ) -> None:

@@ -20,12 +20,12 @@ from app.flights.table import PAUSE_S
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.recordings.session_format import Opening
-from app.recordings.writer import Note, write_session
 from app.text.user_error import UserError
 from protocol.messages import Source, Status
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import recorded_reports
 from tests.support.records.recordings_made import NOON, PORT
+from tests.support.records.written_sessions import Note, write_session
 
 STARTS_S = 73.0
 """Of the flight controller's clock."""

@@ -58,27 +58,15 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
         assert [entry.sequence for entry in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
 
 
-def test_what_an_earlier_version_moved_to_its_trash_is_listed_again(tmp_path: Path) -> None:
-    library = library_of(tmp_path, 3, 2)
-    (tmp_path / ".trash").mkdir()
-    newest, oldest = library.entries()
-    newest.path.rename(tmp_path / ".trash" / "20260101T000000Z-abcdef.mcap")
-    (tmp_path / ".trash" / oldest.path.name).write_bytes(b"another")
-    assert ages(library) == [2, 3], "nothing is replaced"
-    assert library.set_pinned(library.entries()[0], is_pinned=True).is_pinned
-
-
 def test_a_full_disk_takes_the_oldest_fifth_before_recording_stops(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path)
     numbered(library, 9, 8, 7, 6, 5)
-    (tmp_path / ".trash" / "of an earlier version").mkdir(parents=True)
     with recorder_in(tmp_path) as bench:
         bench.library.max_bytes = sum(entry.size_bytes for entry in library.entries()) + 2000
         bench.recorder._find_free_bytes = lambda _folder: 0 if len(library.entries()) == 5 else 1 << 40
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
         assert [entry.sequence for entry in library.entries()] == [6, 5, 4, 3, 2]
-    assert not (tmp_path / ".trash").exists()
 
 
 def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:

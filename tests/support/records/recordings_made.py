@@ -19,7 +19,6 @@ from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
 from app.recordings.recording import RecordedTraffic, Recording, open_recording
 from app.recordings.session_format import Opening
-from app.recordings.writer import write_session
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
@@ -27,6 +26,7 @@ from protocol.frame import Direction, Frame
 from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.patience import PATIENCE_S
+from tests.support.records.written_sessions import write_session
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"

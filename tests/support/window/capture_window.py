@@ -9,10 +9,10 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.entries import CaptureEntry, Way
 from app.recordings.session_format import Opening
-from app.recordings.writer import write_session
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.recordings_made import NOON
+from tests.support.records.written_sessions import write_session
 from tests.support.window.steps import choosing, given, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly

@@ -86,7 +86,7 @@ def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tm
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
-@pytest.mark.parametrize("suffix", [".toml", ".dpscap", ".csv", ".json"])
+@pytest.mark.parametrize("suffix", [".toml", ".hex", ".csv", ".json"])
 def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suffix: str) -> None:
     path, opened, said = tmp_path / f"pipe{suffix}", list[Path](), list[str]()
     os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
@@ -100,7 +100,7 @@ def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suff
 
 @pytest.mark.parametrize(
     ("words", "name"),
-    [(["a.toml"], "a.toml"), (["gui", "b.dpscap"], "b.dpscap"), (["a.toml", "--demo"], "a.toml")],
+    [(["a.toml"], "a.toml"), (["gui", "b.hex"], "b.hex"), (["a.toml", "--demo"], "a.toml")],
 )
 def test_dps_s_file_opens_the_window_on_it(
     words: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -1,7 +1,7 @@
-"""Files of the Diagnosis page: traffic, saved as a session or opened, also from hex text; the support bundle."""
+"""Files of the Diagnosis page: traffic, opened from a session or from hex text; the support bundle."""
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
@@ -13,22 +13,19 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.captures.entries import CaptureEntry
 from app.captures.explained import Explained, Explainer
 from app.captures.rows import CaptureRows
 from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
-from app.engine.worker import Connection
 from app.recordings.entry_texts import size_text
-from app.recordings.markers import MarkerKind
 from app.system.gil_yield import GilYield
 from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import error_text, not_written, saved_text
+from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
@@ -42,11 +39,11 @@ from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX = ".mcap"
-OPENED_SUFFIXES = (".hex", ".txt", ".log", ".dpscap", SUFFIX)
+OPENED_SUFFIXES = (".hex", ".txt", ".log", SUFFIX)
 
 
 def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open traffic…"), "*.mcap *.txt *.hex *.log *.dpscap", then)
+    ask_open(parent, folder, tr("Open traffic…"), "*.mcap *.txt *.hex *.log", then)
 
 
 class Opened(NamedTuple):
@@ -87,27 +84,20 @@ def load_capture(path: Path, running: Running) -> Opened:
 
 
 class CaptureFiles(QWidget):
-    """Buttons to open and save captures. `opened`: an `Opened`."""
+    """The button that opens a capture. `opened`: an `Opened`."""
 
     opened = Signal(object)
 
-    def __init__(self, services: Services, buffer: TrafficBuffer, result: JobNotice) -> None:
+    def __init__(self, services: Services, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("capture_files")
         self.ask_open: AskOpen = ask_capture
-        self.ask_save: AskPath = ask_path
-        self._connector, self._buffer, self._result = services.connector, buffer, result
+        self._result = result
         self._folder = Path.home()
         texts = services.texts
         self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", keys="Ctrl+O", picture=Icon.FOLDER,
                             slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "capture_save", "Save traffic…", keys="Ctrl+S", picture=Icon.SAVE,
-                            slot=self.choose_and_save)  # fmt: skip
-        in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
-        result.changed.connect(self.refresh)
-
-    def refresh(self) -> None:
-        self.save.setEnabled(len(self._buffer) > 0 and not self._result.is_writing)
+        in_row(self.open, of=self, spacing=Space.S, margins=0)
 
     def choose(self) -> None:
         self.ask_open(self, self._folder, self.open_file)
@@ -116,50 +106,6 @@ class CaptureFiles(QWidget):
         self._folder = path.parent
         load = partial(load_capture, path)
         self._result.begin(lambda: path.name, load, self._show, partial(_refusal, path), writes=False)
-
-    def choose_and_save(self) -> None:
-        """Saves the traffic up to now, not up to when the file is chosen."""
-        if not len(self._buffer) or self._result.is_writing:
-            return
-        connection = self._connector.current.connection
-        entries = self._buffer.entries()
-        started_at = self._buffer.started_at()
-        suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        save = partial(self._save, entries, self._buffer.doubted_at(), connection, started_at, self._buffer.has_dropped)
-        self.ask_save(self, tr("Save traffic…"), suggested, "*.mcap", save)
-
-    def _save(
-        self,
-        entries: Sequence[CaptureEntry],
-        doubted_at: Sequence[float],
-        connection: Connection,
-        started_at: datetime,
-        has_dropped: bool,
-        path: Path,
-    ) -> None:
-        self._folder = path.parent
-
-        def write(running: Running) -> None:
-            from app.recordings.session_format import Opening
-            from app.recordings.writer import write_session
-
-            def counted() -> Iterator[CaptureEntry]:
-                for number, entry in enumerate(entries):
-                    if number % 1000 == 0:
-                        running.set_progress_or_end(number / len(entries))
-                    yield entry
-
-            opening = Opening(
-                started_at=started_at, start_s=0.0, port=connection.port,
-                baud_rate=connection.baud_rate, program=f"DPS-S Configurator {version()}",
-            )  # fmt: skip
-            doubts = ((at_s, dict[str, object](event=MarkerKind.DOUBTED.value)) for at_s in doubted_at)
-            write_session(path, opening, counted(), doubts)
-
-        def tell(_none: None) -> None:
-            self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))
-
-        self._result.begin(lambda: tr("Saving…"), write, tell, partial(not_written, path))
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
@@ -179,8 +125,6 @@ def _refusal(path: Path, error: Exception) -> str:
     return tr("{file} cannot be read: {why}.", file=path.name, why=why)
 
 
-CAPTURE_ENTRIES: Final = 20_000
-"""The last entries of the traffic, shortly before the bundle is made."""
 _PART_WORDS: Final = {
     "about.json": marked("Program"),
     "link.json": marked("Statistics"),
@@ -259,8 +203,8 @@ class BundlePreview(QWidget):
             now=self._connector.clock(),
             statistics=copy.copy(self._connector.current.kept.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
-            capture=self._traffic.entries(CAPTURE_ENTRIES),
-            capture_started_at=self._traffic.started_at(CAPTURE_ENTRIES) if len(self._traffic) else None,
+            capture=self._traffic.entries(),
+            capture_started_at=self._traffic.started_at(),
         )
 
     def choose_and_save(self) -> None:

@@ -19,7 +19,6 @@ from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnos
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
-from app.recordings.markers import MarkerKind, MarkerTracker
 from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -261,14 +260,14 @@ class DiagnosisPage(StreamPage):
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
         self._texts, self._connector = services.texts, services.connector
-        self.traffic_buffer, self._tracker = TrafficBuffer(), MarkerTracker()
+        self.traffic_buffer = TrafficBuffer()
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
         self.statistics = LinkStatisticsView(services)
         self.result = JobNotice(self)
         self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
-        self.files = CaptureFiles(services, self.traffic_buffer, self.result)
+        self.files = CaptureFiles(services, self.result)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
         self.tabs = self._make_tabs()
         head = self.make_header(self._texts, marked("Diagnosis"), self.files)
@@ -281,18 +280,13 @@ class DiagnosisPage(StreamPage):
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
         self._connector.invalidated.connect(self._begin_again)
-        self.saving = self.files.save
-        self.files.refresh()
         self.go_to("why")
         VisibilityTimer(self, self._refresh_strip)
 
     def on_batch(self, batch: Batch) -> None:
-        doubted_at = [one.time_s for one in self._tracker.on_batch(batch) if one.kind is MarkerKind.DOUBTED]
-        self.traffic_buffer.feed(batch.events, doubted_at)
+        self.traffic_buffer.feed(batch.events)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)
-        if not self.files.save.isEnabled():
-            self.files.refresh()
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
@@ -306,12 +300,10 @@ class DiagnosisPage(StreamPage):
     # Captures
 
     def _begin_again(self) -> None:
-        """Frames of two connections are never in one list, nor in one file."""
+        """Frames of two connections are never in one list, nor in one bundle."""
         self.traffic.model.clear()
         self.traffic.pause.setChecked(False)
         self.traffic_buffer.clear()
-        self._tracker = MarkerTracker()
-        self.files.refresh()
         self.bundle.begin_again()
 
     def _show_capture(self, opened: Opened) -> None:

@@ -76,7 +76,7 @@ def test_what_varies_is_as_its_schema_says(
 
 
 def test_a_decoded_capture_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.dpscap"
+    path = tmp_path / "a.hex"
     path.write_text("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44 FF\n", "utf-8")
     assert program.main(["decode", str(path), "--json"]) == 4
     found = lines(capsys)

@@ -9,16 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import Identity, Trust
-from app.recordings.library import entry_of
-from app.recordings.markers import MarkerKind
-from app.recordings.recording import open_recording
-from protocol.events import FellSilent
 from tests.support.records.recordings_desk import record
-from tests.support.records.recordings_made import batch, explained, read_session, report
+from tests.support.records.recordings_made import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
-from tests.support.window.steps import choosing, drop, given, press
+from tests.support.window.steps import drop, given, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from tests.ui.pages.recordings.test_recordings_looks import damage
@@ -111,46 +106,6 @@ def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
 
 
 # Files
-
-
-def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = tmp_path / f"saved{SUFFIX}"
-    with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        connect(qtbot, assembly, "sim://saved")
-        page.files.ask_save = choosing(path)
-        qtbot.waitUntil(page.files.save.isEnabled)
-        kept = page.traffic_buffer.entries()
-        press(qtbot, page.files.save)
-        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName())
-        entry, entries = entry_of(path), read_session(path)
-        assert (entry.port, entry.baud_rate, entry.was_cut_off) == ("sim://saved", 115200, False)
-        assert [one.raw for one in entries[: len(kept)]] == [one.raw for one in kept]
-        assert [one.at_s for one in entries[: len(kept)]] == pytest.approx([one.at_s for one in kept], abs=1e-6)
-        assert entries[0].at_s == pytest.approx(0.0, abs=1e-6)
-
-
-def test_saved_traffic_says_from_where_on_it_may_be_of_another_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    path, doubt = tmp_path / f"saved{SUFFIX}", Identity(Trust.UNPROVEN)
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.on_batch(batch(1000.0, report(1000.0)))
-        page.on_batch(batch(1002.0)._replace(events=(FellSilent(1002.0, 0.5),), identity=doubt))
-        page.on_batch(batch(1003.0, report(1003.0))._replace(identity=doubt))
-        page.files.ask_save = choosing(path)
-        press(qtbot, page.files.save)
-        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName())
-    marks = open_recording(entry_of(path)).markers
-    assert [(one.kind, one.time_s) for one in marks] == [(MarkerKind.DOUBTED, pytest.approx(1.5, abs=1e-6))]
-
-
-def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.traffic_buffer.feed([sent("light")])
-        page.files.refresh()
-        page.files.ask_save = choosing(tmp_path / "none" / "x.dpscap")
-        press(qtbot, page.files.save)
-        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName())
 
 
 def test_what_a_damaged_session_lacks_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
