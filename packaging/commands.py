@@ -47,8 +47,9 @@ def _demo(arguments: list[str]) -> int:
     if not obstacle:
         return call([*program, *arguments])
     print(f"{obstacle} The window now runs offscreen for {OFFSCREEN_DEMO_S} seconds with the simulated module.")
-    offscreen = ["--offscreen-seconds", str(OFFSCREEN_DEMO_S), "--evidence", str(EVIDENCE)]
-    code = call([*program, *offscreen, *arguments], QT_QPA_PLATFORM="offscreen")
+    program += ["--offscreen-seconds", str(OFFSCREEN_DEMO_S), "--evidence", EVIDENCE, *arguments]
+    # Qt would warn again and again of what that platform lacks.
+    code = call(program, QT_QPA_PLATFORM="offscreen", QT_LOGGING_RULES="default.warning=false")
     if code == 0:
         print("Screenshots and values:", *sorted(EVIDENCE.iterdir()), sep="\n  ")
     return code
