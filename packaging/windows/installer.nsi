@@ -59,6 +59,8 @@ LangString TYPE_Record ${LANG_SIMPCHINESE} "飞行前检查记录"
   !insertmacro ${DO} Flight .ulg
   !insertmacro ${DO} Flight .bin
   !insertmacro ${DO} Flight .csv
+  !insertmacro ${DO} Flight .tsv
+  !insertmacro ${DO} Flight .tlog
   !insertmacro ${DO} Flight .mcap
   !insertmacro ${DO} Record .json
   !insertmacro ${DO} Record .pdf
