@@ -7,14 +7,10 @@ from bisect import bisect_left
 from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import NamedTuple
 
-from app.captures.entries import Way
-from app.captures.explained import Explained
 from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
-from protocol.frame import Noise
 
 MAX_SECONDS = 600
 BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
@@ -92,20 +88,6 @@ class LinkStatistics:
         if grown.rejected:
             self.last_invalid_at = batch.at
         self._add(batch.at, grown, 0, [trip for trip in trips if trip is not None])
-
-    def count(self, rows: Iterable[Explained]) -> None:
-        """Adds what was recorded, in order of time: frames and bytes. What only a link knows is not in it."""
-        for second, group in groupby(rows, key=lambda row: row.at_s // 1):
-            grown = Counters()
-            for row in group:
-                if isinstance(row.piece, Noise):
-                    grown.rejected_bytes[row.piece.reason] += len(row.piece.raw)
-                elif row.way is Way.OUT:
-                    grown.sent += 1
-                else:
-                    grown.frames += 1
-                grown.bytes_received += len(row.piece.raw) if row.way is Way.IN else 0
-            self._add(second, grown, 0, ())
 
     @property
     def seconds(self) -> tuple[Slice, ...]:

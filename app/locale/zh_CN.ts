@@ -2216,10 +2216,6 @@
         <translation>完全打开伞仓</translation>
     </message>
     <message>
-        <source>Open traffic…</source>
-        <translation>打开通信记录…</translation>
-    </message>
-    <message>
         <source>Opening {when}…</source>
         <translation>正在打开 {when}…</translation>
     </message>
@@ -3444,10 +3440,6 @@
         <translation>距上一帧的时间</translation>
     </message>
     <message>
-        <source>Times are estimated.</source>
-        <translation>时间为估算值。</translation>
-    </message>
-    <message>
         <source>Tolerance</source>
         <translation>允差</translation>
     </message>
@@ -3602,10 +3594,6 @@
     <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
-    </message>
-    <message>
-        <source>Unreadable lines: {count}.</source>
-        <translation>无法读取的行：{count}。</translation>
     </message>
     <message>
         <source>Unsaved edits.</source>
@@ -4146,10 +4134,6 @@
     <message>
         <source>enabled in this connection</source>
         <translation>已在本次连接中启用</translation>
-    </message>
-    <message>
-        <source>end</source>
-        <translation>结束</translation>
     </message>
     <message>
         <source>entries</source>
@@ -4712,10 +4696,6 @@
         <translation>真实触发</translation>
     </message>
     <message>
-        <source>received</source>
-        <translation>已接收</translation>
-    </message>
-    <message>
         <source>reconnected</source>
         <translation>已重新连接</translation>
     </message>
@@ -5254,10 +5234,6 @@
     <message>
         <source>{name} is also the name of other keys: {fingerprints}.</source>
         <translation>其他密钥也用 {name} 这个名称：{fingerprints}。</translation>
-    </message>
-    <message>
-        <source>{name} is empty.</source>
-        <translation>{name} 为空。</translation>
     </message>
     <message>
         <source>{name} is given twice.</source>

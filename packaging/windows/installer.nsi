@@ -43,8 +43,6 @@ LangString IN_USE ${LANG_ENGLISH} "${TITLE} is running. Close it, then try again
 LangString IN_USE ${LANG_SIMPCHINESE} "DPS-S 上位机正在运行。请先关闭，然后重试。"
 LangString TYPE_Profile ${LANG_ENGLISH} "Profile"
 LangString TYPE_Profile ${LANG_SIMPCHINESE} "配置文件"
-LangString TYPE_CaptureText ${LANG_ENGLISH} "Captured bytes as text"
-LangString TYPE_CaptureText ${LANG_SIMPCHINESE} "文本形式的抓包"
 LangString TYPE_Flight ${LANG_ENGLISH} "Session or flight log"
 LangString TYPE_Flight ${LANG_SIMPCHINESE} "数据记录或飞行日志"
 LangString TYPE_Record ${LANG_ENGLISH} "Pre-flight record"
@@ -53,14 +51,13 @@ LangString TYPE_Record ${LANG_SIMPCHINESE} "飞行前检查记录"
 ; The types of files that the program opens, and what is done with each.
 !macro FILE_TYPES DO
   !insertmacro ${DO} Profile .toml
-  !insertmacro ${DO} CaptureText .hex
-  !insertmacro ${DO} CaptureText .txt
-  !insertmacro ${DO} CaptureText .log
   !insertmacro ${DO} Flight .ulg
   !insertmacro ${DO} Flight .bin
   !insertmacro ${DO} Flight .csv
   !insertmacro ${DO} Flight .tsv
   !insertmacro ${DO} Flight .tlog
+  !insertmacro ${DO} Flight .log
+  !insertmacro ${DO} Flight .txt
   !insertmacro ${DO} Flight .mcap
   !insertmacro ${DO} Record .json
   !insertmacro ${DO} Record .pdf

@@ -3,19 +3,15 @@ values.
 """
 
 import json
-import sys
 import threading
 import time
 from datetime import UTC, datetime
 
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from app.captures.entries import MAX_ENTRY_BYTES, CaptureEntry, Way
 from app.captures.explain import Asked, meaning, sentence
-from app.captures.explained import Explained
-from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, TrafficBuffer
 from app.system import gil_yield as pace
 from app.text.i18n import CHINESE, set_language
@@ -35,23 +31,6 @@ ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS)
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
 
 
-@given(ENTRIES)
-def test_rows_are_what_was_explained(drawn: list[CaptureEntry]) -> None:
-    rows = CaptureRows(explained(drawn))
-    expected = list(explained(drawn))
-    assert list(rows) == expected
-    assert rows[:3] == tuple(expected[:3])
-    assert b"".join(row.piece.raw for row in rows if row.way is Way.IN) == b"".join(
-        entry.raw for entry in drawn if entry.way is Way.IN
-    )
-    rejected = rows.chosen(rows.rejected())
-    assert list(rejected) == [row for row in expected if isinstance(row.piece, Noise)]
-    assert [rows[place] for place in rows.rejected()] == list(rejected)
-    others = rows.chosen(rows.without_status())
-    assert list(others) == [row for row in expected if not _is_status(row)]
-    assert others[-2:] == tuple(list(others)[-2:])
-
-
 @pytest.mark.parametrize(("pause_s", "is_frame"), [(0.2, True), (0.3, False)])
 @pytest.mark.parametrize("way", Way)
 def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(way: Way, pause_s: float, is_frame: bool) -> None:
@@ -60,14 +39,10 @@ def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(way: Way, 
     assert any(isinstance(row.piece, Frame) for row in rows) is is_frame
 
 
-def _is_status(row: Explained) -> bool:
-    return isinstance(row.piece, Frame) and len(row.piece.raw) == 8
-
-
 def test_what_was_asked_is_known_of_each_answer() -> None:
     asked = [BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()]
     reply = bytes.fromhex("41 75 35 01 BE F4")
-    rows = CaptureRows(
+    rows = list(
         explained(
             [
                 CaptureEntry(0, Way.OUT, asked[0].encode()),
@@ -81,17 +56,10 @@ def test_what_was_asked_is_known_of_each_answer() -> None:
 
 def test_faults_that_differ_only_in_their_figures_stay_apart() -> None:
     wrong = [STREAMED[:-1] + bytes(((STREAMED[-1] + number) % 256,)) for number in (1, 2, 1)]
-    rows = CaptureRows(explained([CaptureEntry(float(number), Way.IN, raw) for number, raw in enumerate(wrong)]))
+    rows = list(explained([CaptureEntry(float(number), Way.IN, raw) for number, raw in enumerate(wrong)]))
     said = [row.piece.detail for row in rows if isinstance(row.piece, Noise)]
     assert len(said) == 3
     assert said[0] == said[2] != said[1]
-
-
-def test_a_row_takes_few_bytes() -> None:
-    rows = CaptureRows(explained(CaptureEntry(number / 1440, Way.IN, STREAMED) for number in range(20_000)))
-    kept = (rows._at_s, rows._flags, rows._ends, rows._offsets, rows._notes, rows._raw)
-    assert len(rows) == 20_000
-    assert sum(map(sys.getsizeof, kept)) < 20_000 * 60
 
 
 def test_work_in_the_main_thread_never_rests(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.explained import Explained
 from app.captures.text import TimedLines
 from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
@@ -19,7 +18,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
 from protocol.events import Answered, Counters, Event, Rejected, Role, Sent
-from protocol.frame import Direction, Fault, Frame, Noise, Reason
+from protocol.frame import Fault, Noise, Reason
 from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import NOON
 
@@ -134,30 +133,6 @@ def test_reading_properties_does_not_change_the_statistics() -> None:
         assert second._replace(counters=seen.counters) == seen
     assert vars(alone.totals) == vars(watched.totals)
     assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end
-
-
-def test_what_was_recorded_is_counted_in_its_second() -> None:
-    rows = (
-        Explained(0.2, Way.OUT, Frame(Direction.HOST_TO_MODULE, QUERY.encode()), None),
-        Explained(0.9, Way.IN, Frame(Direction.MODULE_TO_HOST, bytes(8)), QUERY),
-        Explained(3.5, Way.IN, Noise(bytes(3), Fault(Reason.NO_HEADER, ""), 8), None),
-    )
-    figures = LinkStatistics()
-    figures.count(rows)
-    assert [
-        (
-            second.begins_s,
-            second.counters.sent,
-            second.counters.frames,
-            second.counters.bytes_received,
-            second.counters.rejected,
-        )
-        for second in figures.seconds
-    ] == [
-        (0.0, 1, 1, 8, 0),
-        (3.0, 0, 0, 3, 3),
-    ]
-    assert (figures.totals.sent, figures.totals.rejected, figures.quantile_s(0.5)) == (1, 3, None)
 
 
 # The support bundle equals its preview and contains no names

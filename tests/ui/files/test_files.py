@@ -26,19 +26,18 @@ from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE, set_language
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
-from tests.support.window.capture_window import write_capture
+from tests.support.window import walk
 from tests.support.window.contrast import style_all
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import choosing, find, let_lay_out
+from tests.support.window.steps import await_child, choosing, find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
-from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
-from ui.pages.diagnosis.files import SUFFIX
+from ui.pages.settings.page import SettingsPage
 from ui.style.theme import THEMES, Meaning, Space, Theme
 
 
@@ -48,38 +47,46 @@ def recent_menu(window: QWidget) -> QMenu:
     return menu
 
 
-def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = write_capture(tmp_path / f"chosen{SUFFIX}", seconds=1)
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        window = assembly.window
+@pytest.fixture
+def profile(tmp_path: Path) -> Path:
+    path = tmp_path / "chosen.toml"
+    path.write_text(walk.PROFILE, encoding="utf-8")
+    return path
+
+
+def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
+    with window(qapp, tmp_path / "data", entries=page_entries("settings")) as assembly:
+        main = assembly.window
+        page = await_child(qtbot, main, SettingsPage)
+        opened: list[object] = []
+        page.files.opened.connect(lambda read, _path: opened.append(read))
         asked: list[tuple[Path, str, str]] = []
-        window.files.choose = choosing(path, asked)
-        window.menus["open"].trigger()
-        qtbot.waitUntil(lambda: page.opened is not None)
-        assert f"*{SUFFIX}" in asked[0][-1]
-        recent_menu(window).aboutToShow.emit()
-        (recent,) = recent_menu(window).actions()
-        assert recent.text() == path.name
-        first = page.opened
+        main.files.choose = choosing(profile, asked)
+        main.menus["open"].trigger()
+        qtbot.waitUntil(lambda: len(opened) == 1)
+        assert "*.toml" in asked[0][-1]
+        recent_menu(main).aboutToShow.emit()
+        (recent,) = recent_menu(main).actions()
+        assert recent.text() == profile.name
         recent.trigger()
-        qtbot.waitUntil(lambda: page.opened is not None and page.opened is not first)
+        qtbot.waitUntil(lambda: len(opened) == 2)
 
 
-def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = write_capture(tmp_path / f"begun{SUFFIX}", seconds=1)
-    options = WindowOptions(language="en", file=path)
-    with diagnosis(qtbot, qapp, tmp_path, options=options) as (assembly, page):
-        qtbot.waitUntil(lambda: page.opened is not None)
+def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
+    options = WindowOptions(language="en", file=profile)
+    with window(qapp, tmp_path / "data", options=options, entries=page_entries("settings")) as assembly:
+        page = await_child(qtbot, assembly.window, SettingsPage)
+        qtbot.waitUntil(page.compare.isVisible)
         assert not assembly.window.panel.isVisible()
 
 
 def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+    with window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
+        await_child(qtbot, assembly.window, SettingsPage)
         said: list[str] = []
         assembly.window.files.say = said.append
         assert not assembly.window.files.open(tmp_path / "a.xyz")
         assert said == ["a.xyz cannot be read: unknown kind of file."]
-        assert page.opened is None
         recent_menu(assembly.window).aboutToShow.emit()
         (none,) = recent_menu(assembly.window).actions()
         assert not none.isEnabled()

@@ -1,6 +1,6 @@
 """Statistics view: totals, round trips, rejected bytes by reason, and course over time."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QWidget
 
-from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics, Slice, TripClass
+from app.diagnosis.link_statistics import MAX_SECONDS, Slice, TripClass
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
@@ -91,8 +91,6 @@ class Stretch(NamedTuple):
     now_s: float
     length_s: float
     slices: tuple[Slice, ...]
-    is_recorded: bool = False
-    """It ends with a file."""
 
 
 class _Band(NamedTuple):
@@ -121,15 +119,11 @@ class OverTime(StaticPlot):
                 "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
                 time=duration(stretch.length_s),
                 lanes="; ".join(f"{band.title} {band.text}" for band in reversed(self._bands())),
-                restarts=self._counted(part.counters.restarts for part in stretch.slices),
-                losses=self._counted(part.losses for part in stretch.slices),
+                restarts=f"{sum(part.counters.restarts for part in stretch.slices):,}",
+                losses=f"{sum(part.losses for part in stretch.slices):,}",
             )
         )
         self.redraw()
-
-    def _counted(self, numbers: Iterable[int]) -> str:
-        """Of what only a link knows, and no file."""
-        return "—" if self._stretch.is_recorded else f"{sum(numbers):,}"
 
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
@@ -139,7 +133,7 @@ class OverTime(StaticPlot):
         worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "—"
         return (
             _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
-            _Band(tr("Without reply"), self._counted(missed), missed, ink),
+            _Band(tr("Without reply"), f"{sum(missed):,}", missed, ink),
             _Band(tr("Slowest answer"), worst, slowest, QColor(theme.curves[0])),
         )
 
@@ -162,8 +156,7 @@ class OverTime(StaticPlot):
         self.set_range((-stretch.length_s, 0.0), (0.0, len(bands) + 0.1))
         self.show_ticks("left", [(n + 0.4, f"{band.title}\n{band.text}") for n, band in enumerate(bands)])
         length = duration(stretch.length_s)
-        begin, end = (f"−{length}", tr("end")) if stretch.is_recorded else (tr("{time} ago", time=length), tr("now"))
-        self.show_ticks("bottom", [(-stretch.length_s, begin), (0.0, end)])
+        self.show_ticks("bottom", [(-stretch.length_s, tr("{time} ago", time=length)), (0.0, tr("now"))])
 
 
 REFRESH_EVERY_MS: Final = 500
@@ -222,7 +215,6 @@ class LinkStatisticsView(ScrollArea):
         self.setObjectName("link_figures_view")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
-        self._recorded: LinkStatistics | None = None
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Tile(f"figures_{key}", texts, title) for key, title in _NUMBERS}
@@ -242,14 +234,8 @@ class LinkStatisticsView(ScrollArea):
             self._numbers.addWidget(tile, number // columns, number % columns)
         self._pair.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
 
-    def show_recorded(self, statistics: LinkStatistics | None) -> None:
-        """Of a file instead of the connection; None: back to it."""
-        self._recorded = statistics
-        self.refresh()
-
     def refresh(self) -> None:
-        recorded = self._recorded
-        statistics = recorded or self._connector.current.kept.statistics
+        statistics = self._connector.current.kept.statistics
         totals = statistics.totals
         shown = self.totals
         shown["sent"].show_figure(f"{totals.sent:,}")
@@ -265,18 +251,14 @@ class LinkStatisticsView(ScrollArea):
         shown["rejected"].show_figure(f"{totals.rejected:,}", needs_attention=totals.rejected > 0)
         shown["restarts"].show_figure(f"{totals.restarts:,}")
         shown["losses"].show_figure(f"{statistics.losses:,}", needs_attention=statistics.losses > 0)
-        for key in ("lost", "lag", "restarts", "losses") if recorded else ():
-            shown[key].show_figure("—")
         self.trips.show_classes(statistics.round_trips())
         counts = (labelled(tr(REASON_WORDS[why]), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
         self.reasons.setText("\n".join(counts) or tr("none"))
         now, slices = self._connector.clock(), statistics.seconds
-        if recorded and slices:
-            now = slices[-1].begins_s + 1
         # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
         length_s = min(float(MAX_SECONDS), max(SHORTEST_S, past_s))
-        self.over_time.show_stretch(Stretch(now, length_s, slices, is_recorded=recorded is not None))
+        self.over_time.show_stretch(Stretch(now, length_s, slices))
 
     # Making
 

@@ -5,14 +5,12 @@ While hidden it only collects frames, statistics and evidence.
 
 import time
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
 
-from app.captures.text import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
@@ -21,11 +19,10 @@ from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
 from app.system.wall_clock import clock_text
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.diagnosis.files import OPENED_SUFFIXES, BundlePreview, CaptureFiles, Opened
+from ui.pages.diagnosis.bundle import BundlePreview
 from ui.pages.diagnosis.link_statistics import LinkStatisticsView, Tile
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import Services
@@ -36,7 +33,7 @@ from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import Shortcut, control, named, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, ScrollArea, in_column, in_row
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
@@ -254,27 +251,23 @@ _VIEWS: Final = (
 
 
 class DiagnosisPage(StreamPage):
-    suffixes = OPENED_SUFFIXES
     shows_link = True
 
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
         self._texts, self._connector = services.texts, services.connector
         self.traffic_buffer = TrafficBuffer()
-        self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
         self.statistics = LinkStatisticsView(services)
         self.result = JobNotice(self)
         self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
-        self.files = CaptureFiles(services, self.result)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
         self.tabs = self._make_tabs()
-        head = self.make_header(self._texts, marked("Diagnosis"), self.files)
+        head = self.make_header(self._texts, marked("Diagnosis"))
         head.row.setContentsMargins(Space.M, 0, Space.M, 0)
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (self.tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
-        self.files.opened.connect(self._show_capture)
         self.result.changed.connect(self._refresh_strip)
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
@@ -293,12 +286,6 @@ class DiagnosisPage(StreamPage):
         keys = [view[0] for view in _VIEWS]
         self.tabs.setCurrentIndex(keys.index(key))
 
-    def open_file(self, path: Path) -> None:
-        self.go_to("traffic")
-        self.files.open_file(path)
-
-    # Captures
-
     def _begin_again(self) -> None:
         """Frames of two connections are never in one list, nor in one bundle."""
         self.traffic.model.clear()
@@ -306,38 +293,8 @@ class DiagnosisPage(StreamPage):
         self.traffic_buffer.clear()
         self.bundle.begin_again()
 
-    def _show_capture(self, opened: Opened) -> None:
-        self.opened = opened
-        self.traffic.show_recorded(opened.rows)
-        self.statistics.show_recorded(opened.statistics)
-        self.go_to("traffic")
-        self._refresh_strip()
-
-    def _close_capture(self) -> None:
-        self.opened = None
-        self.traffic.show_recorded(None)
-        self.statistics.show_recorded(None)
-        self._refresh_strip()
-
-    def _capture_notice(self, opened: Opened) -> Notice:
-        parts, faults = [labelled(opened.path.name, tr("rows: {rows}.", rows=f"{len(opened.rows):,}"))], opened.faults
-        if not opened.is_timed:
-            parts.append(tr("Times are estimated."))
-        if faults:
-            many = f"{len(faults)}+" if len(faults) == MAX_FAULTS else str(len(faults))
-            parts.append(tr("Unreadable lines: {count}.", count=many))
-            parts.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
-        if opened.damage is not None:
-            parts.append(opened.damage.translated())
-        back = Choice("capture_leave", tr("Back to live"), self._close_capture)
-        meaning = Meaning.INFORMATION if opened.damage is None else Meaning.ATTENTION
-        return Notice(meaning, join_sentences(parts), (back,))
-
     def _refresh_strip(self) -> None:
-        notice = self.result.result_notice()
-        if notice is None and self.opened is not None:
-            notice = self._capture_notice(self.opened)
-        self.strip.show_notice(notice)
+        self.strip.show_notice(self.result.result_notice())
 
     # Making
 
@@ -345,7 +302,8 @@ class DiagnosisPage(StreamPage):
         tabs, bar = named(QTabWidget(), "diagnosis_views"), QTabBar()
         tabs.setTabBar(control(bar, self._texts, "diagnosis_tabs", says="Diagnosis"))
         tabs.setDocumentMode(True)
-        tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
+        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         bar.setDrawBase(False)
         bar.setExpanding(False)
         tabs.setUsesScrollButtons(False)

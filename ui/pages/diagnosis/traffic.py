@@ -1,23 +1,21 @@
 """Traffic list: every frame sent and received, invalid bytes and why; and its search."""
 
-import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import partial
 from itertools import chain, islice
 
-from PySide6.QtCore import QItemSelectionModel, QSize, Qt, QTimer
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
-from app.captures.rows import CaptureRows
 from app.engine.worker import Batch
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from protocol.events import Event
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows, select_row
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
-from ui.pages.diagnosis.traffic_texts import Row, hex_of, meaning_of, shown
+from ui.pages.diagnosis.traffic_texts import hex_of, meaning_of, shown
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Size, Space, fixed_font, font
@@ -27,13 +25,8 @@ from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_SLICE_S = 0.01
-"""Time slice of the search in the window's thread."""
-_ROWS_AT_ONCE = 100
-_MAX_KNOWN = 50_000
 
-
-def matches(row: Row, query: str, query_hex: str) -> bool:
+def matches(row: Event, query: str, query_hex: str) -> bool:
     """`query`: lower case. `query_hex`: its hex digits, "" where it is not hex."""
     seen = shown(row)
     if query_hex and query_hex in seen.raw.hex():
@@ -82,72 +75,32 @@ class TrafficSearch(QWidget):
             control(self.clear, texts, "traffic_search_clear", says="Clear", tip="Clear")
         self.field.textEdited.connect(self._reset)
         in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)
-        self._left = 0
-        self._place = 0
-        self._step = 1
-        self._known: dict[Hashable, bool] = {}
-        """Matches by `same_text_key`: the many rows of a capture have few different texts."""
-        self._timer = QTimer(self, interval=0)
-        self._timer.timeout.connect(self._search_slice)
-
-    @property
-    def is_searching(self) -> bool:
-        return self._timer.isActive()
-
-    @property
-    def share(self) -> float:
-        """Share of the rows searched, 0 … 1."""
-        rows = self._model.rowCount()
-        return 1.0 - self._left / rows if rows else 1.0
 
     def find_next(self) -> None:
-        self._begin(1, self._find_start())
+        self._search(1, self._find_start())
 
     def find_before(self) -> None:
-        self._begin(-1, self._find_start())
+        self._search(-1, self._find_start())
 
     def _reset(self) -> None:
         """Searches while typing, from the start row, included."""
-        self._begin(1, self._find_start() - 1)
+        self._search(1, self._find_start() - 1)
 
-    def _begin(self, step: int, start: int) -> None:
-        self._timer.stop()
-        if not self.field.text().strip():
+    def _search(self, step: int, start: int) -> None:
+        """From the row behind `start`, wrapping around at the end."""
+        query = self.field.text().strip().lower()
+        if not query:
             self._say(True)
             return
-        self._known.clear()
-        self._step, self._place, self._left = step, start, self._model.rowCount()
-        self._timer.start()
-
-    def _search_slice(self) -> None:
-        """Searches some rows, wrapping around at the end."""
-        query = self.field.text().strip().lower()
         query_hex = hex_part(query)
         count = self._model.rowCount()
-        ends_s = time.perf_counter() + _SLICE_S
-        while count and self._left > 0 and time.perf_counter() < ends_s:
-            for _ in range(min(_ROWS_AT_ONCE, self._left)):
-                self._left -= 1
-                self._place = (self._place + self._step) % count
-                if self._fits(self._place, query, query_hex):
-                    self._timer.stop()
-                    self._say(True)
-                    self._show_row(self._place)
-                    return
-        if self._left <= 0 or not count:
-            self._timer.stop()
-            self._say(False)
-
-    def _fits(self, place: int, query: str, query_hex: str) -> bool:
-        key = self._model.same_text_key(place)
-        if key is None:
-            return matches(self._model.rows[place], query, query_hex)
-        fits = self._known.get(key)
-        if fits is None:
-            if len(self._known) >= _MAX_KNOWN:
-                self._known.clear()
-            fits = self._known[key] = matches(self._model.rows[place], query, query_hex)
-        return fits
+        for distance in range(1, count + 1):
+            place = (start + step * distance) % count
+            if matches(self._model.rows[place], query, query_hex):
+                self._say(True)
+                self._show_row(place)
+                return
+        self._say(False)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
@@ -160,7 +113,7 @@ class TrafficSearch(QWidget):
 DRAW_EVERY_MS = 160
 """Interval of adding rows; a person cannot read more."""
 MAX_COPIED = 10_000
-"""Rows copied at once, since a capture may have a million."""
+"""Rows copied at once."""
 _ROW_PX = 24
 _FILTERS = (
     (Filter.ALL, marked("All")),
@@ -247,8 +200,6 @@ class TrafficPage(QWidget):
         list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
         columns = table.horizontalHeader()
-        # A header would ask for each row whether it is selected: 10 s for a million rows.
-        columns.setSelectionModel(QItemSelectionModel(self.model, columns))
         columns.setStretchLastSection(True)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._notice_scrolling)
@@ -299,16 +250,6 @@ class TrafficPage(QWidget):
         ranges = [range(part.top(), part.bottom() + 1) for part in self.table.selectionModel().selection().toList()]
         return sorted(ranges, key=lambda rows: rows.start)
 
-    def show_recorded(self, rows: CaptureRows | None) -> None:
-        """Shows the rows of a capture; None returns to the live traffic."""
-        self.model.show_recorded(rows)
-        self.clear.setEnabled(rows is None)
-        self.pause.setEnabled(rows is None)
-        if rows is None:
-            self.table.scrollToBottom()
-        else:
-            self.table.scrollToTop()
-
     def _search_start(self) -> int:
         """The selected row, else the one before the first visible row."""
         selected = self._selected()
@@ -325,10 +266,7 @@ class TrafficPage(QWidget):
 
     def _use_filter(self, number: int) -> None:
         self.model.use_filter(_FILTERS[number][0])
-        if self.model.is_recorded:
-            self.table.scrollToTop()
-        else:
-            self.table.scrollToBottom()
+        self.table.scrollToBottom()
 
     def _pause(self, is_paused: bool) -> None:
         self._is_paused = is_paused
@@ -338,11 +276,9 @@ class TrafficPage(QWidget):
 
     def _show_count(self) -> None:
         rows = self.model.rowCount()
-        if self.search.is_searching:
-            text = labelled(tr("Search"), f"{round(self.search.share * 100)} %")
-        elif self._is_not_found:
+        if self._is_not_found:
             text = tr("No matches")
-        elif self._is_paused and not self.model.is_recorded:
+        elif self._is_paused:
             text = tr("{count} new", count=f"{self.model.unseen:,}")
         else:
             text = tr("rows: {rows}", rows=f"{rows:,}")
@@ -388,7 +324,7 @@ class TrafficPage(QWidget):
         self._fit_columns()
 
     def _show_again(self) -> None:
-        if not self._is_paused and not self.model.is_recorded:
+        if not self._is_paused:
             self.model.rebuild()
             self.table.scrollToBottom()
         self._show_count()

@@ -1,7 +1,7 @@
 """Table model of the traffic; rows are formatted only when visible."""
 
 from collections import deque
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import islice
 from typing import Any
@@ -10,7 +10,6 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QWidget
 
-from app.captures.rows import CaptureRows
 from app.system.wall_clock import WallClock, clock_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
@@ -19,8 +18,6 @@ from protocol.frame import Noise
 from protocol.translatable import marked
 from ui.forms.table_kit import Index, RowsModel, TableColumn
 from ui.pages.diagnosis.traffic_texts import (
-    Row,
-    at_of,
     colour_of,
     hex_of,
     icon_of,
@@ -28,7 +25,6 @@ from ui.pages.diagnosis.traffic_texts import (
     is_streamed,
     meaning_of,
     shown,
-    since_start,
     words_of,
 )
 from ui.style.icons import Icon, icon
@@ -65,36 +61,33 @@ _TOOLTIP = int(Qt.ItemDataRole.ToolTipRole)
 _ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOOLTIP))
 
 
-def is_shown(row: Row, row_filter: Filter) -> bool:
+def is_shown(row: Event, row_filter: Filter) -> bool:
     """Whether the row passes the filter; ignores marks."""
     if row_filter is Filter.REJECTED:
         return is_rejected(row)
     return row_filter is not Filter.WITHOUT_STREAM or not is_streamed(row)
 
 
-class TrafficModel(RowsModel[Row]):
-    """The rows are the last `MAX_ROWS` events that pass the filter, or those of a capture (`show_recorded`).
+class TrafficModel(RowsModel[Event]):
+    """The rows are the last `MAX_ROWS` events that pass the filter, or the marked ones.
 
     `append` only stores events; `show_new` makes rows of them and is called when the view is drawn.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         columns = (
-            TableColumn[Row](marked("Time"), self.time_of),
-            TableColumn[Row](marked("Kind"), lambda row: shown(row).kind),
-            TableColumn[Row](marked("Bytes"), lambda row: hex_of(shown(row).raw, SHOWN_BYTES)),
-            TableColumn[Row](marked("Meaning"), meaning_of),
+            TableColumn[Event](marked("Time"), self.time_of),
+            TableColumn[Event](marked("Kind"), lambda row: shown(row).kind),
+            TableColumn[Event](marked("Bytes"), lambda row: hex_of(shown(row).raw, SHOWN_BYTES)),
+            TableColumn[Event](marked("Meaning"), meaning_of),
         )
         super().__init__(columns, id, words_of, parent)
         self.bytes_font: QFont | None = None
         self._stored: deque[Event] = deque(maxlen=MAX_ROWS)
-        self._recorded: CaptureRows | None = None
-        self._live: deque[Row] = deque(maxlen=MAX_ROWS)
-        """The rows of the live traffic."""
-        self.rows = self._live
-        self._keys: Sequence[int] | None = None
-        """Keys of marked rows; None: their `id`."""
-        self._marks: dict[int, Row] = {}
+        self._live: deque[Event] = deque(maxlen=MAX_ROWS)
+        self.rows: Sequence[Event] = self._live
+        self._marks: dict[int, Event] = {}
+        """By their `id`; a marked row outlives its place in the list."""
         self._unseen = 0
         self._filter = Filter.ALL
         self.wall = WallClock()
@@ -103,10 +96,6 @@ class TrafficModel(RowsModel[Row]):
     def unseen(self) -> int:
         """Number of stored events that `show_new` has not shown yet."""
         return min(self._unseen, len(self._stored))
-
-    @property
-    def is_recorded(self) -> bool:
-        return self._recorded is not None
 
     def append(self, events: Iterable[Event]) -> None:
         """Stores events; cheap, also while hidden."""
@@ -117,7 +106,7 @@ class TrafficModel(RowsModel[Row]):
 
     def show_new(self) -> int:
         """Adds rows for the events since the last call; returns how many rows were dropped at the top."""
-        if self._recorded is not None or self._filter is Filter.MARKED:
+        if self._filter is Filter.MARKED:
             return 0
         unseen = self.unseen
         self._unseen = 0
@@ -149,54 +138,31 @@ class TrafficModel(RowsModel[Row]):
         self.beginResetModel()
         self._live.clear()
         if self._filter is Filter.MARKED:
-            marks = sorted(self._marks.items(), key=lambda mark: at_of(mark[1]))
-            self._keys, self.rows = [key for key, _ in marks], [row for _, row in marks]
-        elif self._recorded is not None:
-            self._keys, self.rows = self._passing(self._recorded)
+            self.rows = sorted(self._marks.values(), key=lambda event: event.at)
         else:
             self._unseen = 0
             self._live.extend(event for event in self._stored if is_shown(event, self._filter))
-            self._keys, self.rows = None, self._live
+            self.rows = self._live
         self.endResetModel()
 
-    def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
-        """The rows of a capture that pass the filter, and their positions in it."""
-        if self._filter is Filter.ALL:
-            return range(len(recorded)), recorded
-        places = recorded.rejected() if self._filter is Filter.REJECTED else recorded.without_status()
-        return places.data, recorded.chosen(places)
-
     def clear(self) -> None:
-        """Removes the live traffic with its marks; a capture stays as it is."""
+        """Removes the traffic with its marks."""
         self._stored.clear()
-        if self._recorded is None:
-            self._marks.clear()
-            self.rebuild()
-
-    def show_recorded(self, rows: CaptureRows | None) -> None:
-        """Shows the rows of a capture; None returns to the live traffic. Removes all marks."""
-        self._recorded = rows
         self._marks.clear()
         self.rebuild()
 
     # Marks
 
     def is_marked(self, row: int) -> bool:
-        return self._key(row) in self._marks
-
-    def _key(self, row: int) -> int:
-        return id(self.rows[row]) if self._keys is None else self._keys[row]
+        return id(self.rows[row]) in self._marks
 
     def mark(self, rows: Sequence[int]) -> None:
-        """Marks these rows, or unmarks them where all are marked. A marked row outlives its place in the list."""
-        keys = [self._key(row) for row in rows]
-        if all(key in self._marks for key in keys):
-            for key in keys:
-                del self._marks[key]
-        else:
-            new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
-            for key, row in new[: MAX_MARKS - len(self._marks)]:
-                self._marks[key] = self.rows[row]
+        """Marks these rows, or unmarks them where all are marked."""
+        new = [row for row in rows if not self.is_marked(row)]
+        for row in rows if not new else ():
+            del self._marks[id(self.rows[row])]
+        for row in new[: MAX_MARKS - len(self._marks)]:
+            self._marks[id(self.rows[row])] = self.rows[row]
         if self._filter is Filter.MARKED:
             self.rebuild()
         elif rows:
@@ -204,31 +170,14 @@ class TrafficModel(RowsModel[Row]):
 
     # Texts
 
-    def same_text_key(self, row: int) -> Hashable | None:
-        """Key that is equal for rows of equal text; None for live rows."""
-        return self.rows.same_text_key(row) if isinstance(self.rows, CaptureRows) else None
-
-    def time_of(self, row: Row) -> str:
-        """Time of day to the millisecond; in a capture the seconds since its beginning."""
-        if self._recorded is not None:
-            return since_start(at_of(row))
-        return clock_text(self.wall.at(at_of(row)), 3)
+    def time_of(self, row: Event) -> str:
+        """Time of day to the millisecond."""
+        return clock_text(self.wall.at(row.at), 3)
 
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as tab-separated text with all bytes."""
-        recorded = self.rows
-        if not isinstance(recorded, CaptureRows):
-            chosen = (self.rows[number] for number in rows)
-            return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
-        known_words: dict[Hashable, str] = {}
-        lines = []
-        for number in rows:
-            key = recorded.same_text_key(number)
-            words = known_words.get(key)
-            if words is None:
-                words = known_words[key] = words_of(recorded[number])
-            lines.append(f"{since_start(recorded.at_s(number))}\t{words}")
-        return "\n".join(lines)
+        chosen = (self.rows[number] for number in rows)
+        return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if role not in _ANSWERED_ROLES:  # most calls: a view asks for seven roles of each cell
@@ -236,7 +185,7 @@ class TrafficModel(RowsModel[Row]):
         row = self.rows[index.row()]
         column = _COLUMNS[index.column()]
         if role == _DECORATION:
-            return self._picture(row, column, is_marked=self._key(index.row()) in self._marks)
+            return self._picture(row, column, is_marked=self.is_marked(index.row()))
         if role == _FONT:
             return self.bytes_font if column is Column.BYTES else None
         if role == _FOREGROUND:
@@ -248,7 +197,7 @@ class TrafficModel(RowsModel[Row]):
             return f"{text}{in_brackets(tr('Marked'))}"
         return text
 
-    def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:
+    def _picture(self, row: Event, column: Column, *, is_marked: bool) -> Any:
         if column is Column.KIND:
             return icon_of(row)
         return _MARK if column is Column.TIME and is_marked else None

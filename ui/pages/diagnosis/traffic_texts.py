@@ -5,20 +5,16 @@ from typing import NamedTuple
 
 from PySide6.QtGui import QColor, QIcon
 
-from app.captures.entries import Way
 from app.captures.explain import Asked, link_sentence, sentence
-from app.captures.explained import Explained
 from app.text import i18n
 from app.text.i18n import tr
 from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered, WentOffline
-from protocol.frame import Direction, Frame, Noise
+from protocol.frame import Direction, Frame
 from protocol.messages import Acknowledgement, Reading
 from protocol.translatable import marked
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, current
 
-Row = Event | Explained
-"""A live event, or a line of a capture."""
 _ROLES = {
     Role.ANSWER: marked("reply"),
     Role.STREAMED: marked("stream"),
@@ -39,16 +35,10 @@ class Shown(NamedTuple):
     emphasis: Meaning | None = None
 
 
-def shown(row: Row) -> Shown:
+def shown(row: Event) -> Shown:
     match row:
-        case Explained(piece=Noise() as noise) | Rejected(noise=noise):
+        case Rejected(noise=noise):
             return Shown(tr("invalid"), noise.raw, Icon.WARNING, Meaning.ATTENTION)
-        case Explained(way=Way.OUT, piece=piece):
-            return Shown(tr("sent"), piece.raw, Icon.CHEVRON_RIGHT)
-        case Explained(piece=Frame(direction=Direction.HOST_TO_MODULE, raw=raw)):
-            return Shown(tr("echo"), raw, Icon.CHEVRON_LEFT)
-        case Explained(piece=piece):
-            return Shown(tr("received"), piece.raw, Icon.CHEVRON_LEFT)
         case Sent(attempt=attempt, raw=raw):
             return Shown(tr("sent") if attempt == 1 else f"{tr('sent')} ({attempt})", raw, Icon.CHEVRON_RIGHT)
         case Received(role=role, frame=frame):
@@ -64,17 +54,8 @@ def shown(row: Row) -> Shown:
             return Shown(tr("link"), b"", Icon.INFORMATION)
 
 
-def at_of(row: Row) -> float:
-    """Monotonic seconds, or seconds since the beginning of the capture."""
-    return row.at_s if isinstance(row, Explained) else row.at
-
-
-def meaning_of(row: Row) -> str:
+def meaning_of(row: Event) -> str:
     match row:
-        case Explained(piece=Frame() as frame):
-            return _sentence(frame.direction, frame.raw, row.asked, i18n.language())
-        case Explained(piece=noise):
-            return sentence(noise)
         case Sent():
             return _sentence(Direction.HOST_TO_MODULE, row.raw, None, i18n.language())
         case Received():
@@ -109,39 +90,30 @@ def hex_of(raw: bytes, longest: int | None = None) -> str:
     return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"
 
 
-def words_of(row: Row) -> str:
+def words_of(row: Event) -> str:
     """Kind, all bytes and meaning, separated by tabs."""
     seen = shown(row)
     return "\t".join((seen.kind, hex_of(seen.raw), meaning_of(row)))
 
 
-def since_start(at_s: float) -> str:
-    return f"{at_s:.3f} s"
+def is_rejected(row: Event) -> bool:
+    return isinstance(row, Rejected)
 
 
-def is_rejected(row: Row) -> bool:
-    return isinstance(row, Rejected) or (isinstance(row, Explained) and isinstance(row.piece, Noise))
-
-
-def is_streamed(row: Row) -> bool:
-    """Whether it is an unasked status; in a capture, any status."""
-    if isinstance(row, Explained):
-        return isinstance(row.piece, Frame) and len(row.piece.raw) == _STATUS_BYTES
+def is_streamed(row: Event) -> bool:
+    """Whether it is an unasked status."""
     return isinstance(row, Received) and row.role is Role.STREAMED
-
-
-_STATUS_BYTES = 8
 
 
 _picture = cache(icon)
 
 
-def icon_of(row: Row) -> QIcon:
+def icon_of(row: Event) -> QIcon:
     seen = shown(row)
     return _picture(seen.picture, seen.emphasis)
 
 
-def colour_of(row: Row, *, is_time: bool) -> QColor | None:
+def colour_of(row: Event, *, is_time: bool) -> QColor | None:
     emphasis = shown(row).emphasis
     if emphasis is not None:
         return current().ink(emphasis)

@@ -46,8 +46,7 @@ class FlightsPage(Page):
     a `ProposalBar` below. `FlightsWork` has the flights and reads them.
     """
 
-    # Not .log and .txt: Diagnosis opens them as captures where the window is asked. The page itself opens them.
-    suffixes = tuple(suffix for suffix in SUFFIXES if suffix not in (".log", ".txt"))
+    suffixes = SUFFIXES
 
     def __init__(self, services: Services) -> None:
         super().__init__("flights")

@@ -33,7 +33,7 @@ from protocol.events import Answered, Counters, Role, Sent
 from protocol.frame import Reason
 from protocol.link_states import Presence
 from protocol.messages import Heartbeat
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly, _errors_shown
@@ -369,3 +369,25 @@ def test_sent_frames_are_kept_for_a_bundle(qtbot: QtBot, qapp: QApplication, tmp
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         page.on_batch(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
         assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
+
+
+def test_the_support_bundle_in_sight_is_made_again_for_another_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        connect(qtbot, assembly, "sim://former")
+        port, bundle = assembly.connector.current, page.bundle
+        qtbot.waitUntil(lambda: "boot_count" in port.device.values, timeout=WAIT_MS)
+        page.go_to("bundle")
+        qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
+        former = given(bundle.bundle)
+        bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
+        assert "boot_count" in bundle.text.toPlainText()
+        port.module.treat_as_new()
+        for row in (0, bundle.parts.count() - 1):  # chosen while the next one is being made
+            bundle.parts.setCurrentRow(row)
+        assert (bundle.text.toPlainText(), bundle.save.isEnabled()) == ("", False)
+        qtbot.waitUntil(bundle.save.isEnabled, timeout=WAIT_MS)
+        assert bundle.bundle is not former
+        bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
+        assert "boot_count" not in bundle.text.toPlainText()

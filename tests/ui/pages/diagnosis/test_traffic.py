@@ -8,8 +8,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.captures.entries import CaptureEntry, Way
-from app.captures.rows import CaptureRows
 from app.engine.device import DeviceView
 from app.engine.worker import Batch, Connection
 from app.text import i18n
@@ -18,14 +16,12 @@ from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.records.recordings_made import explained
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
-from ui.pages.diagnosis.traffic_texts import at_of
 from ui.shell.page_area import PageMaker
 from ui.style.theme import Choice, Space
 
@@ -135,8 +131,8 @@ def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model.append(streamed(11, first=MAX_ROWS))
     assert model.show_new() == 10
     assert model.rowCount() == MAX_ROWS
-    assert at_of(model.rows[0]) == 10.0
-    assert at_of(model.rows[MAX_ROWS - 1]) == MAX_ROWS + 10
+    assert model.rows[0].at == 10.0
+    assert model.rows[MAX_ROWS - 1].at == MAX_ROWS + 10
 
 
 def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
@@ -247,9 +243,7 @@ def test_the_row_in_full_goes_with_its_selection(traffic: TrafficPage) -> None:
     assert "42 61 34 01 00 35" not in traffic.detail.text()
 
 
-def test_another_module_ends_a_pause_and_a_search_and_leaves_a_capture_as_it_is(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_another_module_ends_a_pause_and_a_search(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
         traffic = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage).traffic
         traffic.on_batch(batch(streamed(5)))
@@ -260,12 +254,6 @@ def test_another_module_ends_a_pause_and_a_search_and_leaves_a_capture_as_it_is(
         qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
         assembly.connector.invalidated.emit()
         assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
-        traffic.show_recorded(CaptureRows(explained([CaptureEntry(0.0, Way.IN, STREAMED)])))
-        traffic.table.selectRow(0)
-        traffic.mark.click()
-        assembly.connector.invalidated.emit()
-        assert traffic.model.is_marked(0)
-        assert traffic.table.selectionModel().hasSelection()
 
 
 def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:

@@ -1,34 +1,26 @@
-"""Files of the Diagnosis page: traffic, opened from a session or from hex text; the support bundle."""
+"""The support bundle of the Diagnosis page: what is in it, shown before it is saved."""
 
 import copy
-from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.captures.explained import Explained, Explainer
-from app.captures.rows import CaptureRows
-from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
-from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
-from app.system.gil_yield import GilYield
 from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask, ExportCancelled, Running
-from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
+from ui.core.background_task import BackgroundTask, Running
+from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
@@ -37,93 +29,6 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
-
-SUFFIX = ".mcap"
-OPENED_SUFFIXES = (".hex", ".txt", ".log", SUFFIX)
-
-
-def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open traffic…"), "*.mcap *.txt *.hex *.log", then)
-
-
-class Opened(NamedTuple):
-    path: Path
-    rows: CaptureRows
-    statistics: LinkStatistics
-    faults: tuple[LineFault, ...]
-    damage: UserMessage | None
-    is_timed: bool
-
-
-def load_capture(path: Path, running: Running) -> Opened:
-    """Reads and explains a file. Raises OSError, `NotHex`, `UserError` or `ExportCancelled`."""
-    rows, statistics, pace, text = CaptureRows(), LinkStatistics(), GilYield(), TextReader()
-    is_session = path.suffix.lower() == SUFFIX
-    with ExitStack() as stack:
-        if is_session:
-            from app.recordings.recording import RecordedTraffic
-
-            explainer: Explainer | TextReader = (session := Explainer())
-            steps = map(session.feed, traffic := RecordedTraffic(path))
-        else:
-            explainer = text
-            file = stack.enter_context(path.open(encoding="utf-8", errors="replace"))
-            steps = map(text.feed, lines_in(file))
-
-        def explained() -> Iterator[Explained]:
-            for some in steps:
-                if running.is_cancelled():
-                    raise ExportCancelled
-                yield from some
-                pace.checkpoint()
-            yield from explainer.end()
-
-        statistics.count(map(rows.append, explained()))
-    damage = traffic.damage if is_session else None
-    return Opened(path, rows, statistics, tuple(text.faults), damage, is_timed=is_session or text.is_timed)
-
-
-class CaptureFiles(QWidget):
-    """The button that opens a capture. `opened`: an `Opened`."""
-
-    opened = Signal(object)
-
-    def __init__(self, services: Services, result: JobNotice) -> None:
-        super().__init__()
-        self.setObjectName("capture_files")
-        self.ask_open: AskOpen = ask_capture
-        self._result = result
-        self._folder = Path.home()
-        texts = services.texts
-        self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", keys="Ctrl+O", picture=Icon.FOLDER,
-                            slot=self.choose)  # fmt: skip
-        in_row(self.open, of=self, spacing=Space.S, margins=0)
-
-    def choose(self) -> None:
-        self.ask_open(self, self._folder, self.open_file)
-
-    def open_file(self, path: Path) -> None:
-        self._folder = path.parent
-        load = partial(load_capture, path)
-        self._result.begin(lambda: path.name, load, self._show, partial(_refusal, path), writes=False)
-
-    def _show(self, opened: Opened) -> None:
-        if not opened.rows:
-            self._result.notify(Meaning.ATTENTION, lambda: _why_nothing(opened))
-            return
-        self.opened.emit(opened)
-
-
-def _why_nothing(opened: Opened) -> str:
-    if opened.faults:
-        return tr("{file} cannot be read: {why}.", file=opened.path.name, why=tr(opened.faults[0].text))
-    return tr("{name} is empty.", name=opened.path.name)
-
-
-def _refusal(path: Path, error: Exception) -> str:
-    why = tr(NOT_HEX) if isinstance(error, NotHex) else error_text(error)
-    return tr("{file} cannot be read: {why}.", file=path.name, why=why)
-
 
 _PART_WORDS: Final = {
     "about.json": marked("Program"),
