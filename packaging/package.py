@@ -36,7 +36,8 @@ def build(wheel: Path | None = None) -> None:
         make_installer(bundle)
     else:
         shutil.make_archive(str(bundle), "gztar", root_dir=DIST, base_dir=bundle.name, owner="root", group="root")
-        make_deb(bundle)
+        if shutil.which("dpkg-deb"):
+            make_deb(bundle)
     files = sorted(path for path in DIST.iterdir() if path.is_file())
     sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (DIST / "SHA256SUMS").write_text("".join(sums), encoding="utf-8", newline="\n")
