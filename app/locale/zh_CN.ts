@@ -3976,6 +3976,14 @@
         <translation>开机次数为 {now}，原为 {before}</translation>
     </message>
     <message>
+        <source>both off</source>
+        <translation>均已禁用</translation>
+    </message>
+    <message>
+        <source>both on</source>
+        <translation>均已启用</translation>
+    </message>
+    <message>
         <source>broken off</source>
         <translation>帧不完整</translation>
     </message>
@@ -4146,6 +4154,10 @@
     <message>
         <source>failed</source>
         <translation>失败</translation>
+    </message>
+    <message>
+        <source>fall off</source>
+        <translation>失重已禁用</translation>
     </message>
     <message>
         <source>false trigger</source>
@@ -4516,6 +4528,10 @@
         <translation>未判断</translation>
     </message>
     <message>
+        <source>not known</source>
+        <translation>未知</translation>
+    </message>
+    <message>
         <source>not live</source>
         <translation>非实时</translation>
     </message>
@@ -4884,6 +4900,10 @@
         <translation>不能使用此名称</translation>
     </message>
     <message>
+        <source>tilt off</source>
+        <translation>姿态已禁用</translation>
+    </message>
+    <message>
         <source>time is up</source>
         <translation>十秒已过</translation>
     </message>
@@ -4920,8 +4940,20 @@
         <translation>触发结束</translation>
     </message>
     <message>
+        <source>trigger not known</source>
+        <translation>自动触发未知</translation>
+    </message>
+    <message>
+        <source>trigger off</source>
+        <translation>自动触发已禁用</translation>
+    </message>
+    <message>
         <source>triggered</source>
         <translation>已触发</translation>
+    </message>
+    <message>
+        <source>triggers</source>
+        <translation>自动触发</translation>
     </message>
     <message>
         <source>unasked</source>
@@ -5424,6 +5456,10 @@
         <translation>{value} g 失重</translation>
     </message>
     <message>
+        <source>{value} g free fall?</source>
+        <translation>{value} g 失重？</translation>
+    </message>
+    <message>
         <source>{value} has too many digits</source>
         <translation>{value} 的位数过多</translation>
     </message>
@@ -5460,8 +5496,16 @@
         <translation>{value}° 开伞</translation>
     </message>
     <message>
+        <source>{value}° fires?</source>
+        <translation>{value}° 开伞？</translation>
+    </message>
+    <message>
         <source>{value}° rearms</source>
         <translation>{value}° 复位</translation>
+    </message>
+    <message>
+        <source>{value}° rearms?</source>
+        <translation>{value}° 复位？</translation>
     </message>
     <message>
         <source>{verdict}, void</source>

@@ -10,6 +10,7 @@ from app.engine.device import DeviceView
 from app.engine.identity import READ_WITHIN_S
 from app.engine.setting_changes import BOOT_COUNT
 from app.engine.worker import Batch, Connection, PortState
+from app.safety.trigger_flags import FALL_TRIGGER, TILT_TRIGGER, TriggerFlags
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import BREAKS, Event, FellSilent, Received, Restarted
 from protocol.fields import Value
@@ -91,6 +92,8 @@ class MarkerTracker:
     def __init__(self) -> None:
         self.limits = NO_LIMITS
         """As of the last batch."""
+        self.flags = TriggerFlags()
+        """Whether the triggers are known to be on, as of the last batch."""
         self._triggered: bool | None = None
         self._active: bool | None = None
         self._is_charging: bool | None = None
@@ -120,7 +123,11 @@ class MarkerTracker:
         if not is_opening:
             self._on_device(batch.device, batch.events, batch.at)
         self._on_loss(batch.connection, batch.at)
-        self.limits = NO_LIMITS if is_opening else _limits(partial(self._find_limit, batch))
+        find = partial(self._find_limit, batch)
+        self.limits = NO_LIMITS if is_opening else _limits(find)
+        self.flags = (
+            TriggerFlags() if is_opening else TriggerFlags(_flag(find(TILT_TRIGGER)), _flag(find(FALL_TRIGGER)))
+        )
         return self._new
 
     def _find_limit(self, batch: Batch, key: str) -> Value | None:
@@ -218,6 +225,19 @@ class MarkerTracker:
             self._is_charging = is_charging
 
 
+def _flag(value: Value | None) -> bool | None:
+    return value if isinstance(value, bool) else None
+
+
+def acting_limits(limits: ModuleLimits, flags: TriggerFlags) -> ModuleLimits:
+    """Those of `limits` that the module acts on: of triggers that are known to be on."""
+    if flags.tilt is not True:
+        limits = limits._replace(fires_deg=None, rearms_deg=None)
+    if flags.fall is not True:
+        limits = limits._replace(free_fall_g=None, free_fall_s=None)
+    return limits
+
+
 def last_limits(device: DeviceView) -> ModuleLimits:
     """The last reported limits, including stale ones."""
     last = {key: known.value for key, known in device.values.items()}
@@ -229,11 +249,11 @@ def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
         value = find(key)
         return None if value is None or find(switch) is False else float(value)
 
-    fires, light = limit("attitude_threshold_deg", "attitude_trigger"), find("light_threshold_v")
+    fires, light = limit("attitude_threshold_deg", TILT_TRIGGER), find("light_threshold_v")
     return ModuleLimits(
         fires_deg=fires,
         rearms_deg=None if fires is None else fires - RESET_BELOW_THRESHOLD_DEG,
-        free_fall_g=limit("freefall_acceleration_g", "freefall_trigger"),
-        free_fall_s=limit("freefall_time_s", "freefall_trigger"),
+        free_fall_g=limit("freefall_acceleration_g", FALL_TRIGGER),
+        free_fall_s=limit("freefall_time_s", FALL_TRIGGER),
         light_v=None if light is None else float(light),
     )

@@ -12,6 +12,7 @@ from typing import ClassVar, Final
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPixmap
 
+from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
 from ui.style.painted_widget import Freshness, PaintedWidget, cleared_word, hatch, pen
@@ -56,7 +57,7 @@ class TiltGauge(PaintedWidget):
         self._tilt_deg: float | None = None
         self._age = ""
         self._threshold: tuple[float | None, float | None, bool] = (None, None, False)
-        """From where it fires and below which it rearms; whether that is stale."""
+        """From where it fires and below which it rearms; whether it is not known that it acts on that."""
         self._face = QPixmap()
         self._face_of: Hashable = None
         VisibilityTimer(self, retranslate=self._changed)
@@ -84,7 +85,7 @@ class TiltGauge(PaintedWidget):
             name += f", {self._age}"
         if fire_deg is not None:
             name += f", {tr('{value}° fires', value=f'{fire_deg:g}')}"
-            name += in_brackets(tr("stale")) if is_stale else ""
+            name += in_brackets(tr(TRIGGER_NOT_KNOWN)) if is_stale else ""
         self.announce(name, name=tr("Tilt"))
         self.setToolTip(name)
 

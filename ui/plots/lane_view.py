@@ -106,6 +106,10 @@ class LimitLine(Curve):
     def value(self) -> float | None:
         return self._steps.value
 
+    @property
+    def label(self) -> str:
+        return (self.is_stale and self.limit.stale_label) or self.limit.label
+
     def ink(self) -> str:
         return current().muted if self.is_stale else current().tint(self.limit.meaning).ink
 
@@ -133,7 +137,7 @@ class LimitLine(Curve):
             following = next((change.value for change in later if change.value is not None), None)
             # An equal value that follows is named at its own end.
             word = value_text(change.value, limit.decimals) if later and change.value != following else ""
-            word = tr("stale") if self.is_stale else word
+            word = tr(limit.stale_word) if self.is_stale else word
             start_s = max(change.time_s, span.start_s) - span.end_s
             end_s = later[0].time_s - span.end_s if later else 0.0
             segments.append(_Segment(start_s, end_s, change.value, word, not later))
@@ -261,7 +265,7 @@ class LaneView:
         """Names the current limits beside the lane, as near to their lines as there is room."""
         for line in self.limits:
             for part in (part for part in line.segments if part.is_current):
-                text = tr(line.limit.label, value=value_text(part.value, line.limit.decimals))
+                text = tr(line.label, value=value_text(part.value, line.limit.decimals))
                 left, top = self.box.right() + 6, self.y(part.value) - overlay.line_px / 2
                 ways = (sign * way for way in range(_FURTHEST_PX) for sign in (1, -1))
                 overlay.put(text, line.ink(), (QPointF(left, top + way) for way in ways), is_bold=True)

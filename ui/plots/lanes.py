@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.limits.out_of_limits import Outside
 from app.recordings.markers import Marker, MarkerKind
+from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
 from app.samples.ring_buffers import Extent, Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
@@ -36,7 +37,8 @@ class Scale(NamedTuple):
 class Limit(NamedTuple):
     """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
 
-    `stale` is the last known value while it is not confirmed.
+    `stale` is the last known value while it is not confirmed; it has a `stale_label` of its own, and its line is named
+    by `stale_word`.
     """
 
     steps: StepFunction
@@ -44,6 +46,8 @@ class Limit(NamedTuple):
     meaning: Meaning
     decimals: int = 0
     stale: StepFunction | None = None
+    stale_label: str = ""
+    stale_word: str = marked("stale")
 
 
 class Lane(NamedTuple):
@@ -101,19 +105,22 @@ def mark_of(marker: Marker) -> Mark:
 
 
 Steps = tuple[StepFunction, StepFunction | None]
-"""A limit over time, and what was last known of it."""
+"""A limit that the module acts on over time, and what was last known of it otherwise."""
 
 
 def tilt_lane(series: Readable, fires: Steps, rearms: Steps, *, gap_s: float = 1.0) -> Lane:
     limits = (
-        Limit(fires[0], marked("{value}° fires"), Meaning.DANGER, stale=fires[1]),
-        Limit(rearms[0], marked("{value}° rearms"), Meaning.INFORMATION, stale=rearms[1]),
-    )
+        Limit(fires[0], marked("{value}° fires"), Meaning.DANGER, stale=fires[1],
+              stale_label=marked("{value}° fires?"), stale_word=TRIGGER_NOT_KNOWN),
+        Limit(rearms[0], marked("{value}° rearms"), Meaning.INFORMATION, stale=rearms[1],
+              stale_label=marked("{value}° rearms?"), stale_word=TRIGGER_NOT_KNOWN),
+    )  # fmt: skip
     return Lane(marked("Tilt"), "°", series, (Scale(0, 90, 30), Scale(0, 180, 45)), limits, weight=3, gap_s=gap_s)
 
 
 def acceleration_lane(series: Readable, falls: Steps, *, gap_s: float = 1.0) -> Lane:
-    limit = Limit(falls[0], marked("{value} g free fall"), Meaning.DANGER, 1, stale=falls[1])
+    limit = Limit(falls[0], marked("{value} g free fall"), Meaning.DANGER, 1, stale=falls[1],
+                  stale_label=marked("{value} g free fall?"), stale_word=TRIGGER_NOT_KNOWN)  # fmt: skip
     scales = Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)
     return Lane(marked("Acceleration"), "g", series, scales, (limit,), decimals=1, weight=2, gap_s=gap_s)
 

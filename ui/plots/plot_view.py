@@ -84,7 +84,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
         whole, line = QRectF(self.viewport().rect()), self.overlay.line_px
-        labels = (tr(limit.label, value="000") for lane in self.all_lanes for limit in lane.lane.limits)
+        labels = (tr(line.label, value="000") for lane in self.all_lanes for line in lane.limits)
         labels_px = max((self.overlay.size(label, is_bold=True).width() for label in labels), default=0.0)
         left = self.overlay.size("−180").width() + 8
         right = max(left + 50, whole.right() - labels_px - 12)

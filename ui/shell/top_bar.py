@@ -8,6 +8,7 @@ from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.device import DeviceView
 from app.engine.target import Target, is_simulated
 from app.limits.out_of_limits import LimitsInUse, value_outside
+from app.safety.trigger_flags import TriggerFlags, trigger_flags
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
@@ -19,7 +20,7 @@ from ui.style.theme import Meaning, Space, font, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
-from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger
+from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 
 BAR_PX = 48
@@ -90,7 +91,7 @@ class PortButton(QPushButton):
         return QSize(scaled(280), scaled(BAR_PX) - 2 * _AROUND_PX)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(scaled(100), scaled(BAR_PX) - 2 * _AROUND_PX)
+        return QSize(scaled(90), scaled(BAR_PX) - 2 * _AROUND_PX)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -128,11 +129,14 @@ class TopBar(QFrame):
         texts.bind(self.name.setAccessibleDescription, "Module")
         self.activation = named(StateChip("", is_stacked=True), "activation_chip")
         self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
+        self.triggers = named(StateChip("", is_stacked=True, is_captioned=True), "triggers_chip")
         self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
         texts.bind(self.activation.set_caption, "Activation")
         texts.bind(self.trigger.set_caption, "Trigger")
+        texts.bind(self.triggers.set_caption, "triggers")
         texts.bind(self.cell.set_caption, "Cell voltage")
-        explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
+        explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"),
+                     (self.triggers, "attitude_trigger"))  # fmt: skip
         for chip, name in explained:
             explain_setting(texts, chip, BY_NAME[name])
         self.lock = control(
@@ -142,11 +146,11 @@ class TopBar(QFrame):
         connector.lock.buttons.add(self.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._states = named(QWidget(), "states")
-        in_row(self.activation, self.trigger, self.cell, of=self._states, spacing=Space.S, margins=0)
+        in_row(self.activation, self.trigger, self.triggers, self.cell, of=self._states, spacing=Space.XS, margins=0)
         self._row = in_row(self.menu, self.port, (self.name, 1), self._states, Gap(Space.S), self.lock, spacing=Space.S)
         self._column = in_column(self._row, of=self, spacing=_AROUND_PX,
                                  margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX))  # fmt: skip
-        for widget in (self.menu, self.activation, self.trigger, self.cell, self.lock):
+        for widget in (self.menu, self.activation, self.trigger, self.triggers, self.cell, self.lock):
             widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         self._fit()
         self._retranslate()
@@ -160,7 +164,7 @@ class TopBar(QFrame):
         self.menu.setFixedWidth(scaled(36))
         self.port.fit()
         self._fit_name()
-        self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
+        self.lock.setMinimumWidth(scaled(92))  # bold while the module is active
         widgets = (self.menu, self.port, self._states, self.lock)
         least_px = sum(widget.minimumSizeHint().expandedTo(widget.minimumSize()).width() for widget in widgets)
         is_folded = least_px + 6 * Space.S + Space.M > self.width()
@@ -198,6 +202,7 @@ class TopBar(QFrame):
         )
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
+        self.triggers.reserve(TriggerFlags.texts(), below=(tr("triggers"),))
         self.cell.reserve(("4.00 V",), below=(*ages, tr("charging")))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
@@ -205,6 +210,7 @@ class TopBar(QFrame):
 
     def _retranslate(self) -> None:
         self._reserve()
+        self._fit()
         self.refresh()
 
     def refresh(self) -> None:
@@ -217,6 +223,7 @@ class TopBar(QFrame):
             self._fit_name()
         show_activation(self.activation, connector.current.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
+        show_trigger_flags(self.triggers, trigger_flags(device, now))
         self._show_cell(device, now)
         self.lock.setEnabled(connector.current.lock.is_possible)
         set_role(self.lock, "primary" if connector.current.is_open and connector.current.is_active else "")

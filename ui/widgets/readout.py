@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from app.engine.device import Known
 from app.safety.last_known import Activation, SeenActivation
+from app.safety.trigger_flags import TriggerFlags
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import parts_of
@@ -181,15 +182,17 @@ class StateChip(PaintedWidget):
 
     Good and neutral states are plain, attention and danger filled, unknown hatched and dashed; a stale state is dashed
     and shows its age. `is_measured`: the word contains a measured value. `is_stacked`: the part after a comma and the
-    age are in small letters below the word.
+    age are in small letters below the word, and with `is_captioned` the caption where there is neither.
     """
 
     def __init__(
-        self, caption: str, *, size: Size = Size.BODY, is_measured: bool = False, is_stacked: bool = False
-    ) -> None:
+        self, caption: str, *, size: Size = Size.BODY, is_measured: bool = False, is_stacked: bool = False,
+        is_captioned: bool = False,
+    ) -> None:  # fmt: skip
         super().__init__()
         self._caption, self._size = caption, size
         self._is_measured, self._is_stacked = is_measured, is_stacked
+        self._is_captioned = is_captioned
         self._shown: object = None
         self._unknown = ""
         self._reserved: tuple[str, ...] = ()
@@ -254,7 +257,7 @@ class StateChip(PaintedWidget):
         if not self._is_stacked:
             return f"{self.word} · {self._stale_age}" if self._stale_age else f"{self.word} {self._age}".rstrip(), ""
         word, more = parts_of(self.word)
-        return word, self._stale_age or more
+        return word, self._stale_age or more or (self._caption if self._is_captioned else "")
 
     def _icon_px(self) -> int:
         return scaled(self._size + 4)
@@ -263,7 +266,7 @@ class StateChip(PaintedWidget):
         metrics, small = QFontMetricsF(font(self._size, is_bold=True)), QFontMetricsF(font(Size.SMALL))
         words = max(metrics.horizontalAdvance(line) for line in (self._lines[0], *self._reserved))
         words = max(words, *(small.horizontalAdvance(line) for line in self._reserved_below), 0.0)
-        width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
+        width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.S
         lines = metrics.height() + (small.height() + 2 * current().border_px if self._lines[1] else Space.S)
         return QSize(round(width) + 1, max(scaled(30), round(lines)))
 
@@ -352,6 +355,16 @@ def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None
         chip.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER, stale_age=age, keeps_colour=True)
     else:
         chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=age_of(known, now))
+
+
+def show_trigger_flags(chip: StateChip, flags: TriggerFlags) -> None:
+    """Whether the automatic triggers are on, as far as that is known."""
+    if flags.is_one_off:
+        chip.show_state(flags.text, Icon.WARNING, Meaning.ATTENTION)
+    elif flags.are_on:
+        chip.show_state(flags.text, Icon.CHECK)
+    else:
+        chip.show_state(flags.text, Icon.UNKNOWN, Meaning.UNKNOWN)
 
 
 def age_of(known: Known, now: float) -> str:

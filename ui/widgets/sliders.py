@@ -12,6 +12,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 NUMBER_PX = 104
 """Width of a number box with its unit, smaller than Qt's size hint."""
+_BARE_NUMBER_PX = 72
+"""The same of a number whose unit stands beside it."""
 
 
 class WheelGuard(QObject):
@@ -29,11 +31,11 @@ class WheelGuard(QObject):
         return False
 
 
-def fit_number(box: QWidget) -> None:
+def fit_number(box: QWidget, px: int = NUMBER_PX) -> None:
     """Gives a number box its width in the size of text in use."""
 
     def fit() -> None:
-        box.setFixedWidth(scaled(NUMBER_PX))
+        box.setFixedWidth(scaled(px))
 
     VisibilityTimer(box, fit, restyle=fit)
     fit()
@@ -78,7 +80,7 @@ class Dial(QWidget):
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = named(QLabel(), f"{name}_range", "danger")
         self.range.hide()
-        fit_number(self.box)
+        fit_number(self.box, _BARE_NUMBER_PX)
         WheelGuard(self.slider)
         in_row((self.slider, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)

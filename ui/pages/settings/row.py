@@ -124,9 +124,11 @@ class SettingsRow(QFrame):
         meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
         is_loud = any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
         is_wrong = row.state in WRONG
-        self.reason.setText(reason or meaning)
+        # What a value takes away is said for as long as it stands, before why its row is in its state.
+        is_warning = is_loud and not is_wrong
+        self.reason.setText(meaning if is_warning else reason or meaning)
         self.reason.setVisible(bool(self.reason.text()))
-        set_role(self.reason, "danger" if is_wrong else "attention" if is_loud and not reason else "small")
+        set_role(self.reason, "danger" if is_wrong else "attention" if is_warning else "small")
         set_role(self, "marked-row-failed" if is_wrong else "marked-row")
         tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)))
         self.setToolTip("\n".join(line for line in tip if line))

@@ -22,7 +22,8 @@ from app.samples.ring_buffers import Series
 from protocol.events import FellSilent, Restarted
 from protocol.link_states import Presence
 from tests.support.records.recordings_made import LOST, OPEN, batch, device, received, report
-from ui.pages.live.data import LiveData, lanes
+from tests.support.window.steps import given
+from ui.pages.live.data import LiveData, live_lanes
 from ui.plots.lanes import Mark
 
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
@@ -125,12 +126,43 @@ def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
     assert (data.fires.value, data.falls.value) == (None, 0.5)
 
 
+ON = {"attitude_trigger": True, "freefall_trigger": True}
+VALUES = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("flags", "acting", "unproven"),
+    [
+        (ON, (60, 0.5), (None, None)),
+        ({}, (None, None), (60, 0.5)),
+        (ON | {"attitude_trigger": False}, (None, 0.5), (None, None)),
+        ({"freefall_trigger": False}, (None, None), (60, None)),
+    ],
+)
+def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
+    flags: dict[str, bool], acting: tuple[float | None, ...], unproven: tuple[float | None, ...]
+) -> None:
+    """ "60° fires" was drawn with unknown flags."""
+    data = LiveData()
+    take(data, batch(1.0, view=device(0.0, **VALUES, **flags)))
+    drawn = live_lanes(data, LimitsInUse())
+    assert tuple(lane.limits[0].steps.value for lane in drawn[:2]) == acting
+    assert tuple(given(lane.limits[0].stale).value for lane in drawn[:2]) == unproven
+
+
+def test_a_flag_in_doubt_makes_no_limit_act() -> None:
+    data = LiveData()
+    view = device(0.0, **VALUES, **ON)
+    take(data, batch(1.0, view=view), batch(2.0, view=doubted(view)))
+    tilt = live_lanes(data, LimitsInUse())[0].limits[0]
+    assert (tilt.steps.value, given(tilt.stale).value) == (None, 60)
+
+
 def test_the_lanes_show_these_series() -> None:
     data = LiveData()
-    assert [lane.series for lane in lanes(data, LimitsInUse())] == [
+    assert [lane.series for lane in live_lanes(data, LimitsInUse())] == [
         data.tilt, data.acceleration, data.light, data.cell,
     ]  # fmt: skip
-    assert [limit.steps for limit in lanes(data, LimitsInUse())[0].limits] == [data.fires, data.rearms]
 
 
 # Marks

@@ -71,8 +71,8 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
 def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     live.say()
     panel = live.page.panel
-    assert panel.tilt.accessibleName() == "Tilt: 12°, limit 60°"
-    assert panel.acceleration.accessibleName() == "Acceleration: 1.0 g"
+    assert panel.tilt.accessibleName() == "Tilt: 12°, limit 60°, trigger not known"
+    assert panel.acceleration.accessibleName() == "Acceleration: 1.0 g, trigger not known"
     assert panel.light.accessibleName() == "Light: 0.3 V, limit 1.8 V, bay closed"
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, not charging"
     assert panel.stream.accessibleName() == "Reports: 50 /s, streamed"
@@ -109,11 +109,19 @@ def test_external_power_is_called_charging_voltage(live: Bench) -> None:
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, charger unknown"
 
 
+@pytest.mark.parametrize(("flag", "says"), [(None, "trigger not known"), (False, "trigger off"), (True, "limit 60°")])
+def test_a_value_says_that_its_trigger_is_off_or_not_known(live: Bench, flag: bool | None, says: str) -> None:
+    live.say() if flag is None else live.say(attitude_trigger=flag, freefall_trigger=flag)
+    assert live.page.panel.tilt.accessibleName().endswith(says)
+    assert ("trigger not known" in live.page.panel.gauge.accessibleName()) is (flag is None)
+    assert ("trigger" in live.page.panel.acceleration.accessibleName()) is (flag is not True)
+
+
 def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:
     live.say(leave_out="attitude_threshold_deg", tilt_deg=80)
     panel = live.page.panel
     assert "fires" not in panel.gauge.accessibleName()
-    assert panel.tilt.accessibleName() == "Tilt: 80°"  # 60° is only the vendor's default
+    assert panel.tilt.accessibleName() == "Tilt: 80°, trigger not known"  # 60° is only the vendor's default
     live.say(attitude_threshold_deg=75, tilt_deg=80)
     assert "75° fires" in panel.gauge.accessibleName()
     assert panel.tilt.accessibleName() == "Tilt: 80°, limit 75°, over 75°"

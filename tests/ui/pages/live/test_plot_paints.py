@@ -103,7 +103,7 @@ def test_changes_other_than_time_are_painted_at_once(watched: Watched) -> None:
     plot.add_marks([Mark(bench.now_s - 1, "activated", Icon.ACTIVE)])
     assert watched.tick() == 1
     assert watched.tick() == 0
-    bench.page.data.fires.put(bench.now_s, 75)
+    bench.page.data.acting.fires.put(bench.now_s, 75)
     assert watched.tick() == 1
     assert watched.tick() == 0
     plot.reset()

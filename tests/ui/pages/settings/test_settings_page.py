@@ -113,6 +113,20 @@ def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> Non
     assert len(one.changes()) == 1
 
 
+def test_a_trigger_that_is_off_is_warned_of_also_once_it_is_written(one: Desk) -> None:
+    one.click(one.find(QToolButton, "attitude_trigger_off"))
+    one.settings.refresh()
+    warning = one.settings.rows["attitude_trigger"].reason.text()
+    assert warning
+    write(one)
+    choose(one, "write_anyway")
+    one.until(lambda: state(one, "attitude_trigger") is RowState.ACKNOWLEDGED)
+    row = one.settings.rows["attitude_trigger"]
+    assert (row.reason.text(), row.reason.property("role")) == (warning, "attention")
+    one.assembly.window.top_bar.refresh()
+    assert one.assembly.window.top_bar.triggers.word == "tilt off"
+
+
 def test_an_active_module_is_written_only_when_unlocked_for_this_once(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
