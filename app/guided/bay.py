@@ -88,3 +88,10 @@ def _alike(closed: Band, opened: Band) -> GuidedResult:
         for name, band in ((marked("Bay closed"), closed), (marked("Bay open"), opened))
     )
     return GuidedResult(GuidedKind.BAY, measured, message(CalibrationFault.TOO_CLOSE.value))
+
+
+def light_direction(result: GuidedResult) -> LightDirection | None:
+    """Which way the light was measured to read; None where the result is of another test, or tells nothing of it."""
+    if result.kind is not GuidedKind.BAY or result.verdict is not GuidedVerdict.PASSED:
+        return None
+    return LightDirection.RISES if result.advice is None else LightDirection.FALLS

@@ -1460,10 +1460,6 @@
         <translation>伞仓内的光线：用于判断伞仓是否打开。</translation>
     </message>
     <message>
-        <source>Light means that the bay is open; without calibration this is assumed.</source>
-        <translation>有光说明伞仓打开；未校准时只是假定。</translation>
-    </message>
-    <message>
         <source>Light mode</source>
         <translation>浅色</translation>
     </message>
@@ -1710,6 +1706,10 @@
     <message>
         <source>More</source>
         <translation>更多</translation>
+    </message>
+    <message>
+        <source>More light reading higher is assumed until it was measured with the bay closed and open.</source>
+        <translation>在伞仓关闭和打开时测量之前，假定光线越强读数越高。</translation>
     </message>
     <message>
         <source>More light reads higher.</source>
@@ -5192,6 +5192,10 @@
         <translation>{least} 至 {most}，步长 {step}。</translation>
     </message>
     <message>
+        <source>{limit} (assumed)</source>
+        <translation>{limit}（假定）</translation>
+    </message>
+    <message>
         <source>{limit}, advised {advised}</source>
         <translation>{limit}，建议 {advised}</translation>
     </message>
@@ -5388,6 +5392,10 @@
         <translation>{slowest:.1f} ms，中位数 {median:.1f} ms</translation>
     </message>
     <message>
+        <source>{state} (assumed)</source>
+        <translation>{state}（假定）</translation>
+    </message>
+    <message>
         <source>{test} within {days} days</source>
         <translation>{test}在 {days} 天内</translation>
     </message>
@@ -5448,8 +5456,8 @@
         <translation>{value}（!）{fault}，限值 {limit}</translation>
     </message>
     <message>
-        <source>{value} V bay open</source>
-        <translation>{value} V 伞仓打开</translation>
+        <source>{value} V threshold</source>
+        <translation>{value} V 阈值</translation>
     </message>
     <message>
         <source>{value} g free fall</source>

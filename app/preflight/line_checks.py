@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
+from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
@@ -188,6 +189,10 @@ def bay_closed(case: Case) -> Finding:
         return case.unread("light_threshold_v", message(marked("Light threshold")))
     is_inverted = case.profile.is_light_inverted
     limit = message(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
+    tested = case.past.tests.get(GuidedKind.BAY)
+    is_measured = is_inverted or (tested is not None and tested.stored.verdict is GuidedVerdict.PASSED)
+    if not is_measured:  # which side of the threshold is dark (E11)
+        limit = message(marked("{limit} (assumed)"), limit=limit)
     lights = [float(value) for value in _answers(case, "light_v")]
     if not lights:
         return case.unread("light_v", limit)
@@ -237,6 +242,6 @@ LINE_CHECKS: Final = (
           marked("The charger hides the cell's voltage."),
           marked("Unplug the external power.")),
     Check("light", marked("Bay closed"), bay_closed,
-          marked("Light means that the bay is open; without calibration this is assumed."),
+          marked("More light reading higher is assumed until it was measured with the bay closed and open."),
           marked("Close the bay, or measure the light threshold.")),
 )  # fmt: skip

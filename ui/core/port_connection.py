@@ -20,6 +20,7 @@ from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
 from app.procedures.find import RateSearch, find_rate
 from app.procedures.handshake import Silence, handshake
+from app.procedures.light_calibration import LightDirection
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
@@ -92,6 +93,7 @@ class PortConnection(QObject):
         """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
+        self._light: tuple[tuple[int, int] | None, LightDirection | None] = None, None
         self.view = self._derive_view()
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
@@ -121,6 +123,16 @@ class PortConnection(QObject):
     def conversation(self) -> tuple[int, int]:
         """Another one once another module may answer."""
         return self.connection.opening, self.device.breaks
+
+    @property
+    def light_direction(self) -> LightDirection | None:
+        """Which way the light reads in this conversation; None until it was measured with the bay closed and open
+        (E11)."""
+        conversation, direction = self._light
+        return direction if conversation == self.conversation else None
+
+    def keep_light_direction(self, direction: LightDirection) -> None:
+        self._light = self.conversation, direction
 
     @property
     def is_open(self) -> bool:

@@ -207,7 +207,7 @@ def test_a_recording_marks_them_under_the_cursor(
         plot, panel = desk.live.plot, desk.live.panel
         plot.time_range.show_instant(1005.0)
         desk.live.refresh()
-        bay_open, low = ("伞仓打开", "电压低") if is_chinese else ("bay open", "low")
+        bay_open, low = ("伞仓打开（假定）", "电压低") if is_chinese else ("bay open (assumed)", "low")
         assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION
         light, cell = panel.light.accessibleName(), panel.cell.accessibleName()
         assert light.endswith(bay_open)
@@ -274,11 +274,11 @@ def test_live_marks_cell_and_bay(live: Bench) -> None:
     cell, light = live.find(Readout, "live_cell"), live.find(Readout, "live_light")
     assert (cell.accessibleName(), light.accessibleName()) == (
         "Cell voltage: 3.94 V, not charging",
-        "Light: 0.3 V, limit 1.8 V, bay closed",
+        "Light: 0.3 V, limit 1.8 V, bay closed (assumed)",
     )
     live.say(cell_voltage_v=3.52, light_v=2.1)
     assert cell.accessibleName() == "Cell voltage: 3.52 V, limit 3.80 V, low"
-    assert light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open"
+    assert light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open (assumed)"
     assert cell.meaning is Meaning.ATTENTION
     assert light.meaning is Meaning.ATTENTION
     live.pass_time(30.0)

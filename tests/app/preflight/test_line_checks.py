@@ -8,7 +8,8 @@ import pytest
 
 from app.engine.device import StatusSample
 from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
-from app.limits.past import Past
+from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
+from app.limits.past import LastTested, Past
 from app.preflight import run
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding
@@ -175,8 +176,19 @@ def test_external_power_in_one_answer_is_enough(states: list[Value], result: Che
 )
 def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result: CheckResult) -> None:
     found = finding("light", series={"light_v": lights}, values={"light_threshold_v": 2.0})
-    assert (found.result, found.limit.in_english()) == (result, "< 2.0 V")
+    assert (found.result, found.limit.in_english()) == (result, "< 2.0 V (assumed)")
     assert finding("light", series={"light_v": lights}).result is UNKNOWN
+
+
+@pytest.mark.parametrize(("verdict", "limit"), [("passed", "< 2.0 V"), ("failed", "< 2.0 V (assumed)")])
+def test_which_side_is_dark_is_assumed_until_it_was_measured(verdict: str, limit: str) -> None:
+    tested = LastTested(StoredTest(kind=GuidedKind.BAY, verdict=GuidedVerdict(verdict), at="2026-01-01", who="Li"), 1.0)
+    evidence = Evidence(port="sim", series={"light_v": [1.0, 1.0]}, values={"light_threshold_v": 2.0})
+    case = Case(evidence=evidence, profile=NO_PROFILE, past=Past(tests={GuidedKind.BAY: tested}))
+    light = next(check for check in CHECKS if check.id == "light")
+    assert light.judge(case).limit.in_english() == limit
+    inverted = Case(evidence=evidence, profile=NO_PROFILE._replace(is_light_inverted=True), past=Past())
+    assert light.judge(inverted).limit.in_english() == "> 2.0 V"  # its profile says what was measured
 
 
 @pytest.mark.parametrize(

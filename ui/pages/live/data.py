@@ -159,7 +159,7 @@ def _lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: Li
             "V",
             data.light,
             (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
-            (Limit(acting.lights, marked("{value} V bay open"), Meaning.ATTENTION, 1, stale=unproven.lights),),
+            (Limit(acting.lights, marked("{value} V threshold"), Meaning.ATTENTION, 1, stale=unproven.lights),),
             decimals=1,
             weight=1.2,
             gap_s=SLOW_GAP_S,

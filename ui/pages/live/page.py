@@ -238,7 +238,7 @@ class LivePage(StreamPage):
             return
         self.panel.show_device(
             self._connector.current.device, now_s, in_use=self._in_use, limits=data.at(), unproven=data.unproven.at(),
-            reports_per_s=data.reports_per_s(now_s),
+            reports_per_s=data.reports_per_s(now_s), direction=self._connector.current.light_direction,
         )  # fmt: skip
 
     def _show_now(self) -> None:

@@ -12,7 +12,8 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.engine.device import DeviceView, How, Known
-from app.limits.out_of_limits import LimitsInUse, OutOfLimit, Outside, value_outside
+from app.limits.out_of_limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
+from app.procedures.light_calibration import LightDirection
 from app.recordings.entry_texts import remarks
 from app.recordings.markers import NO_LIMITS, ModuleLimits, charging_at
 from app.recordings.recording import Recording
@@ -54,6 +55,7 @@ _CHARGING: Final = marked("charging")
 _NOT_CHARGING: Final = marked("not charging")
 _CHARGER_UNKNOWN: Final = marked("charger unknown")
 _BAY_CLOSED: Final = marked("bay closed")
+_ASSUMED: Final = marked("{state} (assumed)")
 _OVER: Final = marked("over {value}°")
 _FALLING: Final = marked("free fall")
 _POLLED: Final = marked("polled")
@@ -125,7 +127,7 @@ class LivePanel(QFrame):
 
     def show_device(
         self, device: DeviceView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
-        unproven: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0,
+        unproven: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0, direction: LightDirection | None = None,
     ) -> None:  # fmt: skip
         """Shows all values as known at a monotonic time. Those of the limits that are `unproven` are not drawn as what
         the module acts on; whether a value is beyond a limit is said all the same."""
@@ -136,11 +138,11 @@ class LivePanel(QFrame):
         is_falling = acceleration is not None and falls_g is not None and float(acceleration.value) < falls_g
         falling = (Meaning.DANGER, tr(_FALLING)) if is_falling else self._trigger_note(flags.fall)
         _show(self.acceleration, acceleration, now_s, 1, *falling)
-        light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
+        cell = value_outside("cell_voltage_v", device, now_s, in_use)
         known_light = device.known("light_v", now_s)
         threshold_v = unproven.light_v if limits.light_v is None else limits.light_v
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
-        _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
+        _show(self.light, known_light, now_s, 1, *_bay_note(known_light, limits.light_v, in_use, direction))
         charging = device.known("charging", now_s)
         caption = _CHARGER if charging is not None and charging.value is True else _CELL
         if caption != self._cell_caption:
@@ -240,7 +242,8 @@ class LivePanel(QFrame):
         triggers = tr(TRIGGER_OFF) + sign, tr(TRIGGER_NOT_KNOWN)
         self.tilt.reserve((tr(_OVER, value=180) + sign, *triggers, age), limit="180°")
         self.acceleration.reserve((tr(_FALLING) + sign, *triggers, age))
-        self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(_BAY_CLOSED), age), limit="00.0 V")
+        bay = tr(OutOfLimit.BAY_OPEN.value), tr(_BAY_CLOSED)
+        self.light.reserve((*(tr(_ASSUMED, state=state) + sign for state in bay), age), limit="00.0 V")
         low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
         words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, _CELL, _CHARGER)
         self.cell.reserve((*low, *(tr(word) for word in words), age), limit="0.00 V")
@@ -262,11 +265,19 @@ class LivePanel(QFrame):
         self._reserve()
 
 
-def _bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:
-    """Meaning and note of the light: bay open or closed; none without a threshold."""
-    if outside is not None:
-        return Meaning.ATTENTION, tr(outside.fault.value)
-    return None, "" if threshold_v is None else tr(_BAY_CLOSED)
+def _bay_note(
+    light: Known | None, threshold_v: float | None, in_use: LimitsInUse, direction: LightDirection | None
+) -> tuple[Meaning | None, str]:
+    """Meaning and note of the light: bay open or closed; none without a threshold. Which side is dark is an assumption
+    until it was measured with the bay closed and open, and is called one (E11)."""
+    if light is None or threshold_v is None:
+        return None, ""
+    is_inverted = in_use.profile.is_light_inverted if direction is None else direction is LightDirection.FALLS
+    is_open = bay_outside(round(float(light.value), 3), threshold_v, is_inverted=is_inverted) is not None
+    text = tr(OutOfLimit.BAY_OPEN.value if is_open else _BAY_CLOSED)
+    if direction is None and not is_inverted:
+        text = tr(_ASSUMED, state=text)
+    return (Meaning.ATTENTION if is_open else None), text
 
 
 def _charge_note(is_charging: bool | None) -> str:

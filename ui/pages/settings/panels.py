@@ -253,6 +253,8 @@ class CalibrationPanel(QWidget):
     def _end(self, name: str, job: Job[Band]) -> None:
         if job.run.error is None:
             self._bands[name] = job.outcome()
+            if isinstance(self.proposal, Proposal):
+                self._connector.current.keep_light_direction(self.proposal.direction)
             if name == CLOSED:
                 self.sides[OPEN].button.setFocus()
         else:

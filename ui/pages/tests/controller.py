@@ -16,6 +16,7 @@ from app import version
 from app.engine.procedure import Cancelled, PortLost, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Job
+from app.guided.bay import light_direction
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest
 from app.guided.guided_store import keep_test, last_tests
 from app.guided.results import GuidedKind, GuidedResult, StoredTest
@@ -207,6 +208,9 @@ class GuidedController(QObject):
         if self.owes_lock:
             self._connector.current.lock.ensure_locked()
         if isinstance(outcome, GuidedResult):
+            direction = light_direction(outcome)
+            if direction is not None:
+                self._connector.current.keep_light_direction(direction)
             self._store_result(outcome)
         self.changed.emit()
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
+from app.procedures.light_calibration import LightDirection
 from app.text.i18n import CHINESE, ENGLISH
 from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
@@ -73,7 +74,7 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     panel = live.page.panel
     assert panel.tilt.accessibleName() == "Tilt: 12°, limit 60°, trigger not known"
     assert panel.acceleration.accessibleName() == "Acceleration: 1.0 g, trigger not known"
-    assert panel.light.accessibleName() == "Light: 0.3 V, limit 1.8 V, bay closed"
+    assert panel.light.accessibleName() == "Light: 0.3 V, limit 1.8 V, bay closed (assumed)"
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, not charging"
     assert panel.stream.accessibleName() == "Reports: 50 /s, streamed"
     live.pass_time(3.0)
@@ -115,6 +116,27 @@ def test_a_value_says_that_its_trigger_is_off_or_not_known(live: Bench, flag: bo
     assert live.page.panel.tilt.accessibleName().endswith(says)
     assert ("trigger not known" in live.page.panel.gauge.accessibleName()) is (flag is None)
     assert ("trigger" in live.page.panel.acceleration.accessibleName()) is (flag is not True)
+
+
+@pytest.mark.parametrize(
+    ("direction", "light_v", "says"),
+    [
+        (None, 0.3, "bay closed (assumed)"),
+        (None, 2.5, "bay open (assumed)"),
+        (LightDirection.RISES, 0.3, "bay closed"),
+        (LightDirection.RISES, 2.5, "bay open"),
+        (LightDirection.FALLS, 0.3, "bay open"),
+        (LightDirection.FALLS, 2.5, "bay closed"),
+    ],
+)
+def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(
+    live: Bench, direction: LightDirection | None, light_v: float, says: str
+) -> None:
+    live.say()
+    if direction is not None:
+        live.connector.current.keep_light_direction(direction)
+    live.say(light_v=light_v)
+    assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
 
 
 def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:

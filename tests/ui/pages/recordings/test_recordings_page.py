@@ -160,7 +160,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     live.refresh()
     assert panel.tilt.accessibleName() == "Tilt: 75°, limit 60°, over 60°"
     assert panel.trigger.accessibleName() == "Trigger: TRIGGERED"
-    assert panel.light.accessibleName() == "Light: 0.4 V, limit 1.8 V, bay closed"
+    assert panel.light.accessibleName() == "Light: 0.4 V, limit 1.8 V, bay closed (assumed)"
     assert panel.cell.accessibleName() == "Cell voltage: 3.90 V"
     at = f"{NOON.astimezone():%H:%M}"[:2]
     assert panel.moment.accessibleName().startswith(f"Time under the cursor: {at}:01:00.5")
