@@ -2504,6 +2504,10 @@
         <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
+        <source>Recording</source>
+        <translation>数据记录</translation>
+    </message>
+    <message>
         <source>Recording of {time}</source>
         <translation>{time} 的数据记录</translation>
     </message>
@@ -4901,7 +4905,7 @@
     </message>
     <message>
         <source>tilt off</source>
-        <translation>姿态已禁用</translation>
+        <translation>倾角已禁用</translation>
     </message>
     <message>
         <source>time is up</source>

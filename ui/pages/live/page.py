@@ -149,7 +149,7 @@ class LivePage(StreamPage):
             hidden=self._connector.set_drawing_interval,
         )  # fmt: skip
         self._connector.changed.connect(self._refresh_empty)
-        self._connector.invalidated.connect(self._reset)
+        self._connector.invalidated.connect(self._begin_again)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_deleted)
         self.refresh()
@@ -216,6 +216,8 @@ class LivePage(StreamPage):
 
     def _show_source(self) -> None:
         recording = self.recording
+        title = marked("Live") if recording is None else marked("Recording")
+        self._services.texts.bind(self.header.title.setText, title)
         self.banner.show_notice(None if recording is None else partial(recorded_notice, recording, self.back_to_live))
         self.panel.be_recorded(is_recorded=self.recording is not None)
         self._recordings.note_shown(is_shown=self.recording is not None)
@@ -278,6 +280,11 @@ class LivePage(StreamPage):
             self._waiting.clear()
             self._live_plot.add_marks(self.data.on_batch(batch))
 
+    def _begin_again(self) -> None:
+        """Another module is connected or shown: whoever wanted that sees it, and no recording."""
+        self.back_to_live()
+        self._reset()
+
     def _reset(self) -> None:
         """Discards all data, for another module or a new session."""
         self._process_waiting()
@@ -334,7 +341,7 @@ class LivePage(StreamPage):
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
         in_column(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        head = self.make_header(self._services.texts, marked("Live"))
+        head = self.header = self.make_header(self._services.texts, marked("Live"))
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.save, 1)  # shows where something was saved
         head.add(self.try_out)

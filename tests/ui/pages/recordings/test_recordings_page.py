@@ -14,15 +14,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.recordings.entry_texts import size_text
 from app.recordings.export import export
 from app.recordings.recording import tilt_outline
+from protocol.link_states import Presence
 from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
-from tests.support.window.steps import choosing, find, given, notice_text
+from tests.support.window.steps import await_child, choosing, find, given, notice_text
 from ui.core.texts import LanguageSwitch, Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
@@ -142,6 +144,7 @@ def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     assert not live.plot.time_range.is_live
     assert live.plot.time_range.is_recorded
     assert live.banner.isVisible()
+    assert find(live, QLabel, "live_title").text() == "Recording"
     said = notice_text(live.banner)
     assert said.startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M} · not live · ")
     assert "Left wing" in said
@@ -354,12 +357,42 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert main.top_bar.activation.word == "LOCKED"
 
         desk.click(live.banner.button("recorded_back"))
-        desk.until(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
+        desk.until(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°, trigger not known")
         assert live.panel.tilt.freshness is Freshness.FRESH
         assert live.plot.time_range.is_live
         assert not live.panel.moment.isVisible()
+        assert find(live, QLabel, "live_title").text() == "Live"
         connector.current.disconnect_port()
         desk.until(lambda: assembly.connector.current.recording.sign.since is None)
+
+
+@pytest.mark.parametrize("is_shown_port", [True, False])
+def test_whoever_connects_a_module_sees_it_and_no_recording(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path, is_shown_port: bool
+) -> None:
+    """After three other modules were connected, Live still showed what was recorded four minutes before."""
+    with (
+        simulated("first", tilt=11), simulated("second", tilt=22),
+        window(qapp, tmp_path, entries=page_entries("live", "recordings")) as assembly,
+    ):  # fmt: skip
+        live = await_child(qtbot, assembly.window, LivePage)
+        connect(qtbot, assembly, "sim://first")
+        folder = assembly.storage.recordings.library.folder
+        folder.mkdir(parents=True, exist_ok=True)
+        path = Path(copyfile(template, folder / template.name))
+        assembly.window.files.open(path)
+        qtbot.waitUntil(lambda: live.recording is not None)
+        if is_shown_port:
+            connect(qtbot, assembly, "sim://second")
+        else:
+            other = assembly.connector.add()
+            other.connect_to(Target("sim://second", 115200))
+            qtbot.waitUntil(lambda: other.device.presence is Presence.ONLINE)
+            assert live.recording is not None  # it is in the fleet, and nobody asked to see it
+            assembly.connector.choose(other)
+        qtbot.waitUntil(lambda: live.panel.tilt.accessibleName().startswith("Tilt: 22°"))
+        assert live.recording is None
+        assert find(live, QLabel, "live_title").text() == "Live"
 
 
 # Looks
