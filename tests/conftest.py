@@ -23,8 +23,8 @@ import pytest
 from hypothesis import settings
 from pytestqt.qtbot import QtBot
 
-from app.simulator.setup import EmptySlots, Setup
 from app.text import i18n
+from tests.support.line import odd_module
 from tests.support.patience import PATIENCE_S
 from tests.support.setup_files import PACKAGING, SetupFiles
 
@@ -50,9 +50,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# The simulated module is silent to the query for its records where it has none, as the vendor leaves it open (E7).
-# What that means is held by tests that say so; all others are about a module that answers with empty slots.
-vars(Setup)["__init__"].__kwdefaults__["empty_slots"] = EmptySlots.ZEROS
+odd_module.install()
 
 # What a test waits for comes late on a busy machine.
 for wait in QtBot.waitUntil, QtBot.waitSignal:

@@ -9,7 +9,7 @@ from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
-from app.simulator.setup import OPTIONS, YES_OR_NO, Group, Setup, default_text, parse_options
+from app.simulator.setup import OPTIONS, YES_OR_NO, Group, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, expected
 from app.text.i18n import tr
@@ -19,7 +19,7 @@ from app.text.user_error import ErrorCode
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
   dps-s simulate --tcp 127.0.0.1:0
-  dps-s simulate --history 9 --records pieces --mute-codes 14,33
+  dps-s simulate --history 9 --cell 3.6
   dps-s simulate --active --pwm-after 20
   sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
     groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
     for option in OPTIONS:
-        default = default_text(option)
+        default = as_text(option.default)
         way_of: dict[str, Any] = {"nargs": "?", "const": ""} if option.metavar == YES_OR_NO else {}
         groups[option.group].add_argument(
             "--" + option.name.replace("_", "-"), dest=option.name, metavar=option.metavar, default=argparse.SUPPRESS,

@@ -404,10 +404,6 @@
         <translation>电芯</translation>
     </message>
     <message>
-        <source>Cell drain per hour</source>
-        <translation>每小时电压下降</translation>
-    </message>
-    <message>
         <source>Cell voltage</source>
         <translation>电芯电压</translation>
     </message>
@@ -542,10 +538,6 @@
     <message>
         <source>Choose the one column with the time.</source>
         <translation>请选择一个时间列。</translation>
-    </message>
-    <message>
-        <source>Clamps settings</source>
-        <translation>限制参数范围</translation>
     </message>
     <message>
         <source>Clear</source>
@@ -700,10 +692,6 @@
         <translation>默认 {value}</translation>
     </message>
     <message>
-        <source>Delay</source>
-        <translation>延迟</translation>
-    </message>
-    <message>
         <source>Delete for good</source>
         <translation>永久删除</translation>
     </message>
@@ -742,10 +730,6 @@
     <message>
         <source>Dimmed with an age: stale. Hatched: never reported.</source>
         <translation>变淡并注明时间：已过时。斜纹：从未上报。</translation>
-    </message>
-    <message>
-        <source>Direction of faults</source>
-        <translation>故障方向</translation>
     </message>
     <message>
         <source>Disabled</source>
@@ -812,48 +796,8 @@
         <translation>下次日期</translation>
     </message>
     <message>
-        <source>Duplicate replies</source>
-        <translation>重复应答</translation>
-    </message>
-    <message>
         <source>Duration</source>
         <translation>时长</translation>
-    </message>
-    <message>
-        <source>E11: inverted light</source>
-        <translation>E11：光线反向</translation>
-    </message>
-    <message>
-        <source>E12: 4.70 V records</source>
-        <translation>E12：记录为 4.70 V</translation>
-    </message>
-    <message>
-        <source>E15: keeps state</source>
-        <translation>E15：保留状态</translation>
-    </message>
-    <message>
-        <source>E2: acknowledgement</source>
-        <translation>E2：应答方式</translation>
-    </message>
-    <message>
-        <source>E3: voltage code</source>
-        <translation>E3：电压命令码</translation>
-    </message>
-    <message>
-        <source>E4: code for 17</source>
-        <translation>E4：17 的应答码</translation>
-    </message>
-    <message>
-        <source>E6: record delivery</source>
-        <translation>E6：记录发送方式</translation>
-    </message>
-    <message>
-        <source>E7: empty slots</source>
-        <translation>E7：空记录位</translation>
-    </message>
-    <message>
-        <source>E9: baud-rate change</source>
-        <translation>E9：波特率切换</translation>
     </message>
     <message>
         <source>Each check or test adds its module.</source>
@@ -982,6 +926,10 @@
     <message>
         <source>Falls for too long for a proposal.</source>
         <translation>失重时间过长，无法给出建议。</translation>
+    </message>
+    <message>
+        <source>Faults</source>
+        <translation>故障</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1116,10 +1064,6 @@
         <translation>可以飞行</translation>
     </message>
     <message>
-        <source>Garbage</source>
-        <translation>杂乱字节</translation>
-    </message>
-    <message>
         <source>Guided test not within the last {days} days: {test}.</source>
         <translation>最近 {days} 天内未做引导测试：{test}。</translation>
     </message>
@@ -1186,10 +1130,6 @@
     <message>
         <source>If it is this module, add {option}.</source>
         <translation>如果就是这个模块，请加上 {option}。</translation>
-    </message>
-    <message>
-        <source>Ignored commands</source>
-        <translation>忽略的命令</translation>
     </message>
     <message>
         <source>Import…</source>
@@ -1312,10 +1252,6 @@
         <translation>已删除其中批准的参数校验码。</translation>
     </message>
     <message>
-        <source>Jitter</source>
-        <translation>抖动</translation>
-    </message>
-    <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面复核。</translation>
     </message>
@@ -1338,10 +1274,6 @@
     <message>
         <source>Keep away, LOCK again, restore the link; only then switch it off.</source>
         <translation>请远离模块，再次锁定并恢复通信，之后才可关机。</translation>
-    </message>
-    <message>
-        <source>Keeps settings</source>
-        <translation>保存参数</translation>
     </message>
     <message>
         <source>Key</source>
@@ -1476,10 +1408,6 @@
         <translation>限值</translation>
     </message>
     <message>
-        <source>Line faults</source>
-        <translation>线路故障</translation>
-    </message>
-    <message>
         <source>Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.</source>
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
     </message>
@@ -1572,12 +1500,8 @@
         <translation>静止时丢失</translation>
     </message>
     <message>
-        <source>Lost bytes</source>
-        <translation>字节丢失</translation>
-    </message>
-    <message>
-        <source>Lost frames</source>
-        <translation>帧丢失</translation>
+        <source>Lost replies</source>
+        <translation>丢失的应答</translation>
     </message>
     <message>
         <source>Lost while shaken</source>
@@ -1690,10 +1614,6 @@
     <message>
         <source>Module and port are at {new} baud.</source>
         <translation>模块和串口均为 {new} 波特。</translation>
-    </message>
-    <message>
-        <source>Module faults</source>
-        <translation>模块故障</translation>
     </message>
     <message>
         <source>Module not proven: only queries are sent.</source>
@@ -2404,10 +2324,6 @@
         <translation>建议：{limits}</translation>
     </message>
     <message>
-        <source>Protocol differences</source>
-        <translation>协议差异</translation>
-    </message>
-    <message>
         <source>Proves that the module is there; two come after power-up.</source>
         <translation>证明模块在线；上电后自行发送两次。</translation>
     </message>
@@ -2536,10 +2452,6 @@
         <translation>被拒绝：仍为 {old} 波特。</translation>
     </message>
     <message>
-        <source>Refuses settings</source>
-        <translation>拒绝参数</translation>
-    </message>
-    <message>
         <source>Rehearsal: {frame} was not sent.</source>
         <translation>演练：未发送 {frame}。</translation>
     </message>
@@ -2570,10 +2482,6 @@
     <message>
         <source>Restart</source>
         <translation>重启</translation>
-    </message>
-    <message>
-        <source>Restart loses settings</source>
-        <translation>重启后参数丢失</translation>
     </message>
     <message>
         <source>Restarts</source>
@@ -2844,10 +2752,6 @@
         <translation>由本站点签名（{fingerprint}）。</translation>
     </message>
     <message>
-        <source>Silent restart every</source>
-        <translation>定时静默重启</translation>
-    </message>
-    <message>
         <source>Simulated module</source>
         <translation>模拟模块</translation>
     </message>
@@ -2882,10 +2786,6 @@
     <message>
         <source>Speed of the serial line.</source>
         <translation>串口通讯速率。</translation>
-    </message>
-    <message>
-        <source>Split, pause</source>
-        <translation>分段间隔</translation>
     </message>
     <message>
         <source>Standby at once: always allowed, never asked twice.</source>
@@ -2950,10 +2850,6 @@
     <message>
         <source>Stream rate</source>
         <translation>输出速率</translation>
-    </message>
-    <message>
-        <source>Streams after start</source>
-        <translation>开机后串口输出</translation>
     </message>
     <message>
         <source>Streams the status unasked.</source>

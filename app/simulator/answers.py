@@ -7,63 +7,27 @@ second, also afterwards, up to `MAX_WATCH_S` back.
 
 Where the table does not tell, this module: answers `11 01` with 00 while it is locked, and does not fire; ends
 "triggered" at the reset angle after an attitude trigger, and with `10 00`, `11 00` or a restart after others; blocks
-all triggers from `11 00` until `11 01`, `10` or a restart; sends the oldest record first; does not answer invalid
-frames.
+all triggers from `11 00` until `11 01`, `10` or a restart; sends all nine slots at once, the oldest record first, and
+00 in those that were never used; acknowledges a new baud rate at the old one; does not answer invalid frames.
 """
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 from app.simulator.hardware import Hardware, SentBytes
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
-from app.simulator.setup import Acknowledge, BaudChange, Delivery, EmptySlots, Setup, Streaming
-from protocol.catalogue import BY_NAME, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, Command, Request
+from protocol.catalogue import CELL_VOLTAGE, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, RECORD_CODE, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply, requests_in
 from protocol.messages import Source
 
-PIECE_LENGTH = 7
-"""Not a divisor of the frame length, so that pieces cross the ends of frames."""
-
-RECORD_GAP_S = 0.02
 ACCEPTED = 0x01
-FAILED = 0x00
-_CLAMPS = {
-    BY_NAME["attitude_threshold"]: range(55, 91),
-    BY_NAME["freefall_acceleration"]: range(1, 7),
-    BY_NAME["freefall_time"]: range(50, 256),
-    BY_NAME["light_threshold"]: range(1, 34),
-}
-"""Ranges that the vendor advises, or that the sensor can measure."""
+FREEFALL_CODE = 0x16
+"""E4: the table prints the acknowledgement of 17 with code 16."""
+BROKEN_OFF_S = 0.1
+"""After this much silence, a part of a frame is discarded."""
 
 Answer = Callable[[Hardware, Request, float], None]
-
-
-class StoredSetting(NamedTuple):
-    value: int
-    acknowledgement: int
-    """D4 of the reply."""
-
-
-def clamped(command: Command, raw: int) -> int:
-    """The nearest byte within the advised range."""
-    allowed = _CLAMPS.get(command, range(256))
-    return min(max(raw, allowed.start), allowed.stop - 1)
-
-
-def store_setting(command: Command, new: int, old: int, setup: Setup) -> StoredSetting:
-    """The outcome of a set of `command` from `old` to `new` (bytes)."""
-    by_one = setup.ack is Acknowledge.ONE and command.acknowledged_by_one
-    if setup.refuses and new != old:
-        return StoredSetting(old, FAILED if by_one else old)
-    value = clamped(command, new) if setup.clamps else new
-    return StoredSetting(value if setup.keeps else old, ACCEPTED if by_one else value)
-
-
-def answer(module: Hardware, request: Request, now_s: float) -> None:
-    """Carry out a valid request and queue the reply."""
-    _ANSWERS[request.command.name](module, request, now_s)
 
 
 def reply(module: Hardware, code: int, value: int, now_s: float) -> None:
@@ -75,7 +39,9 @@ def _value(read: Callable[[Hardware, float], int]) -> Answer:
 
     def report(module: Hardware, request: Request, now_s: float) -> None:
         module.advance(now_s)
-        reply(module, request.command.code, read(module, now_s), now_s)
+        # E3: the table prints the answer to 34 with code 35.
+        code = RECORD_CODE if request.command is CELL_VOLTAGE else request.command.code
+        reply(module, code, read(module, now_s), now_s)
 
     return report
 
@@ -84,12 +50,9 @@ def _setting(attribute: str) -> Answer:
     """Answer of a setting in the memory that can be queried and set."""
 
     def ask_or_set(module: Hardware, request: Request, now_s: float) -> None:
-        value: int = getattr(module.memory, attribute)
         if request.is_set:
-            kept = store_setting(request.command, request.data, value, module.setup)
-            setattr(module.memory, attribute, kept.value)
-            value = kept.acknowledgement
-        reply(module, request.command.code, value, now_s)
+            setattr(module.memory, attribute, request.data)
+        reply(module, request.command.code, getattr(module.memory, attribute), now_s)
 
     return ask_or_set
 
@@ -98,19 +61,11 @@ def _flag(attribute: str, field: Flag) -> Answer:
     """Answer of a flag that can be set but not queried (E8)."""
 
     def set_flag(module: Hardware, request: Request, now_s: float) -> None:
-        kept = _set_flag(module, request, attribute, field)
-        code = request.command.code
-        # E4: the table prints the acknowledgement of 17 with code 16.
-        reply(module, module.setup.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
+        setattr(module.state, attribute, request.data == field.true)
+        code = FREEFALL_CODE if request.command.code == 0x17 else request.command.code
+        reply(module, code, request.data, now_s)
 
     return set_flag
-
-
-def _set_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> StoredSetting:
-    old = field.encode(getattr(module.state, attribute))
-    kept = store_setting(request.command, request.data, old, module.setup)
-    setattr(module.state, attribute, kept.value == field.true)
-    return kept
 
 
 def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
@@ -118,9 +73,8 @@ def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
 
 
 def _activation(module: Hardware, request: Request, now_s: float) -> None:
-    kept = store_setting(request.command, request.data, int(module.state.is_active), module.setup)
-    module.activate(is_active=kept.value == FLAG.true)
-    reply(module, request.command.code, kept.acknowledgement, now_s)
+    module.activate(is_active=request.data == FLAG.true)
+    reply(module, request.command.code, request.data, now_s)
 
 
 def _deploy(module: Hardware, request: Request, now_s: float) -> None:
@@ -140,31 +94,22 @@ def _shutdown(module: Hardware, request: Request, now_s: float) -> None:
 
 
 def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
-    how = module.setup.stream
-    if how is Streaming.SILENT:
-        return
-    kept = _set_flag(module, request, "serial_output_is_on", FLAG)
-    reply(module, request.command.code, kept.acknowledgement, now_s)
-    if module.state.serial_output_is_on and how is Streaming.YES:
+    module.state.serial_output_is_on = request.data == FLAG.true
+    reply(module, request.command.code, request.data, now_s)
+    if module.state.serial_output_is_on:
         module.start_stream(now_s)
     else:
         module.stop_stream()
 
 
 def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
-    kept = store_setting(request.command, request.data, module.memory.baud_code, module.setup)
-    module.memory.baud_code = kept.value
-    how = module.setup.baud_ack
-    if how is BaudChange.NEW:
-        module.baud_rate = module.memory.baud_rate
-    reply(module, request.command.code, kept.acknowledgement, now_s)
-    if how is BaudChange.OLD:
-        module.baud_rate = module.memory.baud_rate
+    module.memory.baud_code = request.data
+    reply(module, request.command.code, request.data, now_s)
+    module.baud_rate = module.memory.baud_rate
 
 
 def _zero(module: Hardware, request: Request, now_s: float) -> None:
-    if module.setup.keeps:
-        module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
+    module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
     reply(module, request.command.code, ACCEPTED, now_s)
 
 
@@ -173,27 +118,11 @@ def _status(module: Hardware, _request: Request, now_s: float) -> None:
     module.send(module.status(now_s), now_s)
 
 
-def _cell_voltage(module: Hardware, _request: Request, now_s: float) -> None:
-    module.advance(now_s)
-    reply(module, module.setup.voltage_code, module.voltage(now_s), now_s)
-
-
 def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
     frames = [record_frame(data) for data in module.memory.records]
-    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.setup.empty_slots)
-    if fill is not None:
-        frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))
-    together = b"".join(frames)
-    delivery = module.setup.records
-    if delivery is Delivery.PIECES:
-        frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
-    elif delivery is Delivery.TOGETHER:
-        frames = [together] if together else []
-    for position, frame in enumerate(frames):
-        module.send(frame, now_s + position * RECORD_GAP_S)
-    if delivery is Delivery.PIECES and frames:
-        module.hold_stream(now_s + len(frames) * RECORD_GAP_S)
+    frames += [record_frame(bytes(RECORD_DATA_LENGTH))] * (MAX_RECORDS - len(frames))
+    module.send(b"".join(frames), now_s)
 
 
 _ANSWERS: dict[str, Answer] = {
@@ -216,13 +145,9 @@ _ANSWERS: dict[str, Answer] = {
     "triggered": _value(lambda module, _now_s: int(module.is_triggered)),
     "status": _status,
     "charging": _value(lambda module, _now_s: int(module.world.has_external_power)),
-    "cell_voltage": _cell_voltage,
+    "cell_voltage": _value(lambda module, now_s: module.voltage(now_s)),
     "trigger_records": _trigger_records,
 }
-
-
-BROKEN_OFF_S = 0.1
-"""After this much silence, a part of a frame is discarded."""
 
 
 class SimulatedModule(Hardware):
@@ -231,7 +156,8 @@ class SimulatedModule(Hardware):
 
     def _clear(self) -> None:
         super()._clear()
-        self._heard, self._last_byte_s = b"", -math.inf
+        self._heard = b""
+        self._last_byte_s = -math.inf
 
     def receive(self, data: bytes, now_s: float) -> list[SentBytes]:
         """Takes bytes from the host; returns what is sent by now."""
@@ -245,9 +171,8 @@ class SimulatedModule(Hardware):
         return sent + self.collect(now_s)
 
     def obey(self, request: Request, now_s: float) -> None:
-        """Carry out a request and queue the reply, unless it ignores the command."""
-        if request.command.code not in self.setup.mute_codes:
-            answer(self, request, now_s)
+        """Carry out a request and queue the reply."""
+        _ANSWERS[request.command.name](self, request, now_s)
 
     def _requests(self, data: bytes, now_s: float) -> list[Request]:
         """The valid host frames that `data` completes; other bytes are skipped."""

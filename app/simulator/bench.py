@@ -13,7 +13,7 @@ from typing import Any
 from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
 from app.simulator.physics import Physics
-from app.simulator.setup import OPTIONS, Group, Setup
+from app.simulator.setup import Setup
 from app.simulator.wire import Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
@@ -58,11 +58,11 @@ class SimulatedBench:
         self.clock = clock
         self.world = Physics(
             tilt_deg=setup.tilt, bay_is_open=setup.bay_open, has_external_power=setup.charger, cell_v=setup.cell,
-            drain_v_per_h=setup.drain, noise=setup.noise, is_lifelike=setup.lifelike, seed=setup.seed,
+            noise=setup.noise, is_lifelike=setup.lifelike, seed=setup.seed,
         )  # fmt: skip
         # Powering on counts one boot; the option is what is read afterwards.
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.odd_voltage)
+        invent_records(memory, setup.history, seed=setup.seed)
         memory.boot_count = (setup.boots - 1) & 0xFF
         self.module = kind(self.world, setup, memory=memory)
         self.wire = Wire(self.module)
@@ -142,15 +142,12 @@ class SimulatedBench:
                 self.is_plugged_in = True
                 self.plug_number += 1
 
-    # Quirks and faults
+    # Faults
 
     def change(self, **values: Any) -> None:
-        """Set quirks, line faults and `rate`, by option name."""
+        """Set faults and `rate`, by option name."""
         with self._act():
             self.module.change(**values)
-
-    def end_faults(self) -> None:
-        self.change(**{option.name: option.default for option in OPTIONS if option.group is Group.FAULTS})
 
     def state(self) -> BenchState:
         with self._act() as now_s:
@@ -200,8 +197,8 @@ _benches_lock = threading.Lock()
 def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -> SimulatedBench:
     """The module of this name, which is made on first use.
 
-    `options` are parsed values by option name. A module that exists takes over quirks, line faults and the rate if they
-    differ from the last ones: opening the same URL again does not undo later changes. Its other state is kept.
+    `options` are parsed values by option name. A module that exists takes over faults and the rate if they differ from
+    the last ones: opening the same URL again does not undo later changes. Its other state is kept.
     """
     options = dict(options or {})
     with _benches_lock:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from app.flights.judge import NOTHING, Judge, SensorSample
-from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, limits, record_data
+from app.simulator.memory import Memory, ModuleState, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.setup import Setup
 from protocol.catalogue import CELL_VOLT, HEARTBEAT_REPLY, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
@@ -60,7 +60,6 @@ class Hardware:
         self._line_free_s = -math.inf
         self._stream_due_s = self._stream_base_s = math.inf
         self._stream_step = 0
-        self._stream_held_until_s = -math.inf
         self._booted_s = 0.0
         self.heard_s = -math.inf
         self._sampled_s = -math.inf
@@ -85,7 +84,7 @@ class Hardware:
         return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
 
     def light(self, now_s: float) -> int:
-        return to_byte(self.world.light_v(now_s, is_inverted=self.setup.light_inverted) * TENTH_VOLT.per_unit)
+        return to_byte(self.world.light_v(now_s) * TENTH_VOLT.per_unit)
 
     def voltage(self, now_s: float) -> int:
         return to_byte(self.world.voltage_v(now_s) * CELL_VOLT.per_unit)
@@ -103,24 +102,17 @@ class Hardware:
 
     # Power
 
-    def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Boot: count it (0 follows 255), send two heartbeats, enable triggers, lock (but see E15)."""
-        if self.setup.forgets:
-            self.memory.reset_settings()
+    def power_on(self, now_s: float) -> None:
+        """Boot: count it (0 follows 255), send two heartbeats, enable triggers, lock."""
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
-        if not self.setup.remembers:
-            self.state = ModuleState()
-        if self.setup.stream_at_boot:
-            self.state.serial_output_is_on = True
+        self.state = ModuleState()
         self.is_on = True
         self.baud_rate = self.memory.baud_rate
         self._clear()
-        self._booted_s = self._sampled_s = now_s
-        if not is_silent:
-            self.send(HEARTBEAT_REPLY, now_s)
-            self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
-        if self.state.serial_output_is_on:
-            self.start_stream(now_s + 2 * BOOT_GAP_S)
+        self._booted_s = now_s
+        self._sampled_s = now_s
+        self.send(HEARTBEAT_REPLY, now_s)
+        self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
 
     def power_off(self) -> None:
         """Switch off at once; bytes that were queued are lost."""
@@ -133,10 +125,10 @@ class Hardware:
         self.power_off()
         self._due = sorted(due)
 
-    def restart(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Switch off and on; without the two heartbeats if `is_silent`."""
+    def restart(self, now_s: float) -> None:
+        """Switch off and on."""
         self.power_off()
-        self.power_on(now_s, is_silent=is_silent)
+        self.power_on(now_s)
 
     def press_switch(self, now_s: float) -> None:
         """Hold its switch for 2 s, which switches it on."""
@@ -154,7 +146,7 @@ class Hardware:
         self._fired = NOTHING
         self._judge.reset()
         self._due.clear()
-        self._line_free_s = self._stream_held_until_s = -math.inf
+        self._line_free_s = -math.inf
         self.heard_s = -math.inf
         self._stream_due_s = math.inf
 
@@ -183,7 +175,7 @@ class Hardware:
             is_connected=now_s - self.heard_s <= HOST_SILENT_S,
             is_charging=self.world.has_external_power,
             light=self.light(now_s),
-            voltage=ODD_VOLTAGE if self.setup.odd_voltage else self.voltage(now_s),
+            voltage=self.voltage(now_s),
         )
         self.memory.records.append(data)
         self.world.open_parachute(now_s)
@@ -191,19 +183,12 @@ class Hardware:
 
     def event_s(self) -> float:
         """Time of its next spontaneous event; infinity for none."""
-        if not self.is_on:
-            return math.inf
-        runs_s = self.setup.restart_at_s
-        at_s = min(self.pwm_at_s, self._booted_s + runs_s) if runs_s else self.pwm_at_s
-        return max(self._sampled_s, at_s)
+        return max(self._sampled_s, self.pwm_at_s) if self.is_on else math.inf
 
     def do_event(self, at_s: float) -> None:
         """The event of `event_s`."""
-        if self.pwm_at_s <= at_s:
-            self.pwm_at_s = math.inf
-            self.fire(Source.PWM, at_s)
-        else:
-            self.restart(at_s, is_silent=True)
+        self.pwm_at_s = math.inf
+        self.fire(Source.PWM, at_s)
 
     def advance(self, now_s: float) -> None:
         """Advance the time of its sensor and its triggers; sends nothing."""
@@ -271,10 +256,6 @@ class Hardware:
     def queue(self, due: SentBytes) -> None:
         heapq.heappush(self._due, SentBytes(due.at_s, next(self._order), due.data, due.baud_rate, due.is_streamed))
 
-    def hold_stream(self, until_s: float) -> None:
-        """Send no status until then, so that none lies between the pieces of a record."""
-        self._stream_held_until_s = until_s
-
     def start_stream(self, now_s: float) -> None:
         if not self.is_streaming:
             self._base_stream(now_s + 1 / self.setup.rate)
@@ -293,7 +274,7 @@ class Hardware:
         self._watch(at_s)
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.
-        if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
+        if self._line_free_s - at_s <= frame_s:
             self.queue(SentBytes(at_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
             self.stream_frames_sent += 1
 

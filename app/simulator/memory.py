@@ -9,7 +9,6 @@ from protocol.catalogue import BAUD, CENTISECOND, INVERTED, MAX_RECORDS, QUERY, 
 from protocol.frame import encode_long
 from protocol.messages import Source, encode_record_data
 
-ODD_VOLTAGE = 0xEB  # 4.70 V, the worked example (E12)
 RECORD_DATA_LENGTH = sum(part.length for part in RECORD_PARTS)
 
 
@@ -31,15 +30,10 @@ class Memory:
     def baud_rate(self) -> int:
         return BAUD.values[self.baud_code]
 
-    def reset_settings(self) -> None:
-        fresh = Memory()
-        for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):
-            setattr(self, name, getattr(fresh, name))
-
 
 @dataclass(slots=True, kw_only=True)
 class ModuleState:
-    """What a restart resets, unless the quirks keep it (E15). Initially locked with both triggers enabled."""
+    """What a restart resets. Initially locked with both triggers enabled."""
 
     is_active: bool = False
     attitude_is_enabled: bool = True
@@ -96,7 +90,7 @@ _PAST_SOURCES = (
 )
 
 
-def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bool) -> None:
+def invent_records(memory: Memory, count: int, *, seed: int) -> None:
     """Add `count` (0 … 9) varied records of earlier boots; the same for the same seed."""
     source = random.Random(seed)  # noqa: S311 (variety, not secrets)
     sources = _PAST_SOURCES[:count]
@@ -115,6 +109,6 @@ def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bo
             is_connected=Source.SERIAL in why or source.random() < 0.5,
             is_charging=False,
             light=source.randrange(2, 5),
-            voltage=ODD_VOLTAGE if has_odd_voltage else source.randrange(182, 208),
+            voltage=source.randrange(182, 208),
         )
         memory.records.append(data)

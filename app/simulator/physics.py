@@ -112,10 +112,9 @@ class Physics:
         acceleration += 0.03 * self._noise_at(at_s, 211)
         return SensedMotion(tilt, max(0.0, acceleration))
 
-    def light_v(self, at_s: float, *, is_inverted: bool = False) -> float:
-        """Voltage of the light sensor in the bay; `is_inverted`: lower in light (E11)."""
-        is_bright = self.bay_is_open is not is_inverted
-        volts = LIGHT_BAY_OPEN_V if is_bright else LIGHT_BAY_CLOSED_V
+    def light_v(self, at_s: float) -> float:
+        """Voltage of the light sensor in the bay, which reads higher in light (E11)."""
+        volts = LIGHT_BAY_OPEN_V if self.bay_is_open else LIGHT_BAY_CLOSED_V
         return max(0.0, volts + 0.03 * self._noise_at(at_s, 433))
 
     def voltage_v(self, at_s: float) -> float:

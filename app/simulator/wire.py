@@ -10,17 +10,15 @@ from typing import NamedTuple
 
 from app.simulator.answers import SimulatedModule
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
-from app.simulator.setup import FaultDirection
 from protocol.frame import HOST_FRAME_LENGTH
 
-MAX_GARBAGE_LENGTH = 12
 PART_S = 0.005
 """Longer bursts arrive in parts of this duration, as from an adapter."""
 MAX_BYTES = 65536
 """Size of the driver's receive buffer."""
 
 
-class _Burst(NamedTuple):
+class Burst(NamedTuple):
     begins_s: float
     data: bytes
     byte_s: float
@@ -37,24 +35,19 @@ class Wire:
     def __init__(self, module: SimulatedModule, *, host_baud: int | None = None) -> None:
         self.module = module
         self.host_baud = host_baud
-        self._up: deque[_Burst] = deque()
-        self._down: deque[_Burst] = deque()
+        self._up: deque[Burst] = deque()
+        self._down: deque[Burst] = deque()
         self._up_free_s = -math.inf
         self._down_free_s = -math.inf
         self._up_random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
         self._down_random = random.Random(module.setup.seed + 1)  # noqa: S311
 
     def write(self, data: bytes, now_s: float) -> None:
-        if not data:
-            return
         byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
         begins_s = max(now_s, self._up_free_s)
         self._up_free_s = begins_s + len(data) * byte_s
-        if self.module.setup.echo:
-            self._deliver(_Burst(max(begins_s, self._down_free_s), data, byte_s))
-        for burst in self._suffer(data, self._up_random, FaultDirection.TO_MODULE):
-            for at in range(0, len(burst), HOST_FRAME_LENGTH):
-                self._up.append(_Burst(begins_s + at * byte_s, burst[at : at + HOST_FRAME_LENGTH], byte_s))
+        for at in range(0, len(data), HOST_FRAME_LENGTH):
+            self._up.append(Burst(begins_s + at * byte_s, data[at : at + HOST_FRAME_LENGTH], byte_s))
 
     def read(self, now_s: float) -> bytes:
         """What has arrived at the host since the last call."""
@@ -69,7 +62,7 @@ class Wire:
             count = int((now_s - burst.begins_s) / burst.byte_s)
             if count:
                 arrived += burst.data[:count]
-                self._down[0] = _Burst(burst.begins_s + count * burst.byte_s, burst.data[count:], burst.byte_s)
+                self._down[0] = Burst(burst.begins_s + count * burst.byte_s, burst.data[count:], burst.byte_s)
             break
         return bytes(arrived[-MAX_BYTES:])
 
@@ -102,53 +95,32 @@ class Wire:
         self._send_down(self.module.collect(now_s))
 
     def _send_down(self, bursts: list[SentBytes]) -> None:
-        faults = self.module.setup
         for sent in bursts:
             byte_s = BITS_PER_BYTE / sent.baud_rate
-            whole = sent.data
+            data = sent.data
             if self.host_baud is not None and self.host_baud != sent.baud_rate:
-                whole = _garble(whole, sent.baud_rate, self.host_baud, self._down_random)
-                byte_s *= len(sent.data) / max(1, len(whole))  # in the time that sending took
-            delay_s = faults.delay_ms / 1000
-            if faults.jitter_ms:
-                delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000
-            begins_s = sent.at_s + delay_s
-            if faults.mute:
-                continue
-            for data in self._suffer(whole, self._down_random, FaultDirection.TO_HOST):
-                for position, piece in enumerate(self._pieces(data)):
-                    pause_s = faults.split_ms / 1000 if position else 0.0
-                    self._deliver(_Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s))
+                data = _garble(data, sent.baud_rate, self.host_baud, self._down_random)
+                byte_s *= len(sent.data) / len(data)  # in the time that sending took
+            if not self.module.setup.mute:
+                self._suffer(Burst(sent.at_s, data, byte_s))
 
-    def _deliver(self, burst: _Burst) -> None:
-        """The burst leaves the line at its time, and reaches the host after the lag."""
-        self._down_free_s = burst.ends_s
-        self._down.append(_Burst(burst.begins_s + self.module.setup.lag_ms / 1000, burst.data, burst.byte_s))
-
-    def _pieces(self, data: bytes) -> list[bytes]:
-        if not self.module.setup.split_ms or len(data) < 2:
-            return [data]
-        cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
-        return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
-
-    def _suffer(self, data: bytes, source: random.Random, direction: FaultDirection) -> list[bytes]:
-        """Apply the faults to a burst; returns none, one or two."""
+    def _suffer(self, burst: Burst) -> None:
+        """Lose a burst, or deliver it with bits turned."""
         faults = self.module.setup
-        if faults.direction not in (direction, FaultDirection.BOTH):
-            return [data]
+        source = self._down_random
         if faults.drop and source.random() < faults.drop:
-            return []
-        if faults.lose:
-            data = bytes(byte for byte in data if source.random() >= faults.lose)
+            return
+        data = burst.data
         if faults.corrupt:
             data = bytes(
                 byte ^ (1 << source.randrange(8)) if source.random() < faults.corrupt else byte for byte in data
             )
-        if faults.garbage and source.random() < faults.garbage:
-            data = source.randbytes(source.randint(1, MAX_GARBAGE_LENGTH)) + data
-        if not data:
-            return []
-        return [data, data] if faults.double and source.random() < faults.double else [data]
+        self._deliver(burst._replace(begins_s=max(burst.begins_s, self._down_free_s), data=data))
+
+    def _deliver(self, burst: Burst) -> None:
+        """The burst leaves the line at its time, and reaches the host after the lag."""
+        self._down_free_s = burst.ends_s
+        self._down.append(burst._replace(begins_s=burst.begins_s + self.module.setup.lag_ms / 1000))
 
 
 def _garble(data: bytes, sent_baud: int, read_baud: int, source: random.Random) -> bytes:

@@ -14,7 +14,6 @@ from unittest import mock
 from PySide6.QtWidgets import QApplication
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import as_text
 from tests.adversary.commands import BY_COMMAND, NAMES, STREAM, WINDOW
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import SETTLED_S, Case, Finding, conduct, judge_all
@@ -22,6 +21,7 @@ from tests.adversary.program import Ran, Stage, caught_errors, home_variables, w
 from tests.adversary.window import SETTLED_IN_S, Session
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.support.line.lies import lying, lying_bench
+from tests.support.line.odd_module import as_text, odd
 from tests.support.line.sim_line import FakeClock
 
 STEP_S: Final = 0.06
@@ -139,7 +139,7 @@ def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
 
 def latency_s(bench: SimulatedBench) -> float:
     """Return the age of an answer that has just arrived."""
-    faults = bench.module.setup
+    faults = odd(bench.module)
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + lying(bench).lies.latest_ms
     return STEP_S + added_ms / 1000
 

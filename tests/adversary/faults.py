@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, Final
 
 from app.simulator.bench import SimulatedBench
+from tests.support.line.odd_module import forget_settings
 
 DIALECTS: Final[Mapping[str, Mapping[str, str]]] = {
     "as printed": {},
@@ -62,7 +63,7 @@ def _accident(at_s: float, happen: Callable[[SimulatedBench], None]) -> Trouble:
 
 def _forget(bench: SimulatedBench) -> None:
     bench.restart()
-    bench.module.memory.reset_settings()
+    forget_settings(bench.module.memory)
 
 
 def _slip(bench: SimulatedBench) -> None:

@@ -17,9 +17,11 @@ from typing import NamedTuple
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Loop, PtyEndpoint
-from app.simulator.setup import Setup, parse_options
+from app.simulator.setup import parse_options
 from protocol.catalogue import LOCK
+from tests.support.line import odd_module
 from tests.support.line.frames import at_each_frame
+from tests.support.line.odd_module import end_faults
 from tests.support.processes import Running, running
 
 
@@ -120,7 +122,7 @@ def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
         case ["restart"]:
             bench.restart()
         case ["fault", "none"]:
-            bench.end_faults()
+            end_faults(bench)
         case ["fault", name, value]:
             bench.change(**parse_options({name: value}))
         case _:
@@ -131,7 +133,7 @@ def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
 def main(words: list[str]) -> int:
     """Serve until the input ends."""
     link, *options = words
-    bench = SimulatedBench(Setup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    bench = SimulatedBench(odd_module.OddSetup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
     locks = [0.0]
     at_each_frame(bench, lambda request: locks.append(time.monotonic()) if request == LOCK else None)
     module = _PluggedModule(bench, Path(link))

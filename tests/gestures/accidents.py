@@ -15,6 +15,7 @@ from tests.adversary.faults import DIALECTS, LIES, LINE
 from tests.adversary.window import SURE, Session
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.lies import lies_of, lying
+from tests.support.line.odd_module import end_faults, forget_settings
 from tests.support.line.truth import Moment
 
 SEEN_WITHIN_S: Final = 0.5
@@ -86,7 +87,7 @@ class Accidents:
     def _end_faults(self) -> None:
         module = lying(self.bench.bench)
         module.lies = replace(module.lies, min_gap_ms=0.0, half_duplex=False)
-        self.bench.bench.end_faults()
+        end_faults(self.bench.bench)
 
     def heal(self) -> None:
         self._end_faults()
@@ -95,7 +96,7 @@ class Accidents:
     def restart(self) -> None:
         self.bench.bench.restart()
         if self._dice.random() < 0.5:
-            self.bench.bench.module.memory.reset_settings()
+            forget_settings(self.bench.bench.module.memory)
 
     def slip(self) -> None:
         """The plug slips out and in again; the port is opened again."""

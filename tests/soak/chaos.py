@@ -9,11 +9,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from app.simulator.setup import OPTIONS
 from tests.adversary.faults import LINE
 from tests.benchmarks.module import StreamingModule
+from tests.support.line.odd_module import ODD_OPTIONS
 
-_NAMES: Final = {option.name for option in OPTIONS}
+_NAMES: Final = {option.name for option in ODD_OPTIONS}
 _FAULTS: Final = tuple(sorted({(name, value) for trouble in LINE.values() for name, value in trouble.options.items()
                                if name in _NAMES}))  # fmt: skip
 """Of the simulated module; lies of the line are not among its options."""

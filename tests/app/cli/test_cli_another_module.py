@@ -287,13 +287,13 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame
     """What came is listed, as incomplete, and nothing is kept."""
     bench, words = stage.bench, ["history", "--json", *more]
     memory = bench.module.memory
-    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+    invent_records(memory, 3, seed=5)
     before = [*memory.records]
 
     def exchange_records() -> None:
         exchange(bench)
         memory.records.clear()
-        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+        invent_records(memory, 2, seed=9)
 
     with falls_after(bench, frame, exchange_records):
         printed = run(stage, words, 4)
@@ -310,11 +310,11 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame
 def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage: Stage, frame: int) -> None:
     """While the last records of the first one are waited for, another one takes its place."""
     bench, memory = stage.bench, stage.bench.module.memory
-    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+    invent_records(memory, 3, seed=5)
 
     def exchange_records() -> None:
         memory.records.clear()
-        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+        invent_records(memory, 2, seed=9)
 
     words = ["history", "--json", "--module", "M-07"]
     with falls_after(bench, frame, exchange_records):
@@ -326,7 +326,7 @@ def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage
 
 def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(port: str, dps_s: Program) -> None:
     bench, words = bench_of(port), ["history", "--port", port, "--json", "--module", "M-07"]
-    invent_records(bench.module.memory, 3, seed=5, has_odd_voltage=False)
+    invent_records(bench.module.memory, 3, seed=5)
     with falls_after(bench, 20, lambda: exchange(bench)), falls_after(bench, 34, bench.unplug):
         printed = dps_s(words, 4)
     assert json.loads(printed.out)["records"]

@@ -231,7 +231,7 @@ def test_records_of_a_port_that_was_lost_are_kept(
 ) -> None:
     """At the second reading of the records, behind a heartbeat, the settings and the first; and behind it."""
     bench = bench_of(port)
-    invent_records(bench.module.memory, 2, seed=1, has_odd_voltage=False)
+    invent_records(bench.module.memory, 2, seed=1)
     with falls_after(bench, number, bench.unplug):
         printed = dps_s(["history", "--port", f"{port}?empty_slots=ones", "--json", "--module", "M-07"], 4)
     shown = json.loads(printed.out)

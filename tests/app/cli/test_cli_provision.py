@@ -25,6 +25,7 @@ from app.terminal.arguments import WrongUsage
 from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
+from tests.support.line.odd_module import forget_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
@@ -38,7 +39,7 @@ def new(boots: int, then: Plug = lambda bench: None) -> Plug:
 
     def plug(bench: SimulatedBench) -> None:
         bench.module.memory.boot_count = boots - 1
-        bench.module.memory.reset_settings()
+        forget_settings(bench.module.memory)
         bench.restart()
         then(bench)
 

@@ -22,7 +22,6 @@ from app.cli.results import NAMES
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import EmptySlots, Setup
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import RATES
@@ -33,6 +32,7 @@ from protocol.messages import TriggerRecord, decode_record
 from tests.app.cli.reference import test_schemas as schemas
 from tests.app.cli.test_cli_program import half_width
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
+from tests.support.line.odd_module import EmptySlots, OddSetup
 from tests.support.thorough import some
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -161,7 +161,7 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
     judge = doctest.OutputChecker()
-    bench = SimulatedBench(Setup(history=2, empty_slots=EmptySlots.NONE))
+    bench = SimulatedBench(OddSetup(history=2, empty_slots=EmptySlots.NONE))
     with serving(bench, pty(Path(link))):
         for block in _BLOCK.findall(text):
             found = []

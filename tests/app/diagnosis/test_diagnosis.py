@@ -23,6 +23,7 @@ from app.text.i18n import temporary_language
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Role
 from protocol.frame import Reason
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
@@ -362,7 +363,7 @@ def test_another_module_on_the_same_port_begins_without_the_evidence_of_the_firs
     """It was counted from the first one's totals: it fell silent, and nothing was said of that."""
     watched = greeted(20, garbage="0.3")
     assert watched.evidence_collector.evidence().noise
-    watched.rig.bench.end_faults()
+    end_faults(watched.rig.bench)
     watched.rig.session.treat_as_new(is_named=False)
     watched.evidence_collector.begin(PORT)
     assert not watched.evidence_collector.evidence().noise

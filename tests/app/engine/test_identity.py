@@ -32,6 +32,7 @@ from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
 from protocol.events import Answered, Counters, OutcomeUnknown, Received, Role, Unanswered, WentOnline
 from protocol.messages import Reading
 from tests.support.journals import FakeJournal
+from tests.support.line.odd_module import end_faults, restart_silently
 from tests.support.line.sim_line import Rig, watched
 
 FOUND = IdentityEvidence(
@@ -122,7 +123,7 @@ def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_ano
     rig.run(ask(BY_NAME["light"].query()))
     if is_restarted:
         rig.bench.restart()
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     rig.step_until(lambda: trust(rig) is Trust.UNPROVEN, limit_s=30)
     assert "freefall_time_s" in rig.session.device.view(rig.clock()).values
     rig.run(ask(BY_NAME["light"].query()))
@@ -282,7 +283,7 @@ def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_p
     rig.run(read_everything())
     rig.session.take_events()
     rig.bench.module.memory.boot_count = 11
-    rig.bench.module.restart(rig.clock(), is_silent=True)
+    restart_silently(rig.bench, rig.clock())
     done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
     boots = BY_NAME["boot_count"].query()
     events = rig.session.take_events()

@@ -22,6 +22,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.link_states import Presence
 from tests.app.engine.test_identity import FOUND, NOT_PROVEN, with_setting
 from tests.app.engine.test_identity_of_a_name import OF_ANOTHER
+from tests.support.line.odd_module import end_faults
 from tests.support.window.fakes_ui import EMPTY_PAGE
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import find, press
@@ -157,7 +158,7 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
         one.bench.module.memory.boot_count = 6
         one.bench.restart()
         one.wait(_BOOTED_S)
-        one.bench.end_faults()
+        end_faults(one.bench)
         one.until(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
         assert first.watch.changed == {}
         one.until(lambda: port.device.fresh("light_threshold_v", one.clock()) == 2.4)

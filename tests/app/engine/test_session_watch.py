@@ -16,6 +16,7 @@ from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
 from tests.app.engine.test_identity import OPTIONS, trust
 from tests.support.line import reference_decoder
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
 from tests.support.thorough import some
 
@@ -118,7 +119,7 @@ def _hide_restart(rig: Rig) -> None:
     rig.bench.change(drop=1.0)
     rig.session.run(Run(_ask_heartbeat()))
     rig.step_until(lambda: rig.line.requests[-2:] == [HEARTBEAT.query()] * 2)
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     rig.bench.restart()
     rig.step_for(0.2)
 
@@ -163,7 +164,7 @@ def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> Non
     rig.run(_ask_heartbeat())
     rig.step_for(0.2)
     assert "attitude_trigger" not in rig.session.device.view(rig.clock.now_s).values
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     watched(rig)
     rig.step_for(1.0)
     view = rig.session.device.view(rig.clock.now_s)
@@ -180,7 +181,7 @@ def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
     rig.step_for(0.2)
     rig.bench.change(mute=True)
     rig.run(_set_trigger())
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     rig.run(read_everything())
     view = rig.session.device.view(rig.clock.now_s)
     assert not view.is_restart_suspected
@@ -258,7 +259,7 @@ def test_a_module_without_a_name_is_asked_about_after_an_absence(lasts_s: float,
         if is_busy:
             rig.session.run(Run(read_everything()))
         rig.step_for(lasts_s)
-        rig.bench.end_faults()
+        end_faults(rig.bench)
         rig.step_for(4)
         assert trust(rig) is Trust.UNPROVEN, begins_s
 

@@ -14,6 +14,7 @@ from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.hands import Hands, guided
 from tests.support.line.exchange import ExchangedRig
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig, watched
 
 KINDS = [test.kind for test in GUIDED_TESTS]
@@ -196,7 +197,7 @@ def test_a_plug_that_loses_answers_fails() -> None:
         if start + 8 < rig.clock.now_s < start + 8.1:
             rig.bench.change(drop=0.5)
         elif rig.clock.now_s > start + 10:
-            rig.bench.end_faults()
+            end_faults(rig.bench)
 
     done = rows(guided(rig, GuidedKind.LINK, each=shake))
     assert done["Lost at rest"][1] == "passed"

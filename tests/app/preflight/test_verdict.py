@@ -18,7 +18,6 @@ from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Verdict, Void, assess, blocks_go, void_reason
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import Setup
 from app.text.messages import UserMessage
 from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY
 from protocol.events import Received, Rejected, Role, Sent
@@ -28,6 +27,7 @@ from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.check_pace import hurry_check
 from tests.support.line.frames import at_frame
+from tests.support.line.odd_module import OddSetup, end_faults
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import judged
 from tests.support.thorough import some
@@ -150,7 +150,7 @@ def checked(rig: Rig, *, is_enabling: bool = False) -> tuple[Verdict, Evidence]:
 
 def twin(rig: Rig, *, boots: int = 37) -> SimulatedBench:
     """Another module: the same boot count and settings, its triggers never enabled."""
-    return SimulatedBench(Setup(uptime=60.0, noise=0.0, boots=boots), clock=rig.clock)
+    return SimulatedBench(OddSetup(uptime=60.0, noise=0.0, boots=boots), clock=rig.clock)
 
 
 def exchange_at(rig: Rig, number: int, other: SimulatedBench, silent_s: float) -> None:
@@ -246,7 +246,7 @@ def test_one_lost_answer_breaks_nothing_and_an_unanswered_second_does() -> None:
     for wait_s, is_broken in ((0.2, False), (1.0, True)):
         rig.bench.change(mute=True)
         rig.run(_ask_once(wait_s))
-        rig.bench.end_faults()
+        end_faults(rig.bench)
         rig.run(_ask_once(1.0))
         view = rig.session.device.view(rig.clock.now_s)
         assert (view.breaks > breaks) is is_broken

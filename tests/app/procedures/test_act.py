@@ -20,6 +20,7 @@ from protocol.catalogue import BY_NAME, Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
+from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -50,7 +51,7 @@ def acts_sent(rig: Rig) -> list[bytes]:
 def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() -> None:
     rig = Rig({"stream_at_boot": True})
     rig.run(read_everything())
-    rig.bench.module.restart(rig.clock(), is_silent=True)
+    restart_silently(rig.bench, rig.clock())
     done = do(rig, Act.ACTIVATE)
     heard = [event for event in rig.session.take_events() if isinstance(event, Received)]
     assert any(event.frame.raw[2] == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"

@@ -16,6 +16,7 @@ from protocol.events import Answered
 from protocol.fields import ValueRefused
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -107,7 +108,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     assert "Find the baud rate" in changed.sentence
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.UNKNOWN}  # it may have been carried out
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     assert rig.run(look_for(*reversed(rates(journal)[0]))) == 9600
 
 

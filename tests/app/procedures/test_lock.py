@@ -19,6 +19,7 @@ from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.lock_script import LockScript
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
 
 ACTIVE = BY_NAME["active"].query()
@@ -202,7 +203,7 @@ def test_a_search_goes_on_at_its_own_rate_also_after_a_second_press() -> None:
     for _ in range(2):
         press(rig)
         rig.step_until(lambda: rig.line.baud_rate == 115200)
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     assert rig.end(finding).baud_rate == 115200
 
 

@@ -19,6 +19,7 @@ from protocol.events import Outcome as Ended
 from protocol.events import Unanswered
 from protocol.link_states import Exchange
 from tests.support.journals import FakeJournal
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig
 
 SLOW = {"delay_ms": 60.0}
@@ -157,7 +158,7 @@ def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() ->
     second = press_lock(rig)
     rig.session.step(0.0)
     assert rig.line.requests.count(REQUESTS[Act.LOCK]) == 2
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     assert rig.end(first).is_replaced
     assert rig.end(second).is_locked
 
@@ -191,7 +192,7 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     again = rig.started(ask_at_once(REQUESTS[Act.ACTIVATE]))
     rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
-    rig.bench.end_faults()
+    end_faults(rig.bench)
     press_lock(rig)
     ended = rig.end(again)
     rig.step_for(3.0)

@@ -13,6 +13,7 @@ from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.faults.fault_table import truth
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig
 from tests.support.line.truth import settings_held
 from tests.support.thorough import some
@@ -107,7 +108,7 @@ def _change_at(rig: Rig, name: str, **faults: Any) -> None:
 
     def change(request: Request) -> None:
         is_set = request.is_set and request.command is BY_NAME[name]
-        rig.bench.change(**faults, direction="to-module") if is_set else rig.bench.end_faults()
+        rig.bench.change(**faults, direction="to-module") if is_set else end_faults(rig.bench)
 
     at_each_frame(rig.bench, change)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import OPTIONS, Acknowledge, Delivery, Setup, default_text, parse_options
+from app.simulator.setup import OPTIONS, Setup, as_text, parse_options
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.messages import Status, decode
@@ -27,16 +27,16 @@ def bench(clock: FakeClock) -> SimulatedBench:
 
 def test_defaults_read_back_as_themselves() -> None:
     for option in OPTIONS:
-        assert parse_options({option.name: default_text(option)}) == {option.name: option.default}
+        assert parse_options({option.name: as_text(option.default)}) == {option.name: option.default}
         assert option.text
 
 
 def test_options_as_typed() -> None:
-    setup = Setup(**parse_options({"rate": "200", "drop": "0.1", "records": "pieces", "mute-codes": "14,33"}))
+    setup = Setup(**parse_options({"rate": "200", "drop": "0.1", "pwm-after": "20", "mute": ""}))
     assert setup.rate == 200
     assert setup.drop == 0.1
-    assert setup.records is Delivery.PIECES
-    assert setup.mute_codes == {0x14, 0x33}
+    assert setup.pwm_after == 20
+    assert setup.mute
 
 
 @pytest.mark.parametrize(
@@ -47,11 +47,8 @@ def test_options_as_typed() -> None:
         ("drop", "nan", "0…1"),
         ("drop", "2", "0…1"),
         ("boots", "1.5", "0…255"),
-        ("ack", "two", "echo|one"),
         ("baud", "1234", "115200"),
         ("active", "maybe", "yes|no"),
-        ("mute_codes", "99", "01|10"),
-        ("mute_codes", "xy", "CODE,…"),
     ],
 )
 def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, said: str) -> None:
@@ -97,30 +94,6 @@ def test_its_pwm_input_triggers_it_at_the_given_time_if_it_is_active(clock: Fake
         assert bench.state().record_count == is_active, "once"
 
 
-def test_a_silent_restart_each_time_that_it_has_run_so_long(clock: FakeClock) -> None:
-    bench = SimulatedBench(Setup(restart_at_s=70.0, active=True), clock=clock)
-    clock.now_s += 9.99
-    assert bench.state().is_active
-    clock.now_s += 0.02
-    assert not bench.state().is_active
-    assert (bench.state().boot_count, bench.wire.read(clock())) == (38, b"")
-    clock.now_s += 71.0
-    assert bench.state().boot_count == 39
-    bench.change(restart_at_s=0.0)
-    clock.now_s += 500.0
-    bench.change(restart_at_s=100.0)
-    clock.now_s += 1.0
-    assert bench.state().boot_count == 40, "once for a time that has passed already"
-    assert bench.wire.next_due(clock()) is not None, "the line wakes for it"
-
-
-def test_a_restart_that_loses_the_settings(clock: FakeClock) -> None:
-    bench = SimulatedBench(Setup(forgets=True), clock=clock)
-    bench.module.memory.attitude_threshold = 70
-    bench.restart()
-    assert bench.module.memory.attitude_threshold == 60
-
-
 def test_a_module_that_does_nothing_by_itself_is_never_due(clock: FakeClock) -> None:
     assert SimulatedBench(clock=clock).module.next_due(clock()) is None
 
@@ -130,11 +103,9 @@ def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> N
     assert not bench.state().is_on
     bench.press_switch()
     assert bench.state().is_on
-    bench.change(drop=0.2, ack=Acknowledge.ONE, rate=100.0)
+    bench.change(drop=0.2, rate=100.0)
     state = bench.state()
-    assert (state.setup.drop, state.setup.ack, state.setup.rate) == (0.2, "one", 100)
-    bench.end_faults()
-    assert bench.state().setup.drop == 0
+    assert (state.setup.drop, state.setup.rate) == (0.2, 100)
     bench.unplug()
     clock.now_s += 100
     assert not bench.state().is_plugged_in
@@ -291,7 +262,7 @@ class ModuleMachine(RuleBasedStateMachine):
             assert isinstance(status, Status)
             assert status.active is self.is_active
             assert status.triggered is self.module.is_triggered
-            assert len(self.say(TRIGGER_RECORDS.query().encode())) == 16 * len(self.module.memory.records)
+            assert len(self.say(TRIGGER_RECORDS.query().encode())) == 16 * 9
 
 
 TestModule = ModuleMachine.TestCase

@@ -18,12 +18,13 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from app.simulator.answers import ACCEPTED, SimulatedModule, answer, clamped, reply
+from app.simulator.answers import ACCEPTED, SimulatedModule, reply
 from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
-from app.simulator.setup import Setup, as_text, codes, parse_options
+from app.simulator.setup import parse_options
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
 from protocol.fields import Flag
+from tests.support.line.odd_module import OddModule, OddSetup, as_text, clamped, codes, odd, read_raw
 
 _RULE: Final = re.compile(r"(\w{2}):(\w{2})(?:=(\w{2}))?(?:/(\d+))?(?:@([\d.]+))?", re.ASCII)
 _IN_MEMORY: Final = {
@@ -132,7 +133,7 @@ def lying_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
         if name in Lies.__slots__ and not (name == "mute_codes" and "/" not in text)
     }  # fmt: skip
     plain = {name: text for name, text in texts.items() if name not in lies}
-    bench = SimulatedBench(Setup(**parse_options(plain)), clock=clock, kind=LyingModule)
+    bench = SimulatedBench(OddSetup(**parse_options(plain)), clock=clock, kind=LyingModule)
     lying(bench).lies = lies_of(lies)
     return bench
 
@@ -140,16 +141,6 @@ def lying_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
 def lying(bench: SimulatedBench) -> "LyingModule":
     assert isinstance(bench.module, LyingModule)
     return bench.module
-
-
-def read_raw(module: SimulatedModule, code: int) -> int:
-    """The present byte of a setting or a state."""
-    if code in _IN_MEMORY:
-        return int(getattr(module.memory, _IN_MEMORY[code]))
-    if code == _ACTIVATION:
-        return int(module.state.is_active)
-    name, field = _IN_STATE[code]
-    return field.encode(getattr(module.state, name))
 
 
 def write_raw(module: SimulatedModule, code: int, raw: int) -> None:
@@ -163,7 +154,7 @@ def write_raw(module: SimulatedModule, code: int, raw: int) -> None:
         setattr(module.state, name, raw == field.true)
 
 
-class LyingModule(SimulatedModule):
+class LyingModule(OddModule):
     """Lies count from when they were last set."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
@@ -216,7 +207,7 @@ class LyingModule(SimulatedModule):
         self._asked[code, request.is_set] += 1
         time = self._asked[code, request.is_set]
         total = self._asked[code, True] + self._asked[code, False]
-        if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in self.setup.mute_codes:
+        if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in odd(self).mute_codes:
             return
         before = {code: read_raw(self, code) for code in _REVERTING} if lies.revert_ms else {}
         foreign = _due_rules(lies.foreign_replies, code, time)
@@ -249,7 +240,7 @@ class LyingModule(SimulatedModule):
             dropped = {mark.what for mark in lies.drop_records if mark.time in (0, time)}
             memory.records = deque(data for number, data in enumerate(records, start=1) if number not in dropped)
         self._is_obeying, self._queued = True, []
-        answer(self, request, now_s)
+        self.carry_out(request, now_s)
         self._is_obeying, queued = False, self._queued
         if request.command is TRIGGER_RECORDS:
             memory.records = records
@@ -266,7 +257,7 @@ class LyingModule(SimulatedModule):
         elif code in CHANGEABLE_CODES:
             reply(self, code, read_raw(self, code), at_s)
         elif BY_CODE[code].can_be_asked:
-            answer(self, BY_CODE[code].query(), at_s)
+            self.carry_out(BY_CODE[code].query(), at_s)
         else:
             reply(self, code, ACCEPTED, at_s)
 

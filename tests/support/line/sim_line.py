@@ -18,6 +18,7 @@ from protocol.catalogue import Request
 from protocol.events import Counters
 from protocol.frame import decode_request
 from tests.support.line.lies import lying_bench
+from tests.support.line.odd_module import end_faults
 from tests.support.line.truth import Truth
 
 Result = TypeVar("Result")
@@ -259,7 +260,7 @@ class Rig:
         """The module sends nothing for so long."""
         self.bench.change(mute=True)
         self.step_for(seconds)
-        self.bench.end_faults()
+        end_faults(self.bench)
 
 
 def settled_rig(**options: object) -> Rig:

@@ -5,13 +5,12 @@ from typing import Any
 from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory
 from app.simulator.physics import Physics
-from app.simulator.setup import EmptySlots, Setup
+from app.simulator.setup import Setup
 
 
 def running(world: Physics | None = None, memory: Memory | None = None, **options: Any) -> SimulatedModule:
     """A module that was switched on a minute before time 0."""
-    setup = Setup(**{"empty_slots": EmptySlots.NONE} | options)
-    module = SimulatedModule(world or Physics(), setup, memory=memory)
+    module = SimulatedModule(world or Physics(), Setup(**options), memory=memory)
     module.power_on(-60.0)
     module.collect(0.0)
     return module

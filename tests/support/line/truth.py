@@ -12,7 +12,8 @@ from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE, Hazar
 from protocol.fields import Value
 from protocol.frame import Direction, Frame, decode_request
 from protocol.stream import StreamParser
-from tests.support.line.lies import CHANGEABLE_CODES, read_raw
+from tests.support.line.lies import CHANGEABLE_CODES
+from tests.support.line.odd_module import read_raw
 
 SETTING_CODES: Final = (0x15, 0x20, 0x21, 0x22)
 """Codes that can be set and read."""

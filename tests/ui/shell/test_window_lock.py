@@ -17,6 +17,7 @@ from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
+from tests.support.line.odd_module import end_faults
 from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
@@ -130,7 +131,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     one.assembly.window.attention.stay()
     one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
     assert "treat the module as ACTIVE" in notice_text(bar)
-    one.bench.end_faults()
+    end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.module.activate(is_active=False)  # somebody locks it in another way
     port = one.assembly.connector.current
@@ -170,7 +171,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
     one.until(lambda: not one.assembly.connector.current.is_open)
     assert one.assembly.connector.current.lock.is_repeating
     assert "when the port is back" in notice_text(bar)
-    one.bench.end_faults()
+    end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.plug()
     one.until(lambda: not one.bench.state().is_active)

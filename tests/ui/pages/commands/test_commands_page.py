@@ -15,6 +15,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.ritual import Stage
 from protocol.messages import Source
+from tests.support.line.odd_module import end_faults
 from tests.support.window.fakes_ui import page_entries, simulated, store_of, window
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import await_child, given, notice_text, settle
@@ -280,7 +281,7 @@ def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: D
     active.until(lambda: meaning.text() == "Fired. Find out why (Triggers), repack, restart.")
     active.bench.change(drop=1.0, direction="both")
     active.until(lambda: meaning.text() == f"Fired. {until_locked}")  # silent: it may be active by now
-    active.bench.end_faults()
+    end_faults(active.bench)
     active.bench.restart()
     active.until(lambda: meaning.text() == "In standby.")
 

@@ -15,6 +15,7 @@ from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
 from protocol.link_states import Presence
+from tests.support.line.odd_module import end_faults
 from tests.support.window import walk
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
 from tests.support.window.steps import choosing, drop, given, notice_text
@@ -285,7 +286,7 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
     assert window.isVisible()
     assert "Settings not written: 1" in notice_text(bar)
     assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
-    one.bench.end_faults()
+    end_faults(one.bench)
     one.until(lambda: state(one, TIME) is RowState.VERIFIED)
     one.until(lambda: bar.notice is None)
     assert window.isVisible()

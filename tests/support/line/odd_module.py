@@ -1,0 +1,386 @@
+"""The simulated module with the dialects that the vendor's table leaves open, and with faults that no product shows.
+
+Every simulated module of the test's process is one (`install`), and honest until an option says otherwise. What the
+product itself does with other dialects is tried against `tests.module`.
+"""
+
+# ruff: noqa: RUF009  an option is a field
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from enum import Enum, StrEnum
+from functools import partial
+from typing import Any, Final
+
+from app.simulator import bench as benches
+from app.simulator import setup as setups
+from app.simulator.answers import ACCEPTED, SimulatedModule
+from app.simulator.bench import SimulatedBench
+from app.simulator.hardware import BOOT_GAP_S, SentBytes, to_byte
+from app.simulator.memory import RECORD_DATA_LENGTH, Memory, record_frame
+from app.simulator.physics import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V, Physics
+from app.simulator.setup import Group, Setup, number, option, options_of, switch
+from app.simulator.wire import Burst, Wire
+from protocol.catalogue import BY_CODE, FLAG, INVERTED, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Command, Request
+from protocol.fields import Flag
+from protocol.frame import encode_reply
+from protocol.messages import Source
+
+Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
+Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
+EmptySlots = StrEnum("EmptySlots", ["NONE", "ZEROS", "ONES"])
+BaudChange = StrEnum("BaudChange", ["OLD", "NEW", "RESTART"])
+Streaming = StrEnum("Streaming", ["YES", "ACKNOWLEDGED", "SILENT"])
+
+
+class FaultDirection(StrEnum):
+    """Direction in which drop, lose, corrupt, garbage and double apply."""
+
+    TO_HOST = "to-host"
+    TO_MODULE = "to-module"
+    BOTH = "both"
+
+
+ODD_VOLTAGE = 0xEB
+MAX_GARBAGE_LENGTH = 12
+PIECE_LENGTH = 7
+"""Not a divisor of the frame length, so that pieces cross the ends of frames."""
+RECORD_GAP_S = 0.02
+FAILED = 0x00
+_CLAMPS: Final = {0x15: range(1, 34), 0x20: range(55, 91), 0x21: range(1, 7), 0x22: range(50, 256)}
+IN_MEMORY: Final = {
+    0x15: "light_threshold", 0x20: "attitude_threshold", 0x21: "freefall_acceleration", 0x22: "freefall_time",
+    0x24: "baud_code",
+}  # fmt: skip
+IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
+    0x10: ("is_active", FLAG), 0x13: ("serial_output_is_on", FLAG),
+    0x16: ("attitude_is_enabled", INVERTED), 0x17: ("freefall_is_enabled", INVERTED),
+}  # fmt: skip
+
+
+def codes(text: str) -> frozenset[int]:
+    """Codes of commands, such as 14,33; raises `ValueError`."""
+    numbers = frozenset(int(part, 16) for part in text.replace(",", " ").split())
+    if not numbers <= BY_CODE.keys():
+        raise ValueError(text)
+    return numbers
+
+
+def as_text(value: object) -> str:
+    """A value in the form in which it is typed."""
+    if isinstance(value, frozenset):
+        return ",".join(f"{code:02X}" for code in sorted(value))
+    return str(value.value) if isinstance(value, Enum) else setups.as_text(value)
+
+
+def _word(default: Enum) -> Any:
+    return option(Group.MODULE, default, "a dialect", "WORD", type(default))
+
+
+def _code(default: int) -> Any:
+    return option(Group.MODULE, default, "a dialect", "CODE", partial(int, base=16))
+
+
+def _codes() -> Any:
+    return option(Group.MODULE, frozenset(), "ignored", "CODE,…", codes)
+
+
+_quirk: Callable[[], Any] = partial(switch, Group.MODULE, "a dialect")
+_share: Callable[[], Any] = partial(number, Group.FAULTS, 0.0, "a fault", "SHARE", 0, 1)
+_milliseconds: Callable[[], Any] = partial(number, Group.FAULTS, 0.0, "a fault", "MS", 0, 10_000)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OddSetup(Setup):
+    """Names in brackets are explained in `docs/protocol.md`."""
+
+    drain: float = number(Group.PHYSICAL, -1.0, "cell drain per hour", "V", -1, 100)
+    """Below 0: as usual."""
+    ack: Acknowledge = _word(Acknowledge.ECHO)
+    """(E2)"""
+    voltage_code: int = _code(0x35)
+    """(E3)"""
+    freefall_ack: int = _code(0x16)
+    """(E4)"""
+    records: Delivery = _word(Delivery.TOGETHER)
+    """(E6)"""
+    empty_slots: EmptySlots = _word(EmptySlots.ZEROS)
+    """(E7)"""
+    baud_ack: BaudChange = _word(BaudChange.OLD)
+    """(E9)"""
+    light_inverted: bool = _quirk()
+    """(E11)"""
+    odd_voltage: bool = _quirk()
+    """(E12) Records are of 4.70 V."""
+    remembers: bool = _quirk()
+    """(E15)"""
+    stream: Streaming = _word(Streaming.YES)
+    stream_at_boot: bool = _quirk()
+    keeps: bool = switch(Group.MODULE, "a dialect", default=True)
+    clamps: bool = _quirk()
+    refuses: bool = _quirk()
+    mute_codes: frozenset[int] = _codes()
+    forgets: bool = _quirk()
+    restart_at_s: float = number(Group.MODULE, 0.0, "a fault", "S", 0, 86_400)
+    """It restarts without a heartbeat whenever it has run so long."""
+    lose: float = _share()
+    garbage: float = _share()
+    double: float = _share()
+    direction: FaultDirection = option(Group.FAULTS, FaultDirection.TO_HOST, "of faults", "WORD", FaultDirection)
+    delay_ms: float = _milliseconds()
+    jitter_ms: float = _milliseconds()
+    split_ms: float = _milliseconds()
+    echo: bool = switch(Group.FAULTS, "a fault")
+
+
+ODD_OPTIONS = options_of(OddSetup)
+
+
+def install() -> None:
+    """Make every simulated module of this process one that may be odd, also behind `sim://`."""
+    setups.BY_NAME.update({one.name: one for one in ODD_OPTIONS})
+    vars(benches)["Setup"] = OddSetup
+    vars(benches)["Wire"] = OddWire
+    vars(SimulatedBench)["__init__"].__kwdefaults__["kind"] = OddModule
+
+
+def end_faults(bench: SimulatedBench) -> None:
+    """End all faults of the line."""
+    bench.change(**{one.name: one.default for one in ODD_OPTIONS if one.group is Group.FAULTS})
+
+
+def odd(module: SimulatedModule) -> OddSetup:
+    assert isinstance(module.setup, OddSetup)
+    return module.setup
+
+
+def clamped(command: Command, raw: int) -> int:
+    """The nearest byte within the range that the vendor advises, or that the sensor can measure."""
+    allowed = _CLAMPS.get(command.code, range(256))
+    return min(max(raw, allowed.start), allowed.stop - 1)
+
+
+def read_raw(module: SimulatedModule, code: int) -> int:
+    """The present byte of a setting or a state."""
+    if code in IN_MEMORY:
+        return int(getattr(module.memory, IN_MEMORY[code]))
+    name, field = IN_STATE[code]
+    return field.encode(getattr(module.state, name))
+
+
+def forget_settings(memory: Memory) -> None:
+    """Make its settings those of a new module."""
+    fresh = Memory()
+    for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):
+        setattr(memory, name, getattr(fresh, name))
+
+
+def restart_silently(bench: SimulatedBench, now_s: float) -> None:
+    """Restart it without its two heartbeats."""
+    assert isinstance(bench.module, OddModule)
+    bench.module.restart(now_s, is_silent=True)
+
+
+class OddModule(SimulatedModule):
+    """Carries out a set as its dialect says, and changes the reply on its way out."""
+
+    def __init__(self, world: Physics, setup: Setup | None = None, *, memory: Memory | None = None) -> None:
+        self._acknowledgement: int | None = None
+        """D4 of the reply to the set that is carried out, in place of what an honest module says."""
+        self._answering = 0
+        """The code of the request that is carried out."""
+        self._is_firing = False
+        self._stream_held_until_s = -math.inf
+        if not isinstance(setup, OddSetup):
+            setup = OddSetup(**({} if setup is None else asdict(setup)))
+        super().__init__(world, setup, memory=memory)
+        if odd(self).drain >= 0:
+            self.world.drain_v_per_h = odd(self).drain
+
+    def _clear(self) -> None:
+        super()._clear()
+        self._stream_held_until_s = -math.inf
+
+    def obey(self, request: Request, now_s: float) -> None:
+        if request.command.code not in odd(self).mute_codes:
+            self.carry_out(request, now_s)
+
+    def carry_out(self, request: Request, now_s: float) -> None:
+        setup = odd(self)
+        code = request.command.code
+        self._answering = code
+        rate = self.baud_rate
+        zero_tilt_deg = self.memory.zero_tilt_deg
+        if code == RECORD_CODE:
+            self._send_records(now_s)
+        elif code != 0x13 or setup.stream is not Streaming.SILENT:
+            super().obey(self._kept(request), now_s)
+        self._acknowledgement = None
+        self._answering = 0
+        if code == 0x13 and setup.stream is Streaming.ACKNOWLEDGED:
+            self.stop_stream()
+        if code == 0x24 and setup.baud_ack is BaudChange.RESTART:
+            self.baud_rate = rate
+        if code == 0x25 and not setup.keeps:
+            self.memory.zero_tilt_deg = zero_tilt_deg
+
+    def _kept(self, request: Request) -> Request:
+        """The set that is really carried out."""
+        setup, code = odd(self), request.command.code
+        if not request.is_set or not (code in IN_MEMORY or code in IN_STATE):
+            return request
+        old = read_raw(self, code)
+        by_one = setup.ack is Acknowledge.ONE and request.command.acknowledged_by_one
+        if setup.refuses and request.data != old:
+            self._acknowledgement = FAILED if by_one else old
+            return request._replace(data=old)
+        value = clamped(request.command, request.data) if setup.clamps else request.data
+        self._acknowledgement = ACCEPTED if by_one else value
+        return request._replace(data=value if setup.keeps else old)
+
+    def send(self, data: bytes, at_s: float) -> None:
+        setup = odd(self)
+        if len(data) == 6 and self._answering:
+            code, value = data[2], data[4]
+            if self._acknowledgement is not None:
+                value = self._acknowledgement
+            if self._answering == 0x17:
+                code = setup.freefall_ack
+            if self._answering == 0x34:
+                code = setup.voltage_code
+            if code != 0x01:
+                data = encode_reply(code, value)
+        if self._answering == 0x24 and setup.baud_ack is BaudChange.NEW:
+            self.baud_rate = self.memory.baud_rate
+        super().send(data, at_s)
+
+    def _send_records(self, now_s: float) -> None:
+        self.advance(now_s)
+        setup = odd(self)
+        frames = [record_frame(data) for data in self.memory.records]
+        fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(setup.empty_slots)
+        if fill is not None:
+            frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))
+        together = b"".join(frames)
+        if setup.records is Delivery.PIECES:
+            frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
+        elif setup.records is Delivery.TOGETHER:
+            frames = [together] if together else []
+        for position, frame in enumerate(frames):
+            self.send(frame, now_s + position * RECORD_GAP_S)
+        if setup.records is Delivery.PIECES and frames:
+            # No status lies between the pieces of a record.
+            self._stream_held_until_s = now_s + len(frames) * RECORD_GAP_S
+
+    def queue(self, due: SentBytes) -> None:
+        if not due.is_streamed or due.at_s >= self._stream_held_until_s:
+            super().queue(due)
+
+    # Power
+
+    def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
+        """`is_silent`: without the two heartbeats."""
+        setup, before = odd(self), self.state
+        if setup.forgets:
+            forget_settings(self.memory)
+        super().power_on(now_s)
+        if is_silent:
+            self._due.clear()
+        if setup.remembers:
+            self.state = before
+        if setup.stream_at_boot:
+            self.state.serial_output_is_on = True
+        if self.state.serial_output_is_on:
+            self.start_stream(now_s + 2 * BOOT_GAP_S)
+
+    def restart(self, now_s: float, *, is_silent: bool = False) -> None:
+        self.power_off()
+        self.power_on(now_s, is_silent=is_silent)
+
+    def event_s(self) -> float:
+        runs_s = odd(self).restart_at_s
+        if not (runs_s and self.is_on):
+            return super().event_s()
+        return min(super().event_s(), max(self._sampled_s, self._booted_s + runs_s))
+
+    def do_event(self, at_s: float) -> None:
+        if self.pwm_at_s <= at_s:
+            super().do_event(at_s)
+        else:
+            self.restart(at_s, is_silent=True)
+
+    # Sensor
+
+    def voltage(self, now_s: float) -> int:
+        is_recorded = self._is_firing and odd(self).odd_voltage
+        return ODD_VOLTAGE if is_recorded else super().voltage(now_s)
+
+    def fire(self, sources: Source, now_s: float) -> bool:
+        self._is_firing = True
+        try:
+            return super().fire(sources, now_s)
+        finally:
+            self._is_firing = False
+
+    def light(self, now_s: float) -> int:
+        volts = self.world.light_v(now_s)
+        if odd(self).light_inverted:
+            volts = LIGHT_BAY_CLOSED_V + LIGHT_BAY_OPEN_V - volts
+        return to_byte(volts * TENTH_VOLT.per_unit)
+
+
+class OddWire(Wire):
+    """A line with every fault there is, towards the host, the module, or both."""
+
+    def write(self, data: bytes, now_s: float) -> None:
+        if not data:
+            return
+        faults = odd(self.module)
+        byte_s = 10 / (self.host_baud or self.module.baud_rate)
+        if faults.echo:
+            begins_s = max(now_s, self._up_free_s, self._down_free_s)
+            self._deliver(Burst(begins_s, data, byte_s))
+        if faults.direction is FaultDirection.TO_HOST:
+            super().write(data, now_s)
+            return
+        ends_s = max(now_s, self._up_free_s) + len(data) * byte_s
+        for worn in self._worn(data, is_up=True):
+            super().write(worn, now_s)
+        self._up_free_s = max(self._up_free_s, ends_s)
+
+    def _suffer(self, burst: Burst) -> None:
+        faults, source = odd(self.module), self._down_random
+        delay_s = faults.delay_ms / 1000
+        if faults.jitter_ms:
+            delay_s += source.uniform(0.0, faults.jitter_ms) / 1000
+        begins_s = burst.begins_s + delay_s
+        is_spared = faults.direction is FaultDirection.TO_MODULE
+        for data in [burst.data] if is_spared else self._worn(burst.data, is_up=False):
+            for position, piece in enumerate(self._pieces(data)):
+                pause_s = faults.split_ms / 1000 if position else 0.0
+                self._deliver(Burst(max(begins_s, self._down_free_s + pause_s), piece, burst.byte_s))
+
+    def _pieces(self, data: bytes) -> list[bytes]:
+        if not odd(self.module).split_ms or len(data) < 2:
+            return [data]
+        cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
+        return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
+
+    def _worn(self, data: bytes, *, is_up: bool) -> list[bytes]:
+        """Return none, one or two bursts."""
+        faults = odd(self.module)
+        source = self._up_random if is_up else self._down_random
+        if faults.drop and source.random() < faults.drop:
+            return []
+        if faults.lose:
+            data = bytes(byte for byte in data if source.random() >= faults.lose)
+        if faults.corrupt:
+            data = bytes(
+                byte ^ (1 << source.randrange(8)) if source.random() < faults.corrupt else byte for byte in data
+            )
+        if faults.garbage and source.random() < faults.garbage:
+            data = source.randbytes(source.randint(1, MAX_GARBAGE_LENGTH)) + data
+        if not data:
+            return []
+        return [data, data] if faults.double and source.random() < faults.double else [data]
