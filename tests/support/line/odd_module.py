@@ -195,6 +195,9 @@ class OddModule(SimulatedModule):
         if not isinstance(setup, OddSetup):
             setup = OddSetup(**({} if setup is None else asdict(setup)))
         super().__init__(world, setup, memory=memory)
+        if odd(self).odd_voltage:
+            for number, data in enumerate(self.memory.records):
+                self.memory.records[number] = data[:-1] + bytes((ODD_VOLTAGE,))
         if odd(self).drain >= 0:
             self.world.drain_v_per_h = odd(self).drain
 
