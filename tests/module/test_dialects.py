@@ -67,7 +67,7 @@ def test_the_rate_changes_with_the_restart() -> None:
     assert module.rate == 9600
 
 
-def test_what_survives_a_restart() -> None:
+def test_e15_what_survives_a_restart() -> None:
     for survives in (True, False):
         module = Module(
             Options(activation_survives=survives, output_survives=survives, flags_survive=survives, stream_hz=0)
