@@ -61,6 +61,13 @@ def words(verification: Verification) -> str:
     return " ".join(sentence.translated() for sentence in verification.sentences())
 
 
+def reordered(value: Any) -> Any:
+    """The same content, every object with its fields the other way round."""
+    if isinstance(value, dict):
+        return {name: reordered(part) for name, part in reversed(value.items())}
+    return [reordered(part) for part in value] if isinstance(value, list) else value
+
+
 # Intact
 
 
@@ -74,8 +81,7 @@ def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
             assert verification.record == signed.record
             assert verification.is_report == (path == pdf_path)
         # As saved by an editor: other white space and order.
-        document = json.loads(signed.text)
-        again = json.dumps(dict(reversed(document.items())), ensure_ascii=True, indent=4)
+        again = json.dumps(reordered(json.loads(signed.text)), ensure_ascii=True, indent=4)
         assert verify_bytes(again.encode(), NOBODY).state is RecordState.INTACT
 
 
@@ -143,6 +149,10 @@ def _undone(record: Any) -> None:
     record["manual"][0] = {"text": "Canopy", "is_done": False, "is_required": True}
 
 
+def _skipped(record: Any) -> None:
+    record["manual"][0] = {"text": "Canopy", "is_done": None, "is_required": True}
+
+
 def _switched(record: Any) -> None:
     record["read"]["status"]["active"] = not record["read"]["status"]["active"]
 
@@ -159,7 +169,7 @@ def _voided(record: Any) -> None:
     record["void"] = "restarted"
 
 
-@pytest.mark.parametrize("forge", [_undone, _switched, _read_otherwise, _doubled, _voided])
+@pytest.mark.parametrize("forge", [_undone, _skipped, _switched, _read_otherwise, _doubled, _voided])
 def test_what_does_not_follow_contradicts(forge: Callable[[Any], None]) -> None:
     record = plain()["record"]
     forge(record)
@@ -235,6 +245,12 @@ def test_a_number_that_is_no_json_and_a_doubled_field_are_refused() -> None:
     ):
         assert forged != text
         assert state_of(forged.encode()) is None
+
+
+def test_a_document_beyond_what_a_fact_may_hold_is_refused_also_where_it_is_only_padded() -> None:
+    padded = signed_record().text.encode() + b" " * MAX_DOCUMENT_BYTES
+    with pytest.raises(UserError, match="too large"):
+        verify_bytes(padded, NOBODY)
 
 
 @pytest.mark.parametrize("data", [

@@ -66,10 +66,10 @@ class Bench:
             (module,) = names_of(archive).named("M-07")
             return [event.text.in_english() for event in module_history(archive, module).events]
 
-    def repack(self) -> None:
+    def repack(self, at: str | None = "later") -> None:
         content = {"service": "repack", "on": datetime.now().astimezone().date().isoformat(), "due": None,
                    "who": "Li Wei", "note": ""}  # fmt: skip
-        self.store.facts.add(FactKind.SERVICE, content, module="M-07", at=_later())
+        self.store.facts.add(FactKind.SERVICE, content, module="M-07", at=_later() if at else None)
 
 
 def _later() -> str:
@@ -125,6 +125,7 @@ def test_a_triggered_that_was_seen_ends_the_verdict(bench: Bench) -> None:
 def test_after_it_fired_no_check_passes_until_it_was_repacked(bench: Bench) -> None:
     """Also where it restarted meanwhile and reports nothing of it."""
     bench.file()
+    bench.repack(at=None)  # on this day, and before it fired
     bench.deploy(Outcome.UNKNOWN)
     again = bench.file()
     assert again.assessment.result("service") is CheckResult.FAIL
@@ -148,6 +149,13 @@ def test_what_fired_without_a_name_is_of_the_next_name_said_at_that_port(bench: 
     assert "no repack" in due_of(bench)
     claim_fired(bench.store.facts, "M-08", port=PORT, adapter=ADAPTER)
     assert not bench.store.facts.select(FactKind.FIRED, "AND module = ?", ("M-08",))
+
+
+def test_a_module_without_a_name_does_not_pass_where_one_may_have_fired(bench: Bench) -> None:
+    """It may be this one, restarted."""
+    assert bench.file(None).assessment.result("service") is CheckResult.PASS
+    bench.deploy(Outcome.UNKNOWN, name="")
+    assert bench.file(None).assessment.result("service") is CheckResult.FAIL
 
 
 def test_an_unnamed_deploy_that_never_left_is_of_nobody(bench: Bench) -> None:
