@@ -3,14 +3,14 @@ PYTHON ?= python3
 ARGS ?=
 CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
 
-.PHONY: demo test check setup translations package bench soak gestures adversary nightly
+.PHONY: demo test check setup translations package bench soak gestures adversary readers nightly
 demo test check setup translations package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
 # Campaigns, which take minutes to hours.
 bench: setup
 	$(CAMPAIGN) tests.benchmarks $(ARGS)
-soak gestures adversary: setup
+soak gestures adversary readers: setup
 	$(CAMPAIGN) tests.$@ $(ARGS)
 
 # All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
@@ -21,5 +21,6 @@ nightly: setup
 	$(CAMPAIGN) tests.gestures --every 28 || failed=1; \
 	$(CAMPAIGN) tests.gestures --sequences 200 || failed=1; \
 	$(CAMPAIGN) tests.adversary || failed=1; \
+	$(CAMPAIGN) tests.readers || failed=1; \
 	$(CAMPAIGN) tests.benchmarks || failed=1; \
 	exit $$failed

@@ -1,4 +1,4 @@
-"""Writes ULog and DataFlash logs byte by byte, as flight controllers do."""
+"""Writes ULog, DataFlash and telemetry logs byte by byte, as flight controllers do."""
 
 import struct
 from collections.abc import Iterable, Sequence
@@ -160,3 +160,83 @@ def dataflash_message(at_s: float, text: str) -> list[Row]:
 def dataflash_altitude(time_s: ArrayLike, altitude_m: ArrayLike) -> list[Row]:
     times, altitudes = columns(time_s, altitude_m)
     return dataflash_table("BARO", zip(times.tolist(), ([one] for one in altitudes.tolist()), strict=True))
+
+
+# Telemetry (MAVLink in .tlog)
+
+TELEMETRY_STARTS_US = 1_780_000_000_000_000
+TELEMETRY = {
+    "HEARTBEAT": (0, 50, "IBBBBB"), "RAW_IMU": (27, 144, "Qhhhhhhhhh"), "ATTITUDE": (30, 39, "Iffffff"),
+    "HIGHRES_IMU": (105, 93, "QfffffffffffffH"),
+}  # fmt: skip
+"""Number, what the checksum ends with, and the `struct` format, of MAVLink's common messages."""
+
+
+def x25(data: bytes) -> int:
+    """The checksum of MAVLink, bit by bit."""
+    checksum = 0xFFFF
+    for byte in data:
+        checksum ^= byte
+        for _ in range(8):
+            checksum = (checksum >> 1) ^ (0x8408 if checksum & 1 else 0)
+    return checksum
+
+
+def telemetry(name: str, at_s: float, *values: float, version: int = 2, system: int = 1, component: int = 1) -> Row:
+    """Return one message as a ground station keeps it."""
+    number, checksum_end, layout = TELEMETRY[name]
+    payload = struct.pack(f"<{layout}", *values)
+    if version == 2:
+        payload = payload.rstrip(b"\0") or b"\0"
+        head = struct.pack("<BBBBBB", len(payload), 0, 0, 0, system, component) + number.to_bytes(3, "little")
+        first = b"\xfd"
+    else:
+        head = struct.pack("<BBBBB", len(payload), 0, system, component, number)
+        first = b"\xfe"
+    checksum = x25(head + payload + bytes((checksum_end,)))
+    stamp = struct.pack(">Q", TELEMETRY_STARTS_US + round(at_s * 1e6))
+    return at_s, stamp + first + head + payload + struct.pack("<H", checksum)
+
+
+def telemetry_attitude(time_s: ArrayLike, tilt_deg: ArrayLike, version: int = 2) -> list[Row]:
+    times, tilts = columns(time_s, np.radians(tilt_deg))
+    return [
+        telemetry("ATTITUDE", at_s, round(at_s * 1000), tilt, 0, 1.2, 0, 0, 0, version=version)
+        for at_s, tilt in zip(times.tolist(), tilts.tolist(), strict=True)
+    ]
+
+
+def telemetry_force(time_s: ArrayLike, force_g: ArrayLike, version: int = 2) -> list[Row]:
+    times, forces = columns(time_s, force_g)
+    return [
+        telemetry("RAW_IMU", at_s, round(at_s * 1e6), round(600 * force), 0, round(-800 * force), *[0] * 6,
+                  version=version)
+        for at_s, force in zip(times.tolist(), forces.tolist(), strict=True)
+    ]  # fmt: skip
+
+
+def telemetry_heartbeat(at_s: float, *, is_armed: bool) -> list[Row]:
+    return [telemetry("HEARTBEAT", at_s, 0, 2, 3, 0x80 if is_armed else 0, 4, 3)]
+
+
+def telemetry_bytes(rows: Iterable[Row]) -> bytes:
+    return b"".join(row for _, row in sorted(rows, key=lambda row: row[0]))
+
+
+# DataFlash as text
+
+
+def dataflash_text(time_s: ArrayLike, tilt_deg: ArrayLike, force_g: ArrayLike) -> bytes:
+    """As a ground station saves a DataFlash log as text."""
+    times, tilts, forces = columns(time_s, tilt_deg, np.asarray(force_g) * STANDARD_GRAVITY_M_S2)
+    lines = [
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
+        "FMT, 10, 25, ATT, Qccc, TimeUS,Roll,Pitch,Yaw",
+        "FMT, 11, 24, IMU, QBfff, TimeUS,I,AccX,AccY,AccZ",
+        "FMT, 12, 24, MSG, QZ, TimeUS,Message",
+        "MSG, 0, ArduCopter V4.5.1, a text with commas",
+    ]
+    for at_s, tilt, force in zip(times.tolist(), tilts.tolist(), forces.tolist(), strict=True):
+        lines.append(f"ATT, {round(at_s * 1e6)}, {tilt:.2f}, 0, 90")
+        lines.append(f"IMU, {round(at_s * 1e6)}, 0, 0, {0.6 * force:.5f}, {-0.8 * force:.5f}")
+    return "".join(f"{line}\r\n" for line in lines).encode()

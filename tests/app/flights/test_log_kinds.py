@@ -1,0 +1,263 @@
+"""Every kind of file that people drop: read alike, or refused by name; folders, archives and damage."""
+
+import gzip
+import io
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from app.flights.answer import Answer, coverage_of
+from app.flights.curves import judge_flight
+from app.flights.flight_log import FlightLog
+from app.flights.judge import TriggerLimits
+from app.flights.read_log import SUFFIXES, distinct_names, find_logs, is_table, read_flight_log
+from app.flights.summary import summarise
+from app.text.user_error import UserError
+from tests.support.flights import log_bytes as made
+from tests.support.flights.made_flights import recorded_reports
+
+TIMES = np.arange(0, 8, 0.04)
+REST = np.ones(len(TIMES))
+FALL = np.where((TIMES >= 2) & (TIMES < 6), 0.1, 1.0)
+LEVEL = np.full(len(TIMES), 5.0)
+TIPPED = np.where(TIMES >= 3, 75.0, 5.0)
+STARTS_S = 100.0
+
+
+def ulog(tilt: np.ndarray, force: np.ndarray) -> bytes:
+    return made.ulog_bytes(made.ulog_attitude(TIMES + STARTS_S, tilt) + made.ulog_force(TIMES + STARTS_S, force))
+
+
+def dataflash(tilt: np.ndarray, force: np.ndarray) -> bytes:
+    rows = made.dataflash_attitude(TIMES + STARTS_S, tilt) + made.dataflash_force(TIMES + STARTS_S, force)
+    return made.dataflash_bytes(rows)
+
+
+def dataflash_text(tilt: np.ndarray, force: np.ndarray) -> bytes:
+    return made.dataflash_text(TIMES + STARTS_S, tilt, force)
+
+
+def telemetry(tilt: np.ndarray, force: np.ndarray, version: int = 2) -> bytes:
+    rows = made.telemetry_attitude(TIMES + STARTS_S, tilt, version)
+    rows += made.telemetry_force(TIMES + STARTS_S, force, version)
+    return made.telemetry_bytes(rows + made.telemetry_heartbeat(STARTS_S, is_armed=True))
+
+
+def telemetry_1(tilt: np.ndarray, force: np.ndarray) -> bytes:
+    return telemetry(tilt, force, version=1)
+
+
+def table(tilt: np.ndarray, force: np.ndarray) -> bytes:
+    rows = "".join(f"{at_s:.3f},{one:.2f},{other:.3f}\n" for at_s, one, other in zip(TIMES, tilt, force, strict=True))
+    return f"time_s,tilt_deg,acceleration_g\n{rows}".encode()
+
+
+Make = Callable[[np.ndarray, np.ndarray], bytes]
+KINDS: tuple[Make, ...] = (ulog, dataflash, dataflash_text, telemetry, telemetry_1, table)
+
+
+def read(path: Path, data: bytes) -> FlightLog:
+    path.write_bytes(data)
+    return read_flight_log(path)
+
+
+def answer(log: FlightLog) -> Answer:
+    return summarise(log).answer(TriggerLimits())
+
+
+def packed(members: dict[str, bytes]) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for member, data in members.items():
+            archive.writestr(member, data)
+        archive.writestr("__MACOSX/._x", b"junk")
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["log", "log.bin", "log.txt"])
+def test_each_kind_is_known_by_its_first_bytes(tmp_path: Path, kind: Make, name: str) -> None:
+    for tilt, force, expected in (
+        (LEVEL, FALL, Answer.FIRES), (TIPPED, REST, Answer.FIRES), (LEVEL, REST, Answer.DOES_NOT_FIRE),
+    ):  # fmt: skip
+        log = read(tmp_path / name, kind(tilt, force))
+        assert answer(log) is expected
+        assert log.problems == ()
+        assert log.duration_s == pytest.approx(7.96, abs=0.01)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_packed_is_read_alike(tmp_path: Path, kind: Make) -> None:
+    data = kind(TIPPED, REST)
+    for name, content in (("a.gz", gzip.compress(data)), ("a.zip", packed({"log.bin": data}))):
+        log = read(tmp_path / name, content)
+        assert answer(log) is Answer.FIRES
+        assert log.name == str(tmp_path / name)
+
+
+def test_a_recording_is_read_from_an_archive(tmp_path: Path) -> None:
+    rows = [(float(at_s), float(tilt), 1.0) for at_s, tilt in zip(TIMES, TIPPED, strict=True)]
+    session = recorded_reports(tmp_path / "recordings", rows)
+    log = read(tmp_path / "a.mcap.gz", gzip.compress(session.read_bytes()))
+    assert answer(log) is Answer.FIRES
+
+
+def test_an_archive_of_several_logs_is_like_a_folder(tmp_path: Path) -> None:
+    path = tmp_path / "all.zip"
+    path.write_bytes(packed({"a.ulg": ulog(TIPPED, REST), "b.ulg": ulog(LEVEL, REST)}))
+    paths = list(find_logs([path]))
+    assert paths == [path / "a.ulg", path / "b.ulg"]
+    assert [answer(read_flight_log(one)) for one in paths] == [Answer.FIRES, Answer.DOES_NOT_FIRE]
+    assert distinct_names(paths) == ["a.ulg", "b.ulg"]
+
+
+BROKEN = {
+    "cut": gzip.compress(b"x" * 5000, mtime=0)[:30],
+    "no gzip": b"\x1f\x8b\x08\x00rubbish and more",
+    "no zip": b"PK\x03\x04rubbish",
+    "empty": packed({"a.ulg": b""}),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_a_damaged_archive_is_refused(tmp_path: Path, broken: str) -> None:
+    with pytest.raises(UserError):
+        read(tmp_path / "a.zip", BROKEN[broken])
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("a.bbl", b"H Product:Blackbox flight data recorder by Nicholas Sherlock\n", "blackbox_decode"),
+        ("a.bfl", b"\x00\x01\x02\xff" * 50, "blackbox_decode"),
+        ("DJIFlightRecord.DAT", bytes(16) + b"BUILD 2016" + bytes(90), "DJI"),
+        ("FLY001.DAT", b"\x55\x00\x01\xff" * 50, "DJI"),
+        ("a.ulg", b"\n<!DOCTYPE html><html><body>Not found</body></html>", "web page"),
+        ("a.ulg", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "Git LFS"),
+        ("a.csv", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "spreadsheet"),
+        ("a.csv", packed({"[Content_Types].xml": b"<x/>", "xl/workbook.xml": b"<x/>"}), "spreadsheet"),
+        ("a.kml", b"<?xml version='1.0'?><kml/>", "XML"),
+        ("a.json", b'{"a": 1}', "JSON"),
+        ("a.bag", b"#ROSBAG V2.0\n", "ROS"),
+        ("a.xyz", bytes(range(256)) * 4, "nknown kind of file"),
+        ("empty.ulg", b"", "nknown kind of file"),
+    ],
+)  # fmt: skip
+def test_what_is_no_log_is_refused_by_name(tmp_path: Path, name: str, data: bytes, said: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read(tmp_path / name, data)
+    assert said in str(caught.value)
+    if "spreadsheet: " not in str(caught.value):
+        assert ".ulg" in str(caught.value)  # with the list of what is read
+    assert not is_table(tmp_path / name)
+
+
+def test_the_endings_that_are_offered_are_those_that_are_read() -> None:
+    assert {".ulg", ".bin", ".log", ".tlog", ".csv", ".mcap", ".gz", ".zip"} <= set(SUFFIXES)
+
+
+def test_two_vehicles_in_one_telemetry_file_are_not_judged_as_one(tmp_path: Path) -> None:
+    rows = made.telemetry_attitude(TIMES, LEVEL)
+    rows += [made.telemetry("ATTITUDE", 1.0, 1000, 1.5, 0, 0, 0, 0, 0, system=2)]
+    with pytest.raises(UserError, match="more than one vehicle"):
+        read(tmp_path / "a.tlog", made.telemetry_bytes(rows))
+    rows[-1] = made.telemetry("ATTITUDE", 1.0, 1000, 1.5, 0, 0, 0, 0, 0, component=154)  # a gimbal
+    assert answer(read(tmp_path / "a.tlog", made.telemetry_bytes(rows))) is not Answer.FIRES
+
+
+def test_telemetry_before_arming_is_not_judged(tmp_path: Path) -> None:
+    rows = made.telemetry_attitude(TIMES, np.where(TIMES < 2, 80.0, 5.0)) + made.telemetry_force(TIMES, REST)
+    for at_s in range(8):
+        rows += made.telemetry_heartbeat(float(at_s), is_armed=at_s >= 3)
+    log = read(tmp_path / "a.tlog", made.telemetry_bytes(rows))
+    assert answer(log) is Answer.DOES_NOT_FIRE
+    assert log.not_judged_s == pytest.approx(3.0, abs=0.1)
+
+
+# Damage
+
+SMALL = np.arange(0, 4, 0.1)
+EVERY = 1 if settings().max_examples > 100 else 13
+"""Of the bytes, all in a thorough run. No record has a length of which this is a factor."""
+FLIPS = (0x20, 0x01, 0xFF, 0x10, 0x80)
+KEEPS_FALLING = np.where(SMALL >= 0.6, 0.1, 1.0)
+"""From 0.6 s to the end: one sample that is damaged leaves enough of the fall to fire."""
+
+
+def small_files(tilt: np.ndarray, force: np.ndarray) -> dict[str, bytes]:
+    both = "".join(f"{at_s:.1f},{one:.1f},{other:.1f}\n" for at_s, one, other in zip(SMALL, tilt, force, strict=True))
+    return {
+        "ulog": made.ulog_bytes(made.ulog_attitude(SMALL, tilt) + made.ulog_force(SMALL, force)),
+        "dataflash": made.dataflash_bytes(made.dataflash_attitude(SMALL, tilt) + made.dataflash_force(SMALL, force)),
+        "text": made.dataflash_text(SMALL, tilt, force),
+        "telemetry": made.telemetry_bytes(made.telemetry_attitude(SMALL, tilt) + made.telemetry_force(SMALL, force)),
+        "table": f"time_s,tilt_deg,acceleration_g\n{both}".encode(),
+        "gz": gzip.compress(f"time_s,tilt_deg,acceleration_g\n{both}".encode(), mtime=0),
+    }
+
+
+def judged(path: Path, data: bytes) -> tuple[Answer, float, float]:
+    """The answer, the time that is not judged, and the length of the log."""
+    path.write_bytes(data)
+    try:
+        log = read_flight_log(path)
+    except UserError:
+        return Answer.UNREADABLE, 0.0, 0.0
+    if judge_flight(log, TriggerLimits()).firings:
+        return Answer.FIRES, log.not_judged_s, log.duration_s
+    is_enough = coverage_of(log).is_enough(TriggerLimits())
+    return Answer.DOES_NOT_FIRE if is_enough else Answer.NOT_JUDGED, log.not_judged_s, log.duration_s
+
+
+@pytest.mark.parametrize("kind", ["ulog", "dataflash", "text", "telemetry", "table", "gz"])
+def test_no_damaged_byte_makes_a_no_of_a_flight_that_fires(tmp_path: Path, kind: str) -> None:
+    """Unless the time that is missing is said."""
+    path = tmp_path / "log"
+    tilted = np.where(SMALL >= 0.6, 80.0, 5.0)
+    for data in (small_files(tilted, np.ones(40))[kind], small_files(np.full(40, 5.0), KEEPS_FALLING)[kind]):
+        assert judged(path, data)[0] is Answer.FIRES
+        lies: list[int] = []
+        for place in range(0, len(data), EVERY):
+            changed = bytearray(data)
+            changed[place] ^= FLIPS[place % len(FLIPS)]
+            found, missing_s, _ = judged(path, bytes(changed))
+            if found is Answer.DOES_NOT_FIRE and missing_s < 0.2:
+                lies.append(place)
+        assert lies == []
+
+
+@pytest.mark.parametrize("kind", ["ulog", "dataflash", "text", "telemetry", "table", "gz"])
+def test_a_file_that_is_cut_anywhere_is_judged_up_to_there(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "log"
+    data = small_files(np.where(SMALL >= 2, 80.0, 5.0), np.ones(40))[kind]
+    for stop in range(0, len(data), EVERY):
+        found, _, lasts_s = judged(path, data[:stop])
+        if found is Answer.DOES_NOT_FIRE:
+            assert lasts_s < 2.05, stop
+
+
+@pytest.mark.parametrize("is_with_sync", [True, False])
+def test_damage_costs_one_record_of_a_ulog(tmp_path: Path, is_with_sync: bool) -> None:
+    """A file without sync records lost all that followed."""
+    rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
+    if is_with_sync:
+        rows += [(float(at_s), made.ulog_record("S", b"\x2f\x73\x13\x20\x25\x0c\xbb\x12")) for at_s in range(8)]
+    data = bytearray(made.ulog_bytes(rows))
+    place = len(data) // 5
+    data[place : place + 40] = bytes(40)
+    log = read(tmp_path / "a.ulg", bytes(data))
+    assert log.not_judged_s < 0.4
+    assert answer(log) is Answer.FIRES
+    assert any("bytes left out" in problem.in_english() for problem in log.problems)
+
+
+def test_a_lost_end_is_not_judged(tmp_path: Path) -> None:
+    for data in (ulog(LEVEL, REST), dataflash(LEVEL, REST), dataflash_text(LEVEL, REST), telemetry(LEVEL, REST)):
+        half = len(data) * 6 // 10
+        log = read(tmp_path / "log", data[:half] + bytes(len(data) - half))
+        assert answer(log) is Answer.NOT_JUDGED
+        assert 2.0 < log.not_judged_s < 5.0

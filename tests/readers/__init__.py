@@ -1,0 +1,1 @@
+"""Compares the readers of flight logs with pyulog and pymavlink, which are installed for this alone."""
