@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from app.flights.cells import Commas, number_of
 from app.flights.dataflash import TABLES, DataflashTables
 from app.flights.flight_log import Floats
 from app.flights.records import read_bytes
@@ -24,8 +23,14 @@ class TextTable:
 
     def column(self, name: str) -> Floats:
         place = self.labels.index(name)
-        numbers = [number_of(row[place], Commas.UNKNOWN) for row in self.rows]
-        return np.array([np.nan if number is None else number for number in numbers], np.float64)
+        return np.array([_number(row[place]) for row in self.rows], np.float64)
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:  # a text, or damage
+        return np.nan
 
 
 class DataflashText(DataflashTables):
@@ -37,10 +42,12 @@ class DataflashText(DataflashTables):
         self.lost_end_bytes = 0
         self._tables: dict[str, TextTable] = {}
         self._names: set[str] = {"FMT"}
-        for line in data.splitlines(keepends=True):
-            is_read = self._read(line.decode("latin-1"))
-            self.lost_end_bytes = 0 if is_read else self.lost_end_bytes + len(line)
-            self.skipped_bytes += 0 if is_read else len(line)
+        for line in data.decode("latin-1").splitlines(keepends=True):
+            if self._read(line):
+                self.lost_end_bytes = 0
+            else:
+                self.skipped_bytes += len(line)
+                self.lost_end_bytes += len(line)
 
     @property
     def tables(self) -> Mapping[str, TextTable]:
@@ -52,8 +59,9 @@ class DataflashText(DataflashTables):
         if name not in TABLES and name != "FMT":
             # Lines before the first format are a heading; a name without a format is damage.
             return name in self._names or not self._tables
-        cells = [cell.strip() for cell in rest.split(",")]
+        cells = rest.split(",")
         if name == "FMT":
+            cells = [cell.strip() for cell in cells]
             if len(cells) < 5:
                 return False
             self._names.add(cells[2])

@@ -24,7 +24,7 @@ SUFFIXES: Final = (".ulg", ".bin", ".log", ".tlog", ".csv", ".tsv", ".txt", ".mc
 _ULOG, _DATAFLASH, _SESSION = b"ULog\x01\x12\x35", b"\xa3\x95", b"\x89MCAP0\r\n"
 """What their files begin with."""
 _START_BYTES: Final = 1 << 16
-_TEXT_FORMAT: Final = "FMT,"
+_TEXT_FORMAT: Final = b"FMT,"
 """A line of a DataFlash log that was saved as text."""
 _NOT_LOGS: Final = frozenset((
     ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt", ".kept",
@@ -102,7 +102,7 @@ def is_text(start: bytes) -> bool:
 
 
 def _is_dataflash_text(start: bytes) -> bool:
-    return any(line.startswith(_TEXT_FORMAT) for line in start.decode("latin-1").splitlines())
+    return start.startswith(_TEXT_FORMAT) or b"\n" + _TEXT_FORMAT in start
 
 
 def is_table(path: Path) -> bool:

@@ -219,6 +219,12 @@ class _Rows:
         self.count += 1
         if len(self._cells) > MAX_CELLS:
             raise unreadable(marked("too large"))
+        if commas is not Commas.DECIMAL and self._event < 0 and "_" not in "".join(row):
+            try:  # as most rows are
+                self._cells.extend([float(row[place]) for place in self._places])
+                return
+            except (ValueError, IndexError):
+                pass
         for place, unit, read_word in zip(self._places, self._units, self._reads, strict=True):
             if place < len(row):
                 self._cells.append(self._number(row[place], unit, read_word, line, commas))
@@ -230,11 +236,6 @@ class _Rows:
             self._cells.append(_EVENTS.get(word, np.nan))
 
     def _number(self, cell: str, unit: str, read_word: ReadWord | None, line: int, commas: Commas) -> float:
-        if commas is not Commas.DECIMAL and "_" not in cell:
-            try:
-                return float(cell)  # as most are
-            except ValueError:
-                pass
         number = number_of(cell, commas, unit)
         if number is None and read_word is not None:
             number = read_word(cell.strip())
