@@ -92,11 +92,6 @@ def notify(sentence: str) -> None:
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
-def flush_messages() -> None:
-    with _ignoring_errors():
-        sys.stderr.flush()
-
-
 class _ProgressLine:
     began_at: float | None = None
     shown = ""
