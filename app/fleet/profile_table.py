@@ -11,7 +11,7 @@ from app.procedures.write_all import SettingChange, WriteReport
 from app.safety.interlocks import Refusal
 from app.settings.profiles import Profile, ProfileRow, compare
 from app.text.i18n import tr
-from app.text.sentences import join_names, join_sentences
+from app.text.sentences import in_brackets, join_names, join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.translatable import marked
 
@@ -109,7 +109,18 @@ def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile
     return AppliedProfile(Applied.FAILED, ((text, ()), *written))
 
 
-def result_line(applied: Iterable[AppliedProfile]) -> str:
-    """ "3 written and verified, 1 FAILED"."""
-    states = [result.state for result in applied]
-    return join_names(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)
+def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
+    """What came of each, by name, and why where one was not written: "2 verified: M-01, M-02 · 1 refused: M-03: …"."""
+    results = list(applied)
+    parts = []
+    for state in Applied:
+        names = [
+            in_words(name, "" if state.is_fine else result.why) for name, result in results if result.state is state
+        ]
+        if names:
+            parts.append(labelled(f"{len(names)} {tr(state.value)}", join_names(names)))
+    return " · ".join(parts)
+
+
+def in_words(name: str, why: str) -> str:
+    return name + in_brackets(why) if why else name

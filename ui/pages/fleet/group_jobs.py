@@ -1,6 +1,7 @@
 """Checks and profiles for several modules at once; no module waits for another."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 
@@ -14,8 +15,11 @@ from app.preflight.findings import Person
 from app.preflight.verdict import Void
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
+from app.safety.acts import Act
+from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import message
+from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
@@ -142,10 +146,36 @@ class GroupProfile(QObject):
         is_over = self._applied_in.get(connection) != connection.conversation
         return None if applied is not None and applied.state is not Applied.WRITING and is_over else applied
 
+    def foreseen(self, connection: Port) -> AppliedProfile | None:
+        """Why nothing may be written to this module now; None where it may be, or where nothing differs."""
+        if not self.column(connection).changes:
+            return None
+        if connection.device.presence is not Presence.ONLINE:
+            return AppliedProfile(Applied.UNREACHABLE)
+        if not connection.activation.may_fire:
+            return None
+        inputs = interlock_inputs(connection.device, self._services.connector.clock(), must_be_proven=False)
+        unmet = refusals(Act.WRITE, replace(inputs, is_identity_settled=True))
+        locked = tuple(refusal for refusal in unmet if refusal.condition is Interlock.MAY_WRITE)
+        return AppliedProfile(Applied.REFUSED, refusals=locked)
+
+    @property
+    def writable(self) -> tuple[Port, ...]:
+        """The modules to which something would be written now."""
+        return tuple(
+            connection for connection in self._members.connections
+            if self.column(connection).changes and self.foreseen(connection) is None
+        )  # fmt: skip
+
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
-        changes = (self.column(connection).changes for connection in self._members.connections)
+        changes = (self.column(connection).changes for connection in self.writable)
         return tuple(dict.fromkeys(chain.from_iterable(changes)))
+
+    def named_results(self) -> list[tuple[str, AppliedProfile]]:
+        """Of the last writing, with the name of each module, or its port where it has none."""
+        results = ((self.column(connection), self.result(connection)) for connection in self.applied)
+        return [(column.title or column.port, result) for column, result in results if result is not None]
 
     def apply(self, connections: Sequence[Port], accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Write what differs; a failure of one module does not stop the others."""
@@ -168,6 +198,10 @@ class GroupProfile(QObject):
             return
         if not changes:
             self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
+            return
+        foreseen = self.foreseen(connection)
+        if foreseen is not None:
+            self.applied[connection] = foreseen
             return
         heard: list[Written] = []
         context = WriteContext(

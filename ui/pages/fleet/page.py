@@ -213,7 +213,7 @@ class FleetPage(Page):
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
             return progress_notice(text, self.checks.cancel)
         if self.profile.is_running:
-            return progress_notice(result_line(self.profile.applied.values()), self.profile.cancel)
+            return progress_notice(result_line(self.profile.named_results()), self.profile.cancel)
         return self.result.result_notice()
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
@@ -305,11 +305,11 @@ class FleetPage(Page):
 
     def _applied_notice(self) -> Notice | None:
         """Of those that are still the modules it was written to."""
-        applied = list(filter(None, map(self.profile.result, self.profile.applied)))
+        applied = self.profile.named_results()
         if not applied:
             return None
-        has_failed = any(result.state is Applied.FAILED for result in applied)
-        is_fine = all(result.state.is_fine for result in applied)
+        has_failed = any(result.state is Applied.FAILED for _, result in applied)
+        is_fine = all(result.state.is_fine for _, result in applied)
         meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
         return Notice(meaning, result_line(applied))
 

@@ -79,11 +79,13 @@ class ProfilePanel(QWidget):
             self._settings = settings
             self.table.show_columns([_MODULE, *starmap(_setting_column, enumerate(settings)), _RESULT])
         connections = self._members.connections
-        rows = [_Row(self._group.column(connection), self._group.result(connection)) for connection in connections]
+        rows = [
+            _Row(self._group.column(one), self._group.result(one) or self._group.foreseen(one)) for one in connections
+        ]
         self.table.show_rows(rows)
-        differing = sum(bool(row.column.changes) for row in rows)
-        self.write.setEnabled(differing > 0 and not self._group.is_running)
-        self.write.setText(tr("Write ({count})", count=differing) if differing else tr("No changes"))
+        differing, writable = sum(bool(row.column.changes) for row in rows), len(self._group.writable)
+        self.write.setEnabled(writable > 0 and not self._group.is_running)
+        self.write.setText(tr("Write ({count})", count=writable) if differing else tr("No changes"))
         self.close_button.setEnabled(not self._group.is_running)
 
 

@@ -28,6 +28,7 @@ from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind
+from protocol.link_states import Presence
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import FakeWorker
 from tests.support.window.fakes_ui import speak_chinese, store_of
@@ -98,7 +99,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
         desk.settle()
         assert shown.data() == before
         notice = desk.page.notice_bar.notice
-        assert ("" if notice is None else notice.text) == before.replace("unchanged", "1 unchanged")
+        assert ("" if notice is None else notice.text) == (before and f"1 {before}: port0")
         exchange()
         desk.modules[0][1].open("/dev/port0", 115200)  # and another module may be there
         desk.modules[0][1].say(attitude_threshold_deg=60)
@@ -163,6 +164,33 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     strip.notice.choices[1].act()
     assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
     page.profile.cancel()
+
+
+def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(desk: Desk) -> None:
+    """ "Write (4)" was followed by "2 written, 1 refused" where one was ACTIVE and one was off."""
+    desk.plug_in(4, attitude_threshold_deg=60)
+    for number, (port, _worker) in enumerate(desk.modules):
+        port.module.choose(f"M-0{number}")
+    desk.modules[1][1].say(active=True, attitude_threshold_deg=60)
+    desk.modules[2][1].presence = Presence.OFFLINE
+    desk.modules[2][1].hand_over()
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    desk.settle()
+    assert desk.page.panel.write.text() == "Write (2)"
+    shown = [desk.page.panel.table.filter.index(row, 2).data() for row in range(4)]
+    assert [bool(text) for text in shown] == [False, True, True, False]  # before anything is written
+    assert "ACTIVE" in shown[1]
+    asked = [len(worker.jobs) for _, worker in desk.modules]
+    desk.page.profile.apply(desk.page.members.connections)
+    assert [len(worker.jobs) for _, worker in desk.modules] == [asked[0] + 1, asked[1], asked[2], asked[3] + 1]
+    for number in (0, 3):
+        desk.modules[number][1].end_jobs(Cancelled())
+    desk.wait(lambda: not desk.page.profile.is_running)
+    desk.settle()
+    said = given(desk.page.notice_bar.notice).text
+    assert "1 refused: M-01 (The module is ACTIVE" in said
+    assert "1 offline: M-02" in said
+    assert "2 FAILED: M-00" in said
 
 
 def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
