@@ -1484,6 +1484,10 @@
         <translation>最长坠落</translation>
     </message>
     <message>
+        <source>Look at the records</source>
+        <translation>查看触发记录</translation>
+    </message>
+    <message>
         <source>Looking for ports…</source>
         <translation>正在查找串口…</translation>
     </message>

@@ -2,7 +2,8 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -93,6 +94,7 @@ class PortConnection(QObject):
         """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
+        self._looked: tuple[tuple[int, int] | None, Counter[bytes]] = None, Counter()
         self._light: tuple[tuple[int, int] | None, LightDirection | None] = None, None
         self.view = self._derive_view()
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
@@ -133,6 +135,15 @@ class PortConnection(QObject):
 
     def keep_light_direction(self, direction: LightDirection) -> None:
         self._light = self.conversation, direction
+
+    @property
+    def looked_at(self) -> Counter[bytes]:
+        """The trigger records that a person had before them in this conversation, as raw bytes."""
+        conversation, records = self._looked
+        return records if conversation == self.conversation else Counter()
+
+    def keep_looked_at(self, records: Iterable[bytes]) -> None:
+        self._looked = self.conversation, self.looked_at | Counter(records)
 
     @property
     def is_open(self) -> bool:

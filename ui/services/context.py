@@ -33,6 +33,9 @@ class DraftExchange(QObject):
     measured = Signal()
     """The light threshold is to be measured in Settings."""
 
+    review_wanted = Signal()
+    """The trigger records that nobody has reviewed are to be looked at in Triggers."""
+
     def __init__(self) -> None:
         super().__init__()
         self.can_use: Callable[[], bool] = bool

@@ -98,7 +98,8 @@ class CheckList(ScrollArea):
     def show_work(self, work: PreflightController) -> None:
         """Show the results, unless they are shown already: signals come many times during a check."""
         assessment, standing = work.assessment, work.standing
-        shown = (assessment, standing, work.needs_lock, self._profile, self._ticks.copy(), i18n.language())
+        looked_at = self._connector.current.looked_at
+        shown = (assessment, standing, work.needs_lock, self._profile, self._ticks.copy(), i18n.language(), looked_at)
         if shown == self._shown:
             return
         self._shown = shown
@@ -113,7 +114,9 @@ class CheckList(ScrollArea):
                 row.show_waiting(is_checking=is_checking)
             else:
                 has_profile = self._profile is not None
-                act = remedy(check, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
+                act = remedy(
+                    check, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock, looked_at=looked_at
+                )
                 # What is said of a void result would count for whatever module answers now.
                 row.show_judged(check, None if is_void else act, is_void=is_void)
         for item in self.manual:

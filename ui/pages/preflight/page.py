@@ -211,6 +211,9 @@ class PreflightPage(Page):
             case Mend.MEASURE:
                 self.page_wanted.emit("settings")
                 exchange.measured.emit()
+            case Mend.REVIEW:
+                self.page_wanted.emit("triggers")
+                exchange.review_wanted.emit()
             case Mend.TRIGGERS | Mend.TESTS | Mend.SERVICE:
                 self.page_wanted.emit(remedy.mend.value)
 

@@ -1,5 +1,6 @@
 """Rows of the check list: a check with its result, limit and reason; a manual item with its two buttons."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -10,7 +11,7 @@ from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout
 
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult, Person
-from app.preflight.module_checks import records_word
+from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
 from app.settings.setting_texts import DEFAULTS
@@ -51,6 +52,7 @@ class Mend(Enum):
     WRITE = "settings"
     MEASURE = "light"
     TRIGGERS = "triggers"
+    REVIEW = "records"
     TESTS = "tests"
     SERVICE = "archive"
 
@@ -74,12 +76,18 @@ _APPROVE: Final = Remedy(marked("Approve these settings"), Mend.APPROVE)
 _NAME_IT: Final = Remedy(marked("Name it"), Mend.NAME)
 _MEASURE: Final = Remedy(marked("Measure"), Mend.MEASURE)
 _TESTS: Final = Remedy(marked("Guided tests"), Mend.TESTS)
+_REVIEW: Final = Remedy(marked("Look at the records"), Mend.REVIEW)
 _TRIGGERS: Final = Remedy(marked("Triggers"), Mend.TRIGGERS)
 _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
 
 
-def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = False) -> Remedy | None:
-    """What mends a row with one click, here or on the page that has the control; None where only hands can."""
+def remedy(
+    judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = False, looked_at: Counter[bytes] | None = None
+) -> Remedy | None:
+    """What mends a row with one click, here or on the page that has the control; None where only hands can.
+
+    `looked_at`: the trigger records that a person had before them; only those can be called reviewed.
+    """
     id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
     if judged.finding.result is CheckResult.PASS:
         return None
@@ -89,6 +97,8 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = 
         case "service":
             return _SERVICE
         case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
+            if word is RecordsWord.REVIEWED and unseen_records(case, looked_at or Counter()):
+                return _REVIEW
             return Remedy(word.value, Mend.CHECK, Person(are_records_reviewed=True))
         case "trigger_records" | "triggered" if judged.blocks_go:
             return _TRIGGERS
@@ -105,6 +115,14 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = 
         case _ if is_known and id_ in _SETTING_KEYS:
             return _write(_SETTING_KEYS[id_], judged, case)
     return None
+
+
+def unseen_records(case: Case, looked_at: Counter[bytes]) -> int:
+    """How many records nobody has reviewed or looked at."""
+    history = case.evidence.history
+    if history is None:
+        return 0
+    return (Counter(record.raw for record in history.all) - case.past.reviewed - looked_at).total()
 
 
 def _write(key: str, judged: Judged, case: Case) -> Remedy | None:

@@ -59,6 +59,7 @@ class TriggersPage(Page):
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
+        self._is_review_wanted = False
         self.table = RowsTable(services.texts, "triggers_table", "Trigger records", COLUMNS, lambda row: row.seen.id,
                                record_text, row_px=_ROW_PX, sorted_by=Column.WHEN,
                                searches_sentence=True)  # fmt: skip
@@ -83,6 +84,9 @@ class TriggersPage(Page):
         self.list.show_rows(work.rows)
         has_rows = bool(work.rows)
         self._beside.setVisible(has_rows)
+        if has_rows and self._is_review_wanted and work.reading is not None:
+            self._is_review_wanted = False
+            self.table.choose(lambda row: row.is_on_module and row.seen.judgement is None)
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
         self.list.empty.title.setText(empty_title(work))
@@ -116,7 +120,15 @@ class TriggersPage(Page):
         return None
 
     def _show_detail(self) -> None:
-        self.detail.show_rows(self.table.chosen())
+        chosen = self.table.chosen()
+        self.detail.show_rows(chosen)
+        if self.isVisible():
+            self._connector.current.keep_looked_at(row.seen.raw for row in chosen if row.is_on_module)
+
+    def _choose_unreviewed(self) -> None:
+        """Choose the records on the module that nobody has reviewed, as soon as they are there."""
+        self._is_review_wanted = True
+        self.refresh()
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all shown ones."""
@@ -154,6 +166,7 @@ class TriggersPage(Page):
     def _wire(self) -> None:
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
+        self._services.exchange.review_wanted.connect(self._choose_unreviewed)
         self.saving, self.exporting = self.save_page, self.save_archive
 
     def _lay_out(self) -> None:

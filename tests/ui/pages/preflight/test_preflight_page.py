@@ -39,6 +39,7 @@ from tests.support.window.steps import await_child, choosing, find, given, let_l
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
+from ui.pages.triggers.page import TriggersPage
 from ui.services.port_check import Standing
 from ui.style.theme import Choice, Meaning
 from ui.widgets.labels import FittedLabel
@@ -187,11 +188,20 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
 def test_records_and_boot_count_need_a_word_of_a_person(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "words", "preflight", history=2, boots=37) as bench:
-        page = bench.preflight
+    with on_bench(qtbot, qapp, tmp_path, "words", "preflight", "triggers", reads_triggers=True, history=2,
+                  boots=37) as bench:  # fmt: skip
+        page, window = bench.preflight, bench.assembly.window
         name_module(bench, "M-07")
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["trigger_records"]
+        page.list.ensureWidgetVisible(row.act)
+        bench.click(row.act)  # nobody has seen them: one click never calls them reviewed
+        triggers = find(window, TriggersPage)
+        bench.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
+        assert page.work.standing is Standing.NO_GO
+        assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
+        window.go_to("preflight")
+        bench.until(lambda: row.act.text() == "Mark as reviewed")
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)
         bench.wait_standing(Standing.READY, Standing.NO_GO)
@@ -381,7 +391,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
     """With the act of activation, or with a notice."""
     with window(qapp, tmp_path, entries=page_entries("preflight")) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
-        assembly.window.resize(960, 540)
+        assembly.window.resize(1024, 600)
         page = await_child(qtbot, assembly.window, PreflightPage)
         assembly.window.panel.hide()
         let_lay_out(page)
