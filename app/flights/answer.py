@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.flights.curves import MAX_ACCELERATION_STEPS, steps_of
-from app.flights.flight_log import GAP_TOLERANCE_S, FlightLog, Floats, Gaps, total_s
+from app.flights.flight_log import GAP_TOLERANCE_S, TILT_GAP_S, FlightLog, Floats, Gaps
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading, freefall_view
 from app.flights.samples import runs
@@ -55,34 +55,30 @@ class Coverage:
 
 
 def coverage_of(log: FlightLog) -> Coverage:
-    tilt_gaps = _in_flight(log, log.tilt_gaps)
-    force_gaps = _in_flight(log, log.force_gaps)
+    ground = log.ground_gaps
+    tilt_s = _flight_seconds(log.tilt_gaps, ground)
+    force_s = _flight_seconds(log.force_gaps, ground)
+    flight_s = log.duration_s - float(np.diff(ground).sum())
     return Coverage(
         has_plausible_length=log.has_plausible_length,
         left_out_share=log.left_out_share,
-        has_tilt_gap=len(tilt_gaps) > 0,
-        tilt_missing_share=_missing_share(log, tilt_gaps),
-        force_missing_share=_missing_share(log, force_gaps),
-        hidden_fall_s=_hidden_falls(log, force_gaps),
+        has_tilt_gap=bool((tilt_s > TILT_GAP_S + GAP_TOLERANCE_S).any()),
+        tilt_missing_share=float(tilt_s.sum()) / flight_s if flight_s > 0 else 1.0,
+        force_missing_share=float(force_s.sum()) / flight_s if flight_s > 0 else 1.0,
+        hidden_fall_s=_hidden_falls(log, log.force_gaps[force_s > GAP_TOLERANCE_S]),
     )
 
 
-def _in_flight(log: FlightLog, gaps: Gaps) -> Gaps:
-    """Without those that begin, last and end on the ground."""
-    first_after = np.searchsorted(log.time_s, gaps[:, 1], "left")
-    last_before = np.searchsorted(log.time_s, gaps[:, 0], "right") - 1
-    counted = np.concatenate(((0,), np.cumsum(log.is_judged)))
-    until = np.minimum(first_after + 1, len(log.time_s))
-    since = np.maximum(last_before, 0)
-    return gaps[counted[until] > counted[since]]
-
-
-def _missing_share(log: FlightLog, gaps: Gaps) -> float:
-    ground_s = total_s(log.ground_gaps)
-    flight_s = log.duration_s - ground_s
-    if flight_s <= 0:
-        return 1.0
-    return (total_s(np.concatenate((log.ground_gaps, gaps))) - ground_s) / flight_s
+def _flight_seconds(gaps: Gaps, ground: Gaps) -> Floats:
+    """How much of each gap is in flight, and not on the ground; `ground` does not overlap."""
+    lasts_s = gaps[:, 1] - gaps[:, 0]
+    if not len(ground):
+        return lasts_s
+    # How long it was on the ground until each bound.
+    bounds_s = ground.ravel()
+    on_ground_s = np.cumsum(np.diff(bounds_s, prepend=bounds_s[0]) * (np.arange(len(bounds_s)) % 2))
+    seconds: Floats = lasts_s - np.diff(np.interp(gaps, bounds_s, on_ground_s))[:, 0]
+    return seconds
 
 
 def _hidden_falls(log: FlightLog, gaps: Gaps) -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.flights.flight_log import (
     LONGEST_LOG_S,
+    NO_GAPS,
     REPORT_HZ,
     SHORTEST_LOG_S,
     TILT_GAP_S,
@@ -104,6 +105,7 @@ def assembled(raw: RawLog) -> FlightLog:
             gaps_between(time_s[np.isfinite(force_g)], 0.0, duration_s, MAX_GAP_S), raw.joins_s - start_s
         ),
         left_out_share=max(tilt_left_out, min(forces_left_out, default=0.0)),
+        disarmed_gaps=NO_GAPS if is_armed is None else _disarmed_gaps(time_s, is_armed),
         is_on_ground=is_on_ground,
         altitude_m=None if altitude_m is None else _altitude_at(altitude_m, time_s + start_s),
         problems=tuple(dict.fromkeys(problems)),
@@ -276,6 +278,14 @@ def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) 
     if is_on_ground is not None:
         is_judged &= is_armed | ~is_on_ground
     return is_judged
+
+
+def _disarmed_gaps(time_s: Floats, is_armed: Flags) -> Gaps:
+    """The pauses of the whole log that begin disarmed, unless it is never armed."""
+    if not is_armed.any():
+        return NO_GAPS
+    rows = np.flatnonzero((np.diff(time_s) > MAX_GAP_S) & ~is_armed[:-1])
+    return np.column_stack((time_s[rows], time_s[rows + 1]))
 
 
 def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:

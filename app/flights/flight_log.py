@@ -68,6 +68,8 @@ class FlightLog:
     """Where no acceleration is known, or none that is believed."""
     left_out_share: float = 0.0
     """Share of the samples of attitude or acceleration that were left out as invalid, the larger of the two."""
+    disarmed_gaps: Gaps = field(default_factory=NO_GAPS.copy)
+    """Pauses that began while the flight controller was disarmed, as where it logs flights only."""
     is_on_ground: Flags | None = None
     """None: the log does not say."""
     altitude_m: Floats | None = None
@@ -92,14 +94,15 @@ class FlightLog:
         begins = self.time_s[firsts]
         begins[firsts == 0] = 0.0
         ends = np.append(self.time_s, self.duration_s)[lasts + 1]
-        return np.column_stack((begins, ends))
+        return merged(np.concatenate((np.column_stack((begins, ends)), self.disarmed_gaps)))
 
     @property
     def not_judged_s(self) -> float:
         """Time for which at least one trigger was not judged, whatever the reason, both ends of the log included."""
         if not self.has_plausible_length:
             return round(self.duration_s, 6)
-        return round(total_s(np.concatenate((self.tilt_gaps, self.force_gaps, self.ground_gaps))), 6)
+        gaps = merged(np.concatenate((self.tilt_gaps, self.force_gaps, self.ground_gaps)))
+        return round(float(np.diff(gaps).sum()), 6)
 
 
 def gaps_between(time_s: Floats, start_s: float, end_s: float, longest_s: float) -> Gaps:
@@ -109,11 +112,13 @@ def gaps_between(time_s: Floats, start_s: float, end_s: float, longest_s: float)
     return np.column_stack((bounds[:-1][is_gap], bounds[1:][is_gap]))
 
 
-def total_s(gaps: Gaps) -> float:
-    """The time that they cover; gaps may overlap."""
-    covered_s, reached_s = 0.0, -np.inf
-    for begin_s, end_s in sorted(gaps.tolist()):
-        if end_s > reached_s:
-            covered_s += end_s - max(begin_s, reached_s)
-            reached_s = end_s
-    return covered_s
+def merged(gaps: Gaps) -> Gaps:
+    """The same time in gaps that do not overlap."""
+    if not len(gaps):
+        return gaps
+    order = np.argsort(gaps[:, 0], kind="stable")
+    begins, ends = gaps[order].T
+    reached = np.maximum.accumulate(ends)
+    is_first = np.append(np.True_, begins[1:] > reached[:-1])
+    lasts = np.append(np.flatnonzero(is_first)[1:] - 1, len(begins) - 1)
+    return np.column_stack((begins[is_first], reached[lasts]))

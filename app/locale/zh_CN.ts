@@ -1408,6 +1408,10 @@
         <translation>限值</translation>
     </message>
     <message>
+        <source>Limits of this program: {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to {most_fall:.2f} s.</source>
+        <translation>本程序的范围：{least_tilt}° 至 {most_tilt}°、{least_force} g 至 {most_force} g、{least_fall:.2f} s 至 {most_fall:.2f} s。</translation>
+    </message>
+    <message>
         <source>Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.</source>
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
     </message>
@@ -3168,6 +3172,10 @@
         <translation>厂家建议不要更改。</translation>
     </message>
     <message>
+        <source>The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.</source>
+        <translation>厂家规定：55° 以上，低于 0.7 g；默认值 60°、0.5 g、1.60 s。</translation>
+    </message>
+    <message>
         <source>The vendor's defaults fire in 0 of {total}, as far as judged</source>
         <translation>在能够判断的范围内，厂家默认值在 {total} 个中的 0 个触发</translation>
     </message>
@@ -3258,10 +3266,6 @@
     <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
-    </message>
-    <message>
-        <source>This program proposes {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to {most_fall:.2f} s. The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.</source>
-        <translation>本程序只建议 {least_tilt}° 至 {most_tilt}°、{least_force} g 至 {most_force} g、{least_fall:.2f} s 至 {most_fall:.2f} s。厂家规定：55° 以上，低于 0.7 g；默认值 60°、0.5 g、1.60 s。</translation>
     </message>
     <message>
         <source>This program was never tried on a real module.</source>

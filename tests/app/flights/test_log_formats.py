@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
+from app.flights.answer import coverage_of
 from app.flights.assembly import ascending, assembled, flight_of_reports
 from app.flights.columns import CsvColumns, CsvRole, parse_choice
 from app.flights.curves import judge_flight
@@ -366,3 +367,51 @@ def test_two_sensors_of_a_ulog(tmp_path: Path) -> None:
     assert first_fires(log) == []
     assert log.not_judged_s == pytest.approx(log.duration_s - 49.0, abs=0.1)
     assert "Acceleration sensor 1 never rests at 1 g" in problems(log)[0]
+
+
+def test_a_log_that_pauses_while_it_is_disarmed_is_judged_for_its_flights() -> None:
+    is_logged = (TIMES < 60) | (TIMES >= 120)
+    kept = Channel(TIMES[is_logged], REST[is_logged])
+    raw = raw_log(kept, tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))
+    assert not coverage_of(assembled(raw)).is_enough(TriggerLimits())
+    raw.armed = FlagChannel(np.array([0.0, 59.9, 120.0]), np.array([True, False, True]), is_changes=True)
+    log = assembled(raw)
+    assert coverage_of(log).is_enough(TriggerLimits())
+    assert log.not_judged_s == pytest.approx(60.0, abs=0.1)
+    raw.armed = FlagChannel(np.array([0.0, 150.0]), np.array([True, False]), is_changes=True)
+    assert not coverage_of(assembled(raw)).is_enough(TriggerLimits())
+
+
+@pytest.mark.parametrize(("gap_s", "is_enough"), [(0.2, True), (0.25, False)])
+def test_a_pause_of_the_attitude_that_may_hide_a_tilt(gap_s: float, is_enough: bool) -> None:
+    is_logged = (TIMES <= 60) | (60 + gap_s - 0.001 <= TIMES)
+    log = assembled(raw_log(tilt=Channel(TIMES[is_logged], LEVEL[is_logged])))
+    assert coverage_of(log).is_enough(TriggerLimits()) is is_enough
+
+
+@pytest.mark.parametrize(("gap_s", "falls_s", "is_enough"), [
+    (1.4, 0.0, True), (1.6, 0.0, False), (0.8, 0.5, True), (0.8, 0.8, False),
+])  # fmt: skip
+def test_a_pause_of_the_acceleration_that_may_hide_a_fall(gap_s: float, falls_s: float, is_enough: bool) -> None:
+    """Together with the fall that is known beside it."""
+    force = np.where((60 - falls_s < TIMES) & (TIMES <= 60), 0.1, 1.0)
+    is_logged = (TIMES <= 60) | (60 + gap_s <= TIMES)
+    log = assembled(raw_log(Channel(TIMES[is_logged], force[is_logged])))
+    assert not judge_flight(log, TriggerLimits()).firings
+    assert coverage_of(log).is_enough(TriggerLimits()) is is_enough
+    assert coverage_of(log).is_enough(TriggerLimits(freefall_is_enabled=False))
+
+
+def test_both_ends_of_a_log_are_part_of_it() -> None:
+    """The attitude begins late, and the acceleration ends early."""
+    log = assembled(raw_log(Channel(TIMES[:-500], REST[:-500]), tilt=Channel(TIMES[1000:], LEVEL[1000:])))
+    assert log.not_judged_s == pytest.approx(30.0, abs=0.05)
+    assert not coverage_of(log).is_enough(TriggerLimits())
+
+
+def test_of_a_tenth_that_is_missing_nothing_is_said() -> None:
+    for share, is_enough in ((0.08, True), (0.12, False)):
+        is_logged = 10 * share <= TIMES % 10
+        force = Channel(TIMES[is_logged], REST[is_logged])
+        limits = TriggerLimits(attitude_is_enabled=False)
+        assert coverage_of(assembled(raw_log(force))).is_enough(limits) is is_enough

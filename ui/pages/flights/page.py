@@ -20,7 +20,7 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded, Settle
 from ui.pages.flights.lists import FlightLists, assumed_text, limits_text
-from ui.pages.flights.proposal_bar import ProposalBar, bounds_text
+from ui.pages.flights.proposal_bar import ProposalBar, bounds_lines
 from ui.pages.flights.thresholds import FireMapView, ThresholdPanel
 from ui.pages.flights.views import ColumnLine, FlightView
 from ui.services.context import Services
@@ -141,7 +141,7 @@ class FlightsPage(Page):
 
     def _explain(self) -> None:
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
-        text = "".join(f"<p>{sentence}</p>" for sentence in (*map(tr, rules), bounds_text()))
+        text = "".join(f"<p>{sentence}</p>" for sentence in (*map(tr, rules), *bounds_lines()))
         QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def open_flight(self, row: FlightRow) -> None:
@@ -154,7 +154,7 @@ class FlightsPage(Page):
             self.flight.back.setFocus()
 
     def _show_form(self, unread: Flight) -> None:
-        self.form.show_file(unread.name, unread.why_not)
+        self.form.show_file(unread.name, unread.why_not, unread.columns)
         self._show(self.form)
 
     def _read_with(self, name: str, columns: CsvColumns) -> None:

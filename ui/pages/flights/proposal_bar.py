@@ -109,7 +109,7 @@ class ProposalBar(QFrame):
             doubtful = [flight.name for flight in must_not if flight.answer(limits) is Answer.NOT_JUDGED]
             if doubtful:
                 lines.append(tr("Not judged: {names}", names=join_names(map(short_name, doubtful))))
-            lines.append(bounds_text())
+            lines += bounds_lines()
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use() and not is_mistyped)
@@ -210,11 +210,11 @@ def _margin_text(margin: FlightMargin) -> str:
               name=short_name(margin.name))  # fmt: skip
 
 
-def bounds_text() -> str:
+def bounds_lines() -> tuple[str, str]:
     """Which limits of a proposal are this program's, and which the vendor's."""
-    return tr(
-        "This program proposes {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to "
-        "{most_fall:.2f} s. The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.",
+    ours = tr(
+        "Limits of this program: {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, "
+        "{least_fall:.2f} s to {most_fall:.2f} s.",
         least_tilt=LEAST_TILT_DEG,
         most_tilt=MOST_TILT_DEG,
         least_force=LEAST_ACCELERATION_G,
@@ -222,3 +222,4 @@ def bounds_text() -> str:
         least_fall=LEAST_FALL_S,
         most_fall=MOST_FALL_S,
     )
+    return ours, tr("The vendor says: 55° or more, below 0.7 g; defaults 60°, 0.5 g, 1.60 s.")

@@ -1,5 +1,6 @@
 """In place of the overview: one flight with its plots, or the line for the columns of a table."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -136,11 +137,13 @@ class ColumnLine(QWidget):
         in_column(head, self.why, self.line, self.fault, 1, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, retranslate=self._write)
 
-    def show_file(self, name: str, why: UserMessage | None) -> None:
-        """`why`: it cannot be read without; what it proposes to say stands in the line already."""
+    def show_file(self, name: str, why: UserMessage | None, columns: CsvColumns | None) -> None:
+        """`why`: it cannot be read without. What was said before and what is proposed stand in the line already."""
         self._name, self._why, self._fault = name, why, None
-        cure = "" if why is None else dict(why.values).get("cure", "")
-        self.line.setText(str(cure).replace("--column ", ""))
+        cure = "" if why is None else str(dict(why.values).get("cure", ""))
+        said = {} if columns is None else columns.names
+        words = [shlex.quote(f"{role.value}={column}") for role, column in said.items()]
+        self.line.setText(" ".join([*words, cure.replace("--column ", "")]).strip())
         self._write()
         self.line.setFocus()
 

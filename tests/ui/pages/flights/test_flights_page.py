@@ -107,6 +107,11 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     form.line.setText("speed=w")
     form.read.click()
     assert form.fault.text().startswith("“speed=w”: ROLE=COLUMN is needed")
+    form.line.setText("time_s=w")
+    form.read.click()
+    desk.wait_read()
+    press(desk.qtbot, page.strip.button("columns"))
+    assert form.line.text().startswith("time_s=w tilt_deg=")  # what was said before stays
     form.line.setText("--column time_s=w tilt_deg=a 'acceleration_g=g'")
     form.read.click()
     desk.wait_read()
