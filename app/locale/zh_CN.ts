@@ -1360,6 +1360,10 @@
         <translation>最后一次收到数值：{time}。此后无响应：{lost} / {asked}。串口处于打开状态。</translation>
     </message>
     <message>
+        <source>Late replies</source>
+        <translation>延迟的应答</translation>
+    </message>
+    <message>
         <source>Leave it ACTIVE</source>
         <translation>保持激活</translation>
     </message>
@@ -2188,6 +2192,10 @@
         <translation>请接入：{module}</translation>
     </message>
     <message>
+        <source>PWM trigger</source>
+        <translation>PWM 触发</translation>
+    </message>
+    <message>
         <source>PWM trigger after</source>
         <translation>PWM 触发（启动后）</translation>
     </message>
@@ -2758,6 +2766,10 @@
     <message>
         <source>Signed by this station ({fingerprint}).</source>
         <translation>由本站点签名（{fingerprint}）。</translation>
+    </message>
+    <message>
+        <source>Silent</source>
+        <translation>不应答</translation>
     </message>
     <message>
         <source>Simulated module</source>

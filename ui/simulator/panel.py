@@ -1,4 +1,4 @@
-"""Panel of the simulated module: tilt it, drop it, unplug it; puts it at rest for a check that fails so."""
+"""Panel of the simulated module: tilt it, drop it, disturb its line; puts it at rest for a check that fails so."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -24,6 +24,13 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_MS = 200
 USUAL_HEIGHT_M = 20
 HIGHEST_M = 100
+_FAULTS: Final = (
+    ("mute", marked("Silent"), True),
+    ("corrupt", marked("Bit errors"), 0.02),
+    ("drop", marked("Lost replies"), 0.3),
+    ("lag_ms", marked("Late replies"), 900.0),
+)
+"""Option of the simulated module, name, and value where the box is checked."""
 
 
 class SimulatorPanel(QWidget):
@@ -47,6 +54,8 @@ class SimulatorPanel(QWidget):
         self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles")
         self.restart = control(QPushButton(), texts, "simulator_restart", "Restart")
         self.press = control(QPushButton(), texts, "simulator_press", "Press switch")
+        self.trigger = control(QPushButton(), texts, "simulator_trigger", "PWM trigger")
+        self.faults = {name: control(QCheckBox(), texts, f"simulator_fault_{name}", text) for name, text, _ in _FAULTS}
         self.plug = QPushButton()
         self._connect()
         self._name()
@@ -74,6 +83,8 @@ class SimulatorPanel(QWidget):
         self.bay.setChecked(state.bay_is_open)
         self.charger.setChecked(state.has_external_power)
         self.lifelike.setChecked(state.is_lifelike)
+        for name, box in self.faults.items():
+            box.setChecked(bool(getattr(state.setup, name)))
         self.drop.setEnabled(not state.is_falling)
         self.press.setEnabled(not state.is_on)
         self._name_plug(is_plugged_in=state.is_plugged_in)
@@ -103,6 +114,9 @@ class SimulatorPanel(QWidget):
         self.restart.clicked.connect(lambda: self._act(SimulatedBench.restart))
         self.press.clicked.connect(lambda: self._act(SimulatedBench.press_switch))
         self.plug.clicked.connect(lambda: self._act(_toggle_plug))
+        self.trigger.clicked.connect(lambda: self._act(SimulatedBench.pulse_pwm))
+        for name, _, value in _FAULTS:
+            self.faults[name].clicked.connect(lambda on, name=name, value=value: self._set_fault(name, value, on))
 
     def _name(self) -> None:
         self.tilt.describe(self._texts, marked("Tilt"), "")
@@ -130,13 +144,14 @@ class SimulatorPanel(QWidget):
         form.addRow(label_for(self._texts, self.cell, marked("Cell")), self.cell)
         fall = in_row((self.drop, 1), self.fall_height, spacing=Space.S)
         form.addRow(label_for(self._texts, self.fall_height, marked("Fall")), fall)
-        for box in (self.bay, self.charger, self.lifelike):
+        for box in (self.bay, self.charger, self.lifelike, *self.faults.values()):
             form.addRow(box)
         buttons = QGridLayout()
         buttons.setSpacing(Space.S)
         buttons.addWidget(self.restart, 0, 0)
         buttons.addWidget(self.plug, 0, 1)
-        buttons.addWidget(self.press, 1, 0, 1, 2)
+        buttons.addWidget(self.press, 1, 0)
+        buttons.addWidget(self.trigger, 1, 1)
         self._body = named(QWidget(), "simulator_body")
         in_column(self.summary, form, buttons, 1, of=self._body, spacing=Space.M, margins=Space.M)
         self._area = scroll_area(self._body, self._texts, "simulator_scroll", "Simulated module", is_vertical=True)
@@ -145,7 +160,10 @@ class SimulatorPanel(QWidget):
 
     # Acting
 
-    def _act(self, act: Callable[[SimulatedBench], None]) -> None:
+    def _set_fault(self, name: str, value: float, is_on: bool) -> None:
+        self._act(lambda bench: bench.change(**{name: value if is_on else type(value)(0)}))
+
+    def _act(self, act: Callable[[SimulatedBench], object]) -> None:
         if self._bench is not None:
             act(self._bench)
             self.refresh()

@@ -118,6 +118,25 @@ def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: S
     assert bench.state().is_on
 
 
+def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    for name, box in panel.faults.items():
+        click(qtbot, box)
+        assert getattr(bench.state().setup, name)
+        click(qtbot, box)
+        assert not getattr(bench.state().setup, name)
+    bench.change(mute=True)
+    panel.refresh()
+    assert panel.faults["mute"].isChecked()
+
+
+def test_the_pwm_input_fires_an_active_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    click(qtbot, panel.trigger)
+    assert not bench.state().is_triggered
+    bench.module.activate(is_active=True)
+    click(qtbot, panel.trigger)
+    assert bench.state().is_triggered
+
+
 def test_it_follows_what_happens_to_the_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     bench.set_tilt(33)
     bench.set_bay(is_open=True)
