@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from protocol.catalogue import Request
 from protocol.frame import Frame, Noise, Reason
-from protocol.messages import Message
+from protocol.messages import Message, Reading
 
 
 class Role(Enum):
@@ -104,6 +104,14 @@ class FellSilent(NamedTuple):
     """Until now."""
 
 
+class Contradicted(NamedTuple):
+    """Two different answers to one question: two modules on this line, or another one than before."""
+
+    before: Reading
+    after: Reading
+    at: float
+
+
 class WentOnline(NamedTuple):
     at: float
 
@@ -115,8 +123,8 @@ class WentOffline(NamedTuple):
 
 
 Outcome = Answered | Unanswered | OutcomeUnknown
-Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | WentOnline | WentOffline
-BREAKS = (FellSilent, Restarted, WentOffline)
+Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | Contradicted | WentOnline | WentOffline
+BREAKS = (FellSilent, Restarted, Contradicted, WentOffline)
 """Events after which another module may answer."""
 
 

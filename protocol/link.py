@@ -15,6 +15,8 @@ Rules:
 - Some modules need a pause before they listen again, so a request may wait (`protocol.request_gap`); LOCK never does.
 - A status carries the earliest time at which it can have been sent, as a line may delay everything (`protocol.lag`).
 - Two heartbeats that nobody asked for are a restart; where nothing answers for a moment, but to 35, it is `FellSilent`.
+- 16 and 17 are set only when no answer to an earlier set can be taken for theirs (`protocol.flag_answers`).
+- Two different answers to one question end whatever was asked: `Contradicted` (`protocol.contradictions`).
 - After ten seconds without a valid frame a heartbeat is sent; if it is not answered, the module is offline.
 
 The owner writes the bytes of `take_outgoing` after each call, and calls `tick` no later than `next_deadline`.
@@ -24,8 +26,10 @@ All changes of the exchange's state go through the table of `link_states`.
 from math import inf
 
 from protocol.catalogue import HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
+from protocol.contradictions import ToldValues
 from protocol.events import (
     Answered,
+    Contradicted,
     Counters,
     Event,
     FellSilent,
@@ -39,10 +43,11 @@ from protocol.events import (
     WentOffline,
     WentOnline,
 )
+from protocol.flag_answers import FLAG_CODES, FlagAnswers
 from protocol.frame import Direction, Frame, Noise
 from protocol.lag import Lag
 from protocol.link_states import EXCHANGE, Exchange, Flight, Presence, Step
-from protocol.messages import Heartbeat, Message, Status, answers, decode
+from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
 from protocol.request_gap import Gap
 from protocol.round_trips import RoundTrips, Timing
 from protocol.stale_replies import StaleReplies
@@ -66,6 +71,8 @@ class Link:
         self.round_trips: RoundTrips = RoundTrips() if before is None else before.round_trips
         self.gap: Gap = Gap() if before is None else before.gap
         self.lag: Lag = Lag(now) if before is None else before.lag
+        self.flags: FlagAnswers = FlagAnswers(now, self.timing) if before is None else before.flags
+        self._told = ToldValues(self.timing)
         self.exchange = Exchange.IDLE
         self.presence = Presence.UNKNOWN
         self._parser = StreamParser()
@@ -98,7 +105,9 @@ class Link:
         is_deliberate: bool = False,
         is_fenced: bool = False,
     ) -> list[Event]:
-        """Send `request`; exactly one of `Answered`, `Unanswered` and `OutcomeUnknown` follows later.
+        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`).
+
+        Exactly one of `Answered`, `Unanswered` and `OutcomeUnknown` follows later.
 
         `waits_s`: how long each attempt waits for the answer, by default as measured; `attempts`: only the first ones
         of these. A request that must not be repeated has one attempt. A dangerous request needs `is_deliberate`. With
@@ -109,6 +118,8 @@ class Link:
             raise LinkMisused(f"{request.command.name} asked while the link is {self.exchange.name}")
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
+        if now < self.flags.free_at(request):
+            return [Unanswered(request, 0, 0.0, now)]
         if request.command.layout is Layout.RECORD or not request.is_repeatable:
             waits = (waits_s or (self.timing.answer_s,))[:1]
         else:
@@ -147,6 +158,11 @@ class Link:
         self.counters.retries += 1
         self._stale.expect_late(LOCK, now, count=1)
         return [Sent(raw, LOCK, attempt, now)]
+
+    def begin_again(self) -> None:
+        """A person said that another module answers from now on: nothing that was told before counts."""
+        self._told.forget()
+        self.flags.begin_again()
 
     def take_outgoing(self) -> bytes:
         """Return the bytes to write, each once."""
@@ -219,6 +235,8 @@ class Link:
         self.unanswered_since = self.unanswered_since or now
         self.gap.sent(is_repeated=flight.attempt > 0, now=now)
         self.lag.ask(flight.request, now)
+        self.flags.on_sent(flight.request, now)
+        self._told.on_sent(flight.request, now)
         self.counters.retries += flight.attempt > 0
         self.counters.sent += 1
         self._parser.asked = flight.request
@@ -242,8 +260,12 @@ class Link:
             self._stale.on_heartbeat(now)
         flight = self._flight
         if flight is not None and self._is_answer(flight, piece, now):
+            if piece.raw[2] in FLAG_CODES:
+                self.flags.on_answer(flight.request, piece.raw, now)
             self._on_answer(flight, piece, now, events)
         else:
+            if piece.raw[2] in FLAG_CODES:
+                self.flags.on_other(piece.raw, now)
             self._on_other(piece, now, events)
 
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
@@ -276,6 +298,8 @@ class Link:
     def _on_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
+        if self._contradicts(message, now, events, is_answer=True):
+            return
         may_be_copy = self._stale.copied(frame.raw, now) is not None
         self._stale.expect_copy(frame.raw, flight.request, now)
         if flight.request.command.layout is Layout.RECORD:
@@ -332,11 +356,14 @@ class Link:
         if late is not None:
             self.lag.answer(late, now)
             earlier.expect_copy(frame.raw, late, now, is_late=True)
-            self._note(events, frame, decode(frame.raw, late), Role.LATE, now)
+            message = decode(frame.raw, late)
+            self._note(events, frame, message, Role.LATE, now)
+            self._contradicts(message, now, events, is_answer=False)
             return
         message = decode(frame.raw)
         role = Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED
         self._note(events, frame, message, role, now)
+        self._contradicts(message, now, events, is_answer=False)
         if isinstance(message, Heartbeat):
             earlier.expect_copy(frame.raw, None, now)
             if self._unasked_heartbeat_at is None:
@@ -344,10 +371,21 @@ class Link:
             else:
                 self._restart(events, now, is_certain=True)
 
+    def _contradicts(self, message: Message, now: float, events: list[Event], *, is_answer: bool) -> bool:
+        """Whether it says otherwise than what was told before; nothing that waits is sent then."""
+        before = self._told.contradicted(message, now, is_answer=is_answer)
+        if before is None or not isinstance(message, Reading):
+            return False
+        events += self.abandon(now)
+        self.begin_again()
+        events.append(Contradicted(before, message, now))
+        return True
+
     def _restart(self, events: list[Event], now: float, *, is_certain: bool) -> None:
         # Earlier requests are not forgotten: the heartbeats may be late replies, followed by others.
         self._unasked_heartbeat_at = None
         self.counters.restarts += 1
+        self.begin_again()
         events.append(Restarted(is_certain, now))
 
     # Time
@@ -374,6 +412,7 @@ class Link:
     def _note_silence(self, now: float, events: list[Event]) -> None:
         lasted_s = now - (self.unanswered_since or now)
         if self.has_timed_out and lasted_s >= self.timing.silent_gap_s:
+            self._told.forget()
             events.append(FellSilent(now, lasted_s))
 
     def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:
@@ -387,6 +426,7 @@ class Link:
             is_proven_otherwise = self._proven_at >= flight.sent_at
             if self.presence is not Presence.OFFLINE and not is_proven_otherwise:
                 self.presence = Presence.OFFLINE
+                self.begin_again()
                 events.append(WentOffline(now))
         if probing:
             return

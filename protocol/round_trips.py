@@ -26,6 +26,8 @@ class Timing(NamedTuple):
     """Quiet to wait for between a time-out and the next attempt."""
     late_s: float = 3.0
     """A later reply no longer counts as a reply to its request."""
+    repeated_s: float = 5.0
+    """A bridge that repeats what it passes on has done so within this time. A later copy is taken for an answer."""
     doubled_s: float = 0.02
     """A doubled answer follows within this time; a restart's second heartbeat only after 50 ms."""
     restart_s: float = 0.3

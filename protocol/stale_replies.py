@@ -77,6 +77,7 @@ class StaleReplies:
         """A heartbeat, or another question where an earlier reply or a restart's second heartbeat could be mistaken for
         its answer. With `is_proof` not a heartbeat: one may come unasked at any time."""
         requests = self._all()
+        requests += tuple(copy.request for copy in self._copied if copy.request is not None and now <= copy.until)
         if is_proof or now - self._heartbeats_at[0] <= self._timing.restart_s:
             requests += (_HEARTBEAT,)
         told_apart = (fence for fence in FENCES if not any(_overlap(request, fence) for request in requests))

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
+from app.engine.procedure import TwoModules
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
@@ -108,8 +109,11 @@ def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Fin
         if everything is None:
             raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
     if everything is None:
+        if isinstance(link.error, TwoModules):
+            return _findings(conversation, port, {}, link.error.message, since=math.inf), link.sentence
         return _findings(conversation, port, {}, _PORT_LOST, since=silence.ended_at), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
+    errors |= everything.contradictions
     if not everything.is_silent:
         return _findings(conversation, port, errors, _RESTARTED, since=everything.began_at), None
     findings = _findings(conversation, port, errors, _FELL_SILENT, since=silence.ended_at)
@@ -130,9 +134,12 @@ def _findings(
     `why_missing` is the reason for values that are neither known nor in `errors`."""
     known = {key: reading for key, reading in conversation.device.values.items() if reading.at >= since}
     values = {key: reading.value for key, reading in known.items() if reading.stale_reason is not StaleReason.RESTARTED}
+    for key in STATUS_KEYS:
+        if key in errors:
+            values.pop(key, None)  # 30 or 31 and the status do not agree
     unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
     missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)
-    blamed = {"status" if key in STATUS_KEYS else key for key in missing}
+    blamed = {"status" if key in STATUS_KEYS and key not in errors else key for key in missing}
     link = conversation.link
     return Findings(
         port,
@@ -181,7 +188,7 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
     title, command = _OF_STATUS[key] if key in _OF_STATUS else (_COMMANDS[key].title, _COMMANDS[key])
     value = findings.values.get(key)
     if value is None:
-        why = findings.errors.get("status" if key in STATUS_KEYS else key)
+        why = findings.errors.get(key) or findings.errors.get("status" if key in STATUS_KEYS else key)
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     if isinstance(value, bool):
         word = _WORDS.get((key, value)) or (marked("yes") if value else marked("no"))

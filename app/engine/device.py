@@ -18,17 +18,11 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.motion import MotionExtremes, MotionWatch
-from app.engine.setting_changes import (
-    ACKNOWLEDGED_KEYS,
-    BOOT_COUNT,
-    BOOTS,
-    READABLE_SETTINGS,
-    UNREADABLE,
-    key_changed_by,
-)
-from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, Request
+from app.engine.setting_changes import ACKNOWLEDGED_KEYS, BOOTS, READABLE_SETTINGS, UNREADABLE, key_changed_by
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, MAX_RECORDS, SERIAL_OUTPUT, Request
 from protocol.events import (
     Answered,
+    Contradicted,
     Event,
     FellSilent,
     OutcomeUnknown,
@@ -39,6 +33,7 @@ from protocol.events import (
     WentOnline,
 )
 from protocol.fields import Value
+from protocol.flag_answers import TRIGGER_FLAGS, FlagAnswers
 from protocol.lag import Lag
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
@@ -58,6 +53,7 @@ class StaleReason(Enum):
     WRITE_UNCONFIRMED = "write unconfirmed"
     AGED = "aged"
     LATE = "late"
+    CONTRADICTED = "contradicted"
 
 
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
@@ -129,10 +125,12 @@ class DeviceView(NamedTuple):
     breaks: int = 0
     """How often the conversation broke (silence, restart): what cannot be read is unknown since."""
     last_sleep: Sleep | None = None
+    contradicted: Contradicted | None = None
+    """The last contradiction: perhaps two modules on this line."""
     is_restart_suspected: bool = False
     """A heartbeat may have been a restart's; the next boot count decides."""
     undecided: frozenset[str] = frozenset()
-    """Keys of the values that are unknown until that is decided."""
+    """Keys of the values that are unknown until that is decided, or until no copy of an answer can come any more."""
     motion: MotionExtremes | None = None
     """Of the last seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
@@ -187,8 +185,8 @@ class DeviceView(NamedTuple):
 class Device:
     """Collects values from the link's events; one object for each module and port."""
 
-    def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
-        self._baud_rate, self._lag = baud_rate, lag
+    def __init__(self, baud_rate: int | None = None, lag: Lag | None = None, flags: FlagAnswers | None = None) -> None:
+        self._baud_rate, self._lag, self._flags = baud_rate, lag, flags
         self._values: dict[str, Known] = {}
         self._view = DeviceView()
         """Complete after `view`; in between it has what changes with an event."""
@@ -225,6 +223,10 @@ class Device:
                 self._break_off()
                 if self._lag is None or self._lag.is_quick:  # else it is the line that is slow
                     self._doubt(READ_BACK, StaleReason.LINK_LOST)
+            case Contradicted():
+                self._view = self._view._replace(contradicted=event)
+                self._break_off()
+                self.mark_all_stale(StaleReason.CONTRADICTED)
             case WentOnline():
                 self._view = self._view._replace(presence=Presence.ONLINE, presence_since=event.at)
                 if self._baud_rate is not None:
@@ -238,7 +240,8 @@ class Device:
         """Mark all values as stale (port lost, module offline)."""
         self._settle()
         # The heartbeats of a restart, or the boot count that tells of it, came at the port's rate.
-        proven = {"baud_rate"} if stale_reason is StaleReason.RESTARTED else set()
+        came_at_rate = stale_reason in (StaleReason.RESTARTED, StaleReason.CONTRADICTED)
+        proven = {"baud_rate"} if came_at_rate else set()
         self._doubt(self._values.keys() - proven, stale_reason)
         self._streamed_at.clear()
         self._motion.clear()
@@ -275,11 +278,17 @@ class Device:
             self._streamed_at.popleft()
         span_s = self._streamed_at[-1] - self._streamed_at[0] if self._streamed_at else 0.0
         hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
+        values, undecided = dict(self._values), set(self._suspected)
+        if self._flags is not None and not self._flags.are_known(now):
+            for command in TRIGGER_FLAGS:
+                is_acknowledged = values.pop(command.key, None) is not None
+                if is_acknowledged and not self._flags.has_repeated:
+                    undecided.add(command.key)
         self._view = self._view._replace(
-            values=MappingProxyType(dict(self._values)),
+            values=MappingProxyType(values),
             is_streaming=len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S,
             stream_hz=hz,
-            undecided=frozenset(self._suspected),
+            undecided=frozenset(undecided),
             motion=self._motion.view(now),
             stray_records=tuple(self._stray_records),
             lag_s=None if self._lag is None else self._lag.seconds(now),

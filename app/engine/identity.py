@@ -13,8 +13,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.device import READ_BACK, Device, How, Known, StaleReason
-from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
-from protocol.events import BREAKS, Event, FellSilent, Received, Restarted, Role, WentOffline
+from app.engine.setting_changes import BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
+from protocol.catalogue import BOOT_COUNT
+from protocol.events import BREAKS, Contradicted, Event, FellSilent, Received, Restarted, Role, WentOffline
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.messages import Reading
@@ -219,7 +220,7 @@ class IdentityCheck:
         is_named, values = self.identity.is_named, device.view(now).values
         known = evidence_of(values, is_fresh=False)
         match event:
-            case Restarted():
+            case Restarted() | Contradicted():
                 is_in_doubt = is_named
             case FellSilent() | WentOffline():
                 is_absent = isinstance(event, WentOffline) or event.lasted_s >= ABSENT_S

@@ -20,9 +20,14 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from app.engine.device import DeviceView, StatusSample
+from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.catalogue import HEARTBEAT, STATUS, Command, Request
-from protocol.events import Answered, Counters
+from protocol.events import Answered, Contradicted, Counters
+from protocol.fields import Quantity
+from protocol.flag_answers import FlagAnswers
 from protocol.messages import Reading, Status
+from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -120,6 +125,8 @@ class EngineView(NamedTuple):
     """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
     is_settled: bool
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
+    flags: FlagAnswers | None = None
+    """When 16 and 17 may be set, and whether their answers count."""
 
 
 class Report(NamedTuple):
@@ -151,6 +158,33 @@ class Slept(Cancelled):
         super().__init__(f"the computer slept for {slept_s:.0f} s")
 
 
+class TwoModules(Cancelled, UserError):
+    """One question was answered twice and differently: nothing that was decided or read before counts."""
+
+    exit_code = 3
+
+    def __init__(self, contradicted: Contradicted) -> None:
+        UserError.__init__(self, CONTRADICTORY, **_values(contradicted))
+        self.contradicted = contradicted
+
+
+CONTRADICTORY = marked("{setting}: {before}, then {after}. Two modules on this line?")
+
+
+def contradiction(contradicted: Contradicted) -> UserMessage:
+    return message(CONTRADICTORY, **_values(contradicted))
+
+
+def _values(contradicted: Contradicted) -> dict[str, object]:
+    before, after = contradicted.before, contradicted.after
+    return {"setting": message(before.command.title), "before": _text(before), "after": _text(after)}
+
+
+def _text(reading: Reading) -> str:
+    reply = reading.command.reply
+    return reply.text(reading.raw) if isinstance(reply, Quantity) else str(reading.value)
+
+
 # One question and its answer
 
 HEARTBEAT_WAITS_S = (1.0,)
@@ -162,15 +196,17 @@ def is_alive(waits_s: tuple[float, ...] | None = HEARTBEAT_WAITS_S) -> Procedure
     return isinstance((yield Ask(HEARTBEAT.query(), waits_s)), Answered)
 
 
-def ask_value(command: Command, waits_s: tuple[float, ...] | None = None) -> Procedure[Reading | None]:
+def ask_value(
+    command: Command, waits_s: tuple[float, ...] | None = None, *, is_fenced: bool = False
+) -> Procedure[Reading | None]:
     """Query a value once; None without an answer."""
-    outcome = yield Ask(command.query(), waits_s)
+    outcome = yield Ask(command.query(), waits_s, is_fenced=is_fenced)
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return answer if isinstance(answer, Reading) else None
 
 
 def ask_report(waits_s: tuple[float, ...] | None = None, *, is_fenced: bool = False) -> Procedure[StatusSample | None]:
-    """Query the status once; None without an answer. Whether it is current: `app.procedures.ask_status`."""
+    """Query the status once; None without an answer. Whether it is current: `app.procedures.who_is_there`."""
     outcome = yield Ask(STATUS.query(), waits_s, is_fenced=is_fenced)
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return StatusSample(outcome.at, *answer) if isinstance(answer, Status) else None

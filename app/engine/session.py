@@ -7,20 +7,22 @@ Two procedures may run: one in the foreground (what somebody asked for) and one 
 values fresh). The background has the line only while the foreground does not need it.
 """
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
 from app.engine.device import Device, Sleep, StaleReason
 from app.engine.identity import UNKNOWN, Expected, Identity, IdentityCheck, IdentityEvidence
-from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
+from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept, TwoModules
 from app.engine.run import Run
 from app.engine.transport import Line
 from protocol.catalogue import LOCK, Hazard, Layout
-from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
+from protocol.events import Answered, Contradicted, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
 __all__ = ["Run", "Session"]
+_log = logging.getLogger(__name__)
 MAX_STEP_S = 0.02
 BATCH_S = 0.008
 """How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
@@ -59,7 +61,7 @@ class Session:
         self._is_fast = True
         self._timing = Timing()
         self._link = Link(self.opened_at, timing=self._timing)
-        self.device = Device(line.baud_rate, self._link.lag)
+        self.device = Device(line.baud_rate, self._link.lag, self._link.flags)
         self._foreground: list[Run[Any]] = []
         self.background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
@@ -122,6 +124,7 @@ class Session:
     def treat_as_new(self, *, is_named: bool, before: IdentityEvidence = UNKNOWN) -> None:
         """A person said that it is another module than before."""
         self.device.forget(self.identity.since)
+        self._link.begin_again()
         self._counted_before = self._link.counters.copy()
         self.confirm_identity(None, is_named=is_named, before=before)
 
@@ -278,9 +281,7 @@ class Session:
         the background, which reads everything again as soon as the module answers.
         """
         self._return_unsent(now)
-        asking, self._asking = self._asking, None
-        ask = asking.pending_ask if asking is not None else None
-        gone = self._link.abandon(now)
+        asking, gone = self._give_up_question(now)
         self.line.use_rate(self.line.baud_rate)  # bytes in the driver may be from before the sleep
         # As after a long silence: it sends a heartbeat at once.
         self._renew_link(now - self._timing.heartbeat_every_s)
@@ -289,11 +290,21 @@ class Session:
             self.identity.on_event(event, self.device, now)
             self.device.apply(event)
         self.device.note_sleep(Sleep(now, slept_s))
+        self._interrupt(Slept(slept_s), asking, gone, now)
+
+    def _give_up_question(self, now: float) -> tuple[Run[Any] | None, list[Event]]:
+        """What asked, and what became of a set or an act that had left."""
+        asking, self._asking = self._asking, None
+        return asking, self._link.abandon(now)
+
+    def _interrupt(self, why: Exception, asking: Run[Any] | None, gone: list[Event], now: float) -> None:
+        """Nothing decided before is done: procedures end, but for urgent ones (LOCK) and the background."""
+        ask = asking.pending_ask if asking is not None else None
         if asking is not None and ask is not None and (asking.is_urgent or asking is self.background):
             asking.resume(gone[0] if gone else Unanswered(ask.request, 0, 0.0, now), now)
         for run in self._foreground:
             if not run.is_urgent:
-                run.throw(Slept(slept_s), now)
+                run.throw(why, now)
 
     def _send(self, run: Run[Any], ask: Ask, now: float) -> None:
         if ask.request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
@@ -306,7 +317,7 @@ class Session:
         )  # fmt: skip
         self._asking = run
         self._write_outgoing()
-        self._events += sent
+        self._digest(sent, now)
         if ask.repeat is not None and ask.request == LOCK:
             ask.repeat.note_sent(now)
 
@@ -327,6 +338,7 @@ class Session:
             is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
             overtaken_at=self._overtaken_at,
             is_settled=self.identity.identity.is_settled,
+            flags=self._link.flags,
         )
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
@@ -352,6 +364,10 @@ class Session:
                 case Received():
                     for run in self._runs():
                         run.on_received(event)
+                case Contradicted():
+                    _log.debug("contradicted: %s", event)
+                    asking, gone = self._give_up_question(now)
+                    self._interrupt(TwoModules(event), asking, gone, now)
                 case WentOnline():
                     self._proven_rate = self.line.baud_rate
                 case _:

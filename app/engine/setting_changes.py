@@ -7,7 +7,6 @@ from typing import NamedTuple
 from protocol.catalogue import ACTIVATION, BY_NAME, SETTINGS, Command, Request
 from protocol.fields import Value
 
-BOOT_COUNT = BY_NAME["boot_count"]
 BOOTS = 256
 """It wraps to 0 after 255."""
 READABLE_SETTINGS: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)

@@ -8,7 +8,7 @@ from math import inf
 from app.engine.device import MAX_LAG_S, DeviceView, StatusSample
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
 from app.guided.results import GuidedResult
-from app.procedures.ask_status import ask_status
+from app.procedures.who_is_there import who_is_there
 from app.procedures.write import read_back
 from app.text.messages import message
 from app.text.user_error import UserError
@@ -150,8 +150,9 @@ def require_start(view: EngineView, begin: DeviceView) -> None:
 
 def require_locked() -> Procedure[DeviceView]:
     """Raise `UserError` unless the module now reports that it is locked and has not fired."""
-    if not (yield from ask_status()):
-        raise UserError(marked("No current status."))
+    present = yield from who_is_there()
+    if present.contradiction is not None:
+        raise UserError(present.contradiction)
     view: EngineView = yield Inspect()
     active, triggered = (view.device.proven(key, view.now) for key in ("active", "triggered"))
     if active is None or triggered is None:

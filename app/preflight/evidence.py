@@ -6,7 +6,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Cancelled, Slept
+from app.engine.procedure import Cancelled, Slept, TwoModules
 from app.preflight.reread import StateChange, StateReading, changes_between
 from app.procedures.history import History
 from app.text.messages import UserMessage
@@ -34,6 +34,7 @@ class Disturbance(Enum):
     UNREAD = marked("not read again")
     TOO_OLD = marked("too old")
     FIRED = marked("told to fire")
+    CONTRADICTED = marked("two modules on this line?")
 
 
 class FlagState(Enum):
@@ -131,6 +132,8 @@ class Evidence:
     """By key of the trigger."""
     is_enabling: bool = False
     disturbance: Disturbance | None = None
+    contradiction: UserMessage | None = None
+    """What was answered twice and differently."""
     log: FrameLog = field(default_factory=FrameLog)
 
     @property
@@ -140,6 +143,12 @@ class Evidence:
             reading.status for reading in (self.first, self.last) if reading is not None and reading.status is not None
         ]
         return [*ends, *self.trials]
+
+    def said_otherwise(self, key: str) -> UserMessage | None:
+        """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
+        readings = [reading for reading in (self.first, self.last) if reading is not None]
+        found = [reading.present.contradictions.get(key) for reading in readings if not reading.settings.is_silent]
+        return next((words for words in found if words is not None), None)
 
     @property
     def changes(self) -> tuple[StateChange, ...]:
@@ -162,6 +171,9 @@ class Evidence:
     def note_error(self, error: BaseException | None) -> None:
         """Record why the procedure ended early, unless that is known already."""
         if error is None or self.disturbance is not None:
+            return
+        if isinstance(error, TwoModules):
+            self.disturbance, self.contradiction = Disturbance.CONTRADICTED, error.message
             return
         if isinstance(error, Slept):
             self.disturbance = Disturbance.SLEPT

@@ -14,6 +14,7 @@ from protocol.translatable import marked
 STATUS_FRESH_S = 1.0
 TRIALS_NEEDED = 15
 """Of about forty in two seconds."""
+CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
 _RAW_NEEDED = 2
 """Answers, of three, for cell voltage, charging and light to be known."""
 
@@ -22,7 +23,8 @@ def undisturbed(case: Case) -> Finding:
     limit = message(marked("no interruption"))
     disturbance = case.evidence.disturbance
     if disturbance is not None:
-        return Finding(CheckResult.FAIL, False, message(disturbance.value), limit)
+        shown = case.evidence.contradiction or message(disturbance.value)
+        return Finding(CheckResult.FAIL, False, shown, limit)
     if case.evidence.ended_at is None:
         return unknown(message(marked("interrupted")), limit)
     return judged(True, YES, limit, is_fine=True)
@@ -78,6 +80,9 @@ def not_triggered(case: Case) -> Finding:
     if not statuses:
         return case.unread("status", limit)
     has_fired = any(status.triggered for status in statuses)
+    otherwise = case.evidence.said_otherwise("triggered")
+    if otherwise is not None:
+        return unknown(otherwise, limit, do=CHECK_LINE)
     shown = message(marked("TRIGGERED")) if has_fired else message(marked("not triggered"))
     return judged(has_fired, shown, limit, is_fine=not has_fired)
 
@@ -89,6 +94,9 @@ def activation(case: Case) -> Finding:
     if not statuses:
         return case.unread("status", limit)
     states = {status.active for status in statuses}
+    otherwise = case.evidence.said_otherwise("active")
+    if otherwise is not None:
+        return unknown(otherwise, limit, do=CHECK_LINE)
     if len(states) > 1:
         return Finding(CheckResult.FAIL, None, message(marked("changed")), limit)
     is_active = bool(case.evidence.is_active)

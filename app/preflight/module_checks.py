@@ -62,7 +62,7 @@ def trigger(case: Case, key: str) -> Finding:
         case FlagState.REFUSED:
             return Finding(CheckResult.FAIL, None, message(marked("refused")), limit)
         case FlagState.UNANSWERED:
-            return unknown(message(marked("no reply")), limit)
+            return unknown(flag.why or message(marked("no reply")), limit)
         case FlagState.NOT_SENT:
             return unknown(flag.why or message(marked("not sent")), limit, do=_lock_first(case))
         case FlagState.NEVER_SET:

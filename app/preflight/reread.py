@@ -7,12 +7,13 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Procedure, ask_report
-from app.engine.setting_changes import BOOT_COUNT, changed_settings
+from app.engine.procedure import Procedure
+from app.engine.setting_changes import changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
+from app.procedures.who_is_there import Present, who_is_there
 from app.settings.setting_texts import value_text
 from app.text.messages import UserMessage, message
-from protocol.catalogue import SETTINGS
+from protocol.catalogue import BOOT_COUNT, SETTINGS
 from protocol.translatable import marked
 
 REREAD_EVERY_S = 10.0
@@ -30,11 +31,15 @@ TITLES: Mapping[str, str] = {
 
 class StateReading(NamedTuple):
     settings: SettingsReading
-    status: StatusSample | None = None
+    present: Present = Present()
+
+    @property
+    def status(self) -> StatusSample | None:
+        return self.present.status
 
     @property
     def is_complete(self) -> bool:
-        return self.settings.is_complete and self.status is not None
+        return self.settings.is_complete and self.present.contradiction is None
 
 
 class StateChange(NamedTuple):
@@ -45,11 +50,11 @@ class StateChange(NamedTuple):
 
 
 def read_state() -> Procedure[StateReading]:
-    """Read the settings between two boot counts, then the status. Sends queries only."""
+    """Read the settings between two boot counts, then who is there. Sends queries only."""
     settings = yield from read_settings()
     if settings.is_silent:
         return StateReading(settings)
-    return StateReading(settings, (yield from ask_report()))
+    return StateReading(settings, (yield from who_is_there()))
 
 
 def changes_between(before: StateReading, after: StateReading) -> Iterator[StateChange]:

@@ -1,11 +1,12 @@
 """Pre-flight check as a procedure: collects evidence with queries only, judges nothing.
 
-    20 heartbeats -> settings between two boot counts, status -> trigger records
+    20 heartbeats -> settings between two boot counts, who is there -> trigger records
                   -> the two trigger flags, only when asked -> cell, charge, light -> two seconds of status
-                  -> settings between two boot counts, status, once more
+                  -> settings between two boot counts, who is there, once more
 
 The flags come after the records, as not every module answers that question, and they are known only while the module
-keeps answering. A check in which it did not answer for a moment is void: it may have been exchanged.
+keeps answering; they take some seconds, because on some lines an answer comes twice (`protocol.flag_answers`). A check
+in which it did not answer for a moment is void: it may have been exchanged.
 What decides is asked until two answers in a row agree, or several times, because the 8-bit checksum lets some damaged
 frames pass. What may change while a trigger is enabled or during measuring is read before and after: see
 `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
@@ -23,21 +24,22 @@ from app.engine.procedure import (
     PortLost,
     Procedure,
     Report,
+    TwoModules,
     ask_report,
     ask_value,
     is_alive,
 )
-from app.engine.setting_changes import BOOT_COUNT
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.history import read_history
 from app.procedures.settings_reading import is_refuted, read_settings
-from app.procedures.write import SetReply, Written, read_back
+from app.procedures.write import SetReply, Written, await_flags_known, read_back
 from app.procedures.write_all import SettingChange, WriteContext, settle_writes, write_logged
 from app.safety.journal import Entry, Journal, NoJournal
 from app.text.messages import message
-from protocol.catalogue import BY_NAME, HEARTBEAT, Command
+from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, Command
 from protocol.events import Answered
+from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 TRIAL_EVERY_S = 0.05
@@ -66,6 +68,8 @@ def run_preflight(
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
         yield from _count_rejected(evidence)
+    except TwoModules as error:
+        evidence.note_error(error)
     except (Cancelled, PortLost) as error:
         evidence.note_error(error)
         raise
@@ -97,18 +101,21 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
         view: EngineView = yield Inspect()
         is_changed = same_module(evidence.first.settings.evidence, again.evidence) is Trust.REFUTED
         is_changed, start = is_changed or is_refuted(start, view), view
-    for command in TRIGGERS:
-        evidence.flags[command.key] = TriggerFlag()
+    evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
+    for command in TRIGGER_FLAGS:
         if evidence.is_enabling and (is_changed or (yield Inspect()).device.breaks != evidence.breaks):
             evidence.flags[command.key] = TriggerFlag(FlagState.NOT_SENT, message(Disturbance.BROKEN.value))
         elif evidence.is_enabling:
-            evidence.flags[command.key] = yield from _enable(command, WriteContext(journal=journal, begin=start))
+            evidence.flags[command.key] = yield from _enable(
+                command, WriteContext(journal=journal, begin=start), Report(3, STEPS, "")
+            )
     yield from _step(evidence, 4, marked("Cell voltage"))
     for _ in range(VALUE_ROUNDS):
         for command in SLOW:
             yield from _read_slow(evidence, command)
     yield from _step(evidence, 5, marked("Tilt and acceleration"))
     yield from _watch(evidence)
+    yield from await_flags_known(Report(5, STEPS, ""))
     yield from _step(evidence, 6, marked("Settings"))
     evidence.last = yield from _read_state(evidence)
     yield from _finish(evidence)
@@ -212,12 +219,12 @@ def _watch(evidence: Evidence) -> Procedure[None]:
         now = yield Pause(TRIAL_EVERY_S)
 
 
-def _enable(command: Command, context: WriteContext) -> Procedure[TriggerFlag]:
+def _enable(command: Command, context: WriteContext, progress: Report | None = None) -> Procedure[TriggerFlag]:
     """Enable a trigger with one frame, if writing is allowed: never on an active module."""
     entries: dict[Command, Entry] = {}
     results: list[Written] = []
     try:
-        written, refused = yield from write_logged(SettingChange(command, True), context, entries)
+        written, refused = yield from write_logged(SettingChange(command, True), context, entries, progress)
         results.append(written)
     finally:
         settle_writes(context.journal, entries, results)
@@ -230,6 +237,9 @@ def _enable(command: Command, context: WriteContext) -> Procedure[TriggerFlag]:
 
 def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:
     """State of the trigger at the end: what the module acknowledged in this conversation."""
+    has_repeated = view.flags is not None and view.flags.has_repeated
+    if has_repeated and flag.state in (FlagState.ENABLED, FlagState.UNANSWERED):
+        return TriggerFlag(FlagState.UNANSWERED, message(marked("this line repeats answers: not known")))
     known = view.device.known(command.key, view.now)
     if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
         return TriggerFlag() if flag.state is FlagState.ENABLED else flag

@@ -10,6 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.device import DeviceView
+from app.engine.procedure import contradiction
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
 from app.preflight.evidence import Disturbance, Evidence, FlagState
@@ -180,6 +181,8 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
         return Void(Disturbance.SLEPT)  # the clock may have stood still: the verdict is older than it seems
     if device.presence is Presence.OFFLINE:
         return Void(Disturbance.SILENT)
+    if device.contradicted is not None and device.contradicted.at >= evidence.ended_at:
+        return Void(Disturbance.CONTRADICTED, contradiction(device.contradicted))
     if device.breaks != evidence.breaks:
         return Void(Disturbance.BROKEN)
     changed = _changed(assessment, device, now)

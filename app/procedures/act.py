@@ -1,7 +1,7 @@
 """Performs one act at most once, logged before and after.
 
-    ask the status -> conditions (`app.safety.interlocks`) -> intent, durable -> conditions again -> the frame, once
-    -> the module's reports -> outcome, logged
+    ask who is there -> conditions (`app.safety.interlocks`) -> intent, durable -> ask who is there -> conditions again
+    -> the frame, once -> the module's reports -> outcome, logged
 
 For locking see `app.procedures.lock`.
 
@@ -23,15 +23,15 @@ from app.engine.procedure import (
     Pause,
     PortLost,
     Procedure,
+    TwoModules,
     ask_report,
     ask_value,
     is_alive,
     pause_asking,
 )
-from app.engine.setting_changes import BOOT_COUNT
 from app.engine.transport import PortError
-from app.procedures.ask_status import ask_status
-from app.procedures.settings_reading import is_another, is_in_doubt, is_refuted
+from app.procedures.settings_reading import Seen, look
+from app.procedures.who_is_there import ACTIVE, ANSWERED_TWICE, TRIGGERED
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome, durable
@@ -40,7 +40,7 @@ from app.text.i18n import tr
 from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-from protocol.catalogue import BY_NAME, Request
+from protocol.catalogue import BY_NAME, Command, Request
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.lag import QUICK_S
@@ -76,6 +76,8 @@ WATCH_S = 2.0
 """How long, before zeroing, reports are asked for."""
 REPORTED_WITHIN_S = 1.5
 """A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
+SECOND_MODULE_S = 1.0
+"""From the opening of the port: a second module on the line has the vendor's second for its answers, too."""
 LOG_FAILED = marked("The audit log cannot be written.")
 _NOT_SENT = marked("Nothing was sent.")
 
@@ -137,6 +139,8 @@ class _Observed(NamedTuple):
     is_alive: bool | None = None
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
+    is_active: bool | None = None
+    """For activating: the answer to "active?"."""
 
 
 def perform(
@@ -149,7 +153,11 @@ def perform(
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
     request = REQUESTS[act]
-    entry = yield from begin_act(act, request, journal, permit=permit, armed=armed)
+    entry: Entry | tuple[Refusal, ...]
+    try:
+        entry = yield from begin_act(act, request, journal, permit=permit, armed=armed)
+    except TwoModules as error:
+        entry = (Refusal(Interlock.AGREES, error.message),)
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
@@ -178,18 +186,20 @@ def begin_act(
     frame may be sent now, and only now; else why not. `detail`: for the log; else what is known. `begin`: of the module
     that it was decided for; by default the one that answers now."""
     begin = begin or (yield Inspect())
-    is_same = yield from _refresh(act, begin)
+    yield from _prepare(act)
+    seen = yield from look(begin)
     view: EngineView = yield Inspect()
-    refused = _conditions_open(act, view, journal, permit=permit, armed=armed, is_same=is_same)
+    refused = _conditions_open(act, view, journal, permit=permit, armed=armed, seen=seen)
     if refused:
         return refused
     entry = journal.begin(act, request.encode(), _detail(view) if detail is None else detail)
     try:
         try:
             if (yield from durable(entry)):  # the disk was slow
-                is_same = yield from _refresh(act, begin)
+                yield from _prepare(act)
+            seen = yield from look(begin)
             yield Pause(0.0)  # lets the session read the clock and the line
-            refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed, is_same=is_same)
+            refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed, seen=seen)
             if not refused and permit is not None and permit.spend():
                 return entry
         except UserError as error:
@@ -202,22 +212,15 @@ def begin_act(
     return refused
 
 
-def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
-    """Read what the conditions need; whether nothing that is read refutes that it is still the module of `begin`. The
-    status waits behind another question, so that every late answer has passed and the act itself needs no fence."""
-    yield from _ask_threshold(act)
+def _prepare(act: Act) -> Procedure[None]:
+    """Learn what takes time."""
+    view: EngineView = yield Inspect()
+    early_s = view.opened_at + SECOND_MODULE_S - view.now
+    if early_s > 0:
+        yield from pause_asking(early_s)
     if act is Act.ZERO:
         yield from pause_asking(WATCH_S)  # to judge whether it lies still
-    yield from ask_status()
-    view: EngineView = yield Inspect()
-    if _is_quick(begin) and not _is_quick(view) and is_in_doubt(begin, view):
-        yield Ask(BOOT_COUNT.query())  # a silence counts as the line's delay until the next question is answered
-        yield from ask_status()
-    if _is_quick((yield Inspect())):  # else the permit would expire meanwhile
-        yield from is_another(begin)
-    if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
-        yield from ask_status()
-    return not is_refuted(begin, (yield Inspect()))
+    yield from _ask_threshold(act)
 
 
 def _is_quick(view: EngineView) -> bool:
@@ -225,22 +228,21 @@ def _is_quick(view: EngineView) -> bool:
     return view.device.lag_s is None or view.device.lag_s < QUICK_S
 
 
-def _ask_threshold(act: Act) -> Procedure[bool]:
-    """For activating, where it is not known; whether it was asked for."""
+def _ask_threshold(act: Act) -> Procedure[None]:
+    """For activating, where it is not known."""
     view: EngineView = yield Inspect()
-    is_asked = act is Act.ACTIVATE and view.device.fresh("attitude_threshold_deg", view.now) is None
-    if is_asked:
+    if act is Act.ACTIVATE and view.device.fresh("attitude_threshold_deg", view.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
-    return is_asked
 
 
 def _conditions_open(
-    act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None, is_same: bool
+    act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None, seen: Seen
 ) -> tuple[Refusal, ...]:
     """The conditions of `act` that are not met at the time of `view`; none if it may be sent."""
     inputs = replace(
         interlock_inputs(view.device, view.now, must_be_proven=True),
-        is_identity_settled=view.is_settled and is_same,
+        is_identity_settled=view.is_settled and seen.is_same,
+        contradiction=seen.present.contradiction or (ANSWERED_TWICE if seen.present.is_answered_twice else None),
         permit=permit,
         overtaken_at=view.overtaken_at,
         opened_at=view.opened_at,
@@ -264,7 +266,7 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
     if act is Act.SHUTDOWN:
         is_alive = yield from _still_answers()
         return _Observed(is_acknowledged, raw, is_alive=is_alive)
-    has_fired = (yield from _reports_fired()) if act is Act.DEPLOY else None
+    has_fired = (yield from _said(TRIGGERED)) if act is Act.DEPLOY else None
     # After an answer to the act all reports are newer. Without one an old report could still come.
     reports = yield from _reports(is_fenced=message is None, apart_s=READING_PAUSE_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
@@ -274,7 +276,8 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
             yield Pause(ASK_EVERY_S)
             reports = yield from _reports(is_fenced=False)
             view = yield Inspect()
-    return _Observed(is_acknowledged, raw, reports, has_fired=has_fired)
+    is_active = (yield from _said(ACTIVE)) if act is Act.ACTIVATE else None
+    return _Observed(is_acknowledged, raw, reports, has_fired=has_fired, is_active=is_active)
 
 
 def _still_answers() -> Procedure[bool]:
@@ -286,9 +289,9 @@ def _still_answers() -> Procedure[bool]:
     return True
 
 
-def _reports_fired() -> Procedure[bool | None]:
-    """Ask "triggered?", which a doubled status cannot answer. None: no answer."""
-    reading = yield from ask_value(BY_NAME["triggered"], AFTER_WAITS_S)
+def _said(command: Command) -> Procedure[bool | None]:
+    """Ask "active?" or "triggered?", which a doubled status cannot answer. None: no answer."""
+    reading = yield from ask_value(command, AFTER_WAITS_S)
     return bool(reading.value) if reading is not None else None
 
 
@@ -323,6 +326,8 @@ def _outcome(act: Act, after: _Observed) -> Outcome:
 def _activation_outcome(after: _Observed) -> Outcome:
     states = {report.active for report in after.reports}
     if len(after.reports) < READINGS or len(states) != 1:
+        return Outcome.UNKNOWN
+    if after.is_active not in states:
         return Outcome.UNKNOWN
     if states == {True}:
         return Outcome.CONFIRMED

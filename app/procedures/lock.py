@@ -3,7 +3,9 @@
     LOCK -> the module's report -> LOCK again until it reports that it is locked
 
 The frame waits for no condition, no answer to another request and no disk (the journal has its own thread). It is sent
-at the last rate at which the module answered. An acknowledgement proves nothing; two reports in a row do.
+at the last rate at which the module answered. An acknowledgement proves nothing; two reports in a row do. Where nobody
+can be asked which module it is, reports from before a silence or a restart do not count: it is asked again, and what is
+confirmed then is that the module which answers now is LOCKED. What was left ACTIVE before is not cleared by that.
 `protocol.link` explains why only this request is repeated.
 """
 
@@ -46,6 +48,9 @@ BREATH_S = 0.03
 SILENT_S = 1.5
 """After this silence during a search for the baud rate the search continues, and LOCK is sent at the rate found."""
 
+ROUNDS_AFTER_SILENCE = 5
+"""How often it is asked again, as a module may restart or fall silent several times."""
+
 SENTENCES: Mapping[Outcome, str] = {
     Outcome.CONFIRMED: marked("The module reports LOCKED."),
     Outcome.REFUSED: marked("LOCK sent {count}×; the module still reports ACTIVE."),
@@ -66,6 +71,8 @@ class Locked:
     is_port_lost: bool = False
     is_replaced: bool = False
     """LOCK was pressed again, or another act was confirmed, which ended the repetition."""
+    may_be_another: bool = False
+    """It restarted or was silent meanwhile, so another one may answer now."""
 
     @property
     def is_locked(self) -> bool | None:
@@ -76,6 +83,8 @@ class Locked:
     def sentence(self) -> str:
         """In the language in use now."""
         text = SENTENCES[self.outcome]
+        if self.may_be_another and self.outcome is Outcome.CONFIRMED:
+            return tr("The module that answers now reports LOCKED.")
         return tr(text, count=self.sent) if "{count}" in text else tr(text)
 
 
@@ -108,6 +117,10 @@ class _Reports:
             self._reports.append(message.value is True)
         return True
 
+    def forget(self) -> None:
+        """What was reported may be of another module."""
+        self._reports.clear()
+
     @property
     def is_locked(self) -> bool | None:
         """None while there are too few reports or they contradict each other."""
@@ -132,16 +145,19 @@ def lock(
 ) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
     cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress.
-    `is_attended`: a person is asked which module it is; else nothing is confirmed after a silence."""
+    `is_attended`: a person is asked which module it is; else it is asked again after a silence."""
     journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Reports()
     entries: list[Entry] = []
     before = repeat.sent
     is_port_lost = is_replaced = False
     try:
-        begin: EngineView = yield Inspect()
-        yield from _lock_until_reported(journal, repeat, proof, entries)
-        if not is_attended:
-            yield from _look_for_silence(begin, proof)
+        for _ in range(1 + ROUNDS_AFTER_SILENCE):
+            begin: EngineView = yield Inspect()
+            yield from _lock_until_reported(journal, repeat, proof, entries)
+            if is_attended or not (yield from _was_silent(begin)):
+                break
+            proof.is_in_doubt = True
+            proof.forget()
     except Cancelled:
         is_replaced = True
     except (PortLost, PortError):
@@ -151,7 +167,6 @@ def lock(
     if sent > before and not entries:
         entries.append(_begin(journal))
     logged = Outcome.UNKNOWN if proof.is_in_doubt and sent else outcome
-    outcome = outcome if is_attended else logged
     for entry in entries:
         why = "port lost" if is_port_lost else "replaced" if is_replaced else None
         journal.settle(entry, logged, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
@@ -162,16 +177,18 @@ def lock(
         is_heard=proof.heard_at is not None,
         is_port_lost=is_port_lost,
         is_replaced=is_replaced,
+        may_be_another=proof.is_in_doubt,
     )
 
 
-def _look_for_silence(begin: EngineView, proof: _Reports) -> Procedure[None]:
-    """One on a line that is slow itself is none: an answer takes as long now."""
+def _was_silent(begin: EngineView) -> Procedure[bool]:
+    """Whether another module may have taken its place since. A silence on a line that is slow itself is none: an answer
+    takes as long now."""
     view: EngineView = yield Inspect()
-    proof.is_in_doubt = view.device.breaks != begin.device.breaks
-    if proof.is_in_doubt:
-        answer = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-        proof.is_in_doubt = not isinstance(answer, Answered) or (answer.round_trip_s or 0.0) < QUICK_S
+    if view.device.breaks == begin.device.breaks and not view.device.is_restart_suspected:
+        return False
+    answer = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+    return not isinstance(answer, Answered) or (answer.round_trip_s or 0.0) < QUICK_S
 
 
 def _begin(journal: Journal) -> Entry:

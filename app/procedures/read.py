@@ -3,27 +3,30 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from app.engine.device import READ_BACK
+from app.engine.device import READ_BACK, StatusSample
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
-from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
+from app.procedures.who_is_there import ACTIVE, TRIGGERED, Present
+from app.text.messages import UserMessage
+from protocol.catalogue import COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
-from protocol.messages import Reading
+from protocol.messages import Reading, Status
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from app.procedures.settings_reading import SettingsReading
 
 READABLE: tuple[Command, ...] = (
+    ACTIVE,
+    TRIGGERED,
     STATUS,
     *(
         command
         for command in COMMANDS
-        if command.can_be_asked
-        and command not in (STATUS, HEARTBEAT, TRIGGER_RECORDS, BY_NAME["active"], BY_NAME["triggered"])
+        if command.can_be_asked and command not in (ACTIVE, TRIGGERED, STATUS, HEARTBEAT, TRIGGER_RECORDS)
     ),
 )
-"""Status first, as it matters most. 30 and 31 add nothing to the status."""
+"""The state first, as it matters most: 30, 31 and the status one after the other, as they have to agree."""
 PASSES = 3
 """How often is read if the module restarts or falls silent meanwhile."""
 
@@ -34,6 +37,8 @@ class Everything(NamedTuple):
     values: dict[str, Value]
     """By key ("light_threshold_v"), in the field's unit."""
     errors: dict[str, Unanswered]
+    contradictions: Mapping[str, UserMessage]
+    """Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then."""
     is_silent: bool
     """The module stopped answering; the rest was not asked for."""
     began_at: float
@@ -44,6 +49,7 @@ def read_everything() -> Procedure[Everything]:
     begin: EngineView = yield Inspect()
     values: dict[str, Value] = {}
     errors: dict[str, Unanswered] = {}
+    status: StatusSample | None = None
     is_silent = False
     for done, command in enumerate(READABLE):
         yield Report(done, len(READABLE), marked("Reading: {what}"), (("what", command.title),))
@@ -57,7 +63,10 @@ def read_everything() -> Procedure[Everything]:
         message = outcome.messages[0]
         if isinstance(message, Reading):
             values[command.key] = message.value
-    return Everything(values, errors, is_silent, begin.now)
+        elif isinstance(message, Status):
+            status = StatusSample(outcome.at, *message)
+    present = Present(values.pop(ACTIVE.key, None), values.pop(TRIGGERED.key, None), status)
+    return Everything(values, errors, {} if is_silent else present.contradictions, is_silent, begin.now)
 
 
 Readings = TypeVar("Readings", Everything, "SettingsReading")

@@ -11,13 +11,15 @@ from typing import NamedTuple
 
 from app.engine.identity import IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
-from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
-from app.procedures.ask_status import ask_status
+from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.handshake import HANDSHAKE_WAITS_S
+from app.procedures.who_is_there import Present, who_is_there
 from app.procedures.write import read_back, restarted_since
 from app.safety.interlocks import Interlock, Refusal
 from app.text.messages import message
+from protocol.catalogue import BOOT_COUNT
 from protocol.fields import Value
+from protocol.lag import QUICK_S
 from protocol.translatable import marked
 
 REREADINGS = 2
@@ -106,14 +108,31 @@ def read_one_module() -> Procedure[SettingsReading | Refusal]:
 
 
 def is_another(begin: EngineView) -> Procedure[bool]:
-    """Whether what is read refutes that the module of `begin` answers. After a break it is read again first, and the
-    status after it."""
+    """Whether what is read refutes that the module of `begin` answers. After a break it is read again first."""
     for _ in range(REREADINGS):
         if not is_in_doubt(begin, (yield Inspect())):
             break
         yield from read_settings()
-        yield from ask_status()
     return is_refuted(begin, (yield Inspect()))
+
+
+class Seen(NamedTuple):
+    """Who is there. `is_same`: nothing that was read refutes that it is still the module that it was decided for."""
+
+    present: Present
+    is_same: bool
+
+
+def look(begin: EngineView) -> Procedure[Seen]:
+    """Ask who is there, for what was decided for the module of `begin`. Every late answer has passed then."""
+    present = yield from who_is_there()
+    if is_in_doubt(begin, (yield Inspect())):
+        present = yield from who_is_there()  # a silence counts as the line's delay until other questions are answered
+        view: EngineView = yield Inspect()
+        if view.device.lag_s is None or view.device.lag_s < QUICK_S:  # else a permit would expire meanwhile
+            yield from is_another(begin)
+            present = yield from who_is_there()
+    return Seen(present, not is_refuted(begin, (yield Inspect())))
 
 
 def is_in_doubt(begin: EngineView, view: EngineView) -> bool:

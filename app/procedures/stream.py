@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from app.engine.device import DeviceView, How
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, Slept, is_alive
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, Slept, TwoModules, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import read_everything
 from app.store.stream_memory import StreamMemory
@@ -101,7 +101,9 @@ def watch(
     progress = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:
-            with suppress(Slept):  # on the command line it is in the foreground, and goes on as in the background
+            with suppress(
+                Slept, TwoModules
+            ):  # on the command line it is in the foreground, and goes on as in the background
                 view: EngineView = yield Inspect()
                 yield from _turn(progress, switch, view, read_all=read_all)
                 yield Pause(min(REST_S, max(TURN_S, progress.rests_until - view.now)))
@@ -148,18 +150,14 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         # The longest overdue in periods of its own: on a slow line the status must not starve the others.
         request, every_s = max(due, key=lambda asked: (view.now - progress.due.get(asked[0], 0.0)) / asked[1])
         progress.due[request] = view.now + every_s
+        if request in _SLOW:
+            # One after the other: while the module streams, its silence shows only in a question.
+            for other in _SLOW:
+                if other != request:
+                    progress.due[other] = max(progress.due.get(other, 0.0), view.now + SLOW_EVERY_S / len(_SLOW))
         if not isinstance((yield Ask(request, attempts=1)), Answered):  # it is repeated soon anyway
             yield from is_alive()
-        yield from _confirm_change(progress, request, view)
     progress.rests_until = 0.0 if is_beginning else min(progress.due.get(request, 0.0) for request, _ in polled)
-
-
-def _confirm_change(progress: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
-    """Ask again at once for a setting that changed: it may have been a damaged frame."""
-    key, after = request.command.key, (yield Inspect())
-    old, new = before.device.values.get(key), after.device.values.get(key)
-    if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
-        progress.due[request] = 0.0
 
 
 def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineView) -> Procedure[None]:

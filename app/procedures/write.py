@@ -5,21 +5,26 @@
 Only the read-back proves the value; `write_all` reads it once more at the end. Two answers have to agree, because the
 8-bit sum misses about 6 % of two-bit errors: one bad frame must not turn a lost write into a verified one. An
 unanswered set is not repeated; the read-back shows its result. A setting that cannot be read back (E8) is never
-verified, only acknowledged.
+verified, only acknowledged; of the two triggers even that is known only later (`protocol.flag_answers`).
 """
 
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, ask_value, pause_asking
-from app.procedures.ask_status import ask_status
-from protocol.catalogue import Command
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_report, ask_value, pause_asking
+from protocol.catalogue import Command, Request
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
+from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
 MAX_READS = 4
+WAITING = marked("Waiting some seconds: an answer may come twice")
+FLAGS_STEP_S = 0.25
+FLAGS_LIMIT_S = 10.0
+"""Late answers make it wait longer."""
+_FLAG_KEYS = frozenset(command.key for command in TRIGGER_FLAGS)
 RESTART_SHOWS_S = 0.4
 """A restart is certain within this time: by its second heartbeat, or by the link's decision without it."""
 _RESTART_ROLES = (Role.UNSOLICITED, Role.DUPLICATE, Role.LATE)
@@ -50,6 +55,8 @@ class WriteFault(Enum):
     NOT_RETAINED = marked("acknowledged, but not kept")
     LOST = marked("no reply, not set")
     NO_REPLY = marked("no reply; may have been carried out")
+    REPEATED = marked("this line repeats answers: not known")
+    CONTRADICTED = marked("contradictory answers: two modules?")
     NO_READ_BACK = marked("could not be read back")
     UNSTEADY = marked("contradictory answers")
     RESTARTED = marked("the module restarted")
@@ -131,7 +138,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     if command.reads_back:
         back = yield from read_back(command)
     else:  # else the next set would wait for the answer to a question, which another module may give
-        yield from ask_status()
+        yield from ask_report(is_fenced=True)
     has_restarted = yield from restarted_since(before)
     fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, reply, back, old=old)
     return Written(
@@ -143,6 +150,26 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
         fault=fault,
         waited_s=reply.waited_s,
     )
+
+
+def await_flags_free(request: Request, progress: Report | None = None) -> Procedure[None]:
+    """Before a set of 16 or 17: wait until no answer to an earlier one can be taken for its own (E4)."""
+    view: EngineView = yield Inspect()
+    while view.flags is not None and (early_s := view.flags.free_at(request) - view.now) > 0:
+        if progress is not None:
+            yield progress._replace(doing=WAITING)
+        yield from pause_asking(early_s)
+        view = yield Inspect()
+
+
+def await_flags_known(progress: Report | None = None) -> Procedure[None]:
+    """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
+    begin = view = yield Inspect()
+    while view.device.undecided & _FLAG_KEYS and view.now - begin.now < FLAGS_LIMIT_S:
+        if progress is not None:
+            yield progress._replace(doing=WAITING)
+        yield from pause_asking(FLAGS_STEP_S)
+        view = yield Inspect()
 
 
 def acknowledged(outcome: Outcome) -> Acknowledged:

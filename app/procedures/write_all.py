@@ -1,11 +1,12 @@
 """Writes several settings, verifies each, logs all and reads everything again at the end.
 
-    read all settings -> write and read back, one by one -> wait `SETTLE_S` -> read all settings again -> `WriteReport`
+    read all settings -> who is there -> write and read back, one by one -> wait `SETTLE_S`
+    -> read all settings again -> `WriteReport`
 
 All values are checked before the first is sent, and nothing is sent if one of them takes protection away and nobody
 accepted that, wherever the write began. Each write checks again whether writing is allowed (not while the
-module is active). The baud rate comes last, as it may break the connection. The last reading decides: it shows what the
-module changed late or unasked.
+module is active). The free-fall trigger comes before the attitude trigger, which need not wait then (E4), and the baud
+rate last, as it may break the connection. The last reading decides: it shows what the module changed late or unasked.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,31 +14,34 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from app.engine.procedure import EngineView, Inspect, Procedure, Report, await_asking, pause_asking
+from app.engine.procedure import EngineView, Inspect, Procedure, Report, TwoModules, await_asking, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import Armed
-from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import SettingsReading, is_another, is_refuted, read_one_module, read_settings
-from app.procedures.write import SetReply, WriteFault, Written, write_verified
+from app.procedures.settings_reading import SettingsReading, is_refuted, look, read_one_module, read_settings
+from app.procedures.write import SetReply, WriteFault, Written, await_flags_free, await_flags_known, write_verified
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import BAUD_RATE, Command
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command
 from protocol.fields import Value
+from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.translatable import marked
 
-SETTLE_S = 0.6
-"""From the last write to the last reading. Modules are known to clamp, revert or restart up to half a second after the
+SETTLE_S = 1.0
+"""From the last write to the last reading. Modules are known to clamp, revert or restart some time after the
 acknowledgement; the background reading of a connected window finds later changes."""
 LAST_READINGS = 2
 """The last reading is repeated if the line disturbed it."""
 DISK_LIMIT_S = 1.5
 """How long a write waits until the old settings and the intent are stored."""
+
+
+_LAST = (ATTITUDE_TRIGGER, BAUD_RATE)
 
 
 class SettingChange(NamedTuple):
@@ -96,8 +100,9 @@ def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessa
     fault = written.fault
     if fault is WriteFault.NO_REPLY and written.waited_s is not None:
         return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
-    if fault is WriteFault.NOT_ALLOWED:
-        return message(marked("not sent: {why}"), why=joined([refusal.message for refusal in refusals], between=" "))
+    if fault in (WriteFault.NOT_ALLOWED, WriteFault.CONTRADICTED):
+        text = marked("not sent: {why}") if fault is WriteFault.NOT_ALLOWED else marked("unknown: {why}")
+        return message(text, why=joined([refusal.message for refusal in refusals], between=" "))
     return None if fault is None else message(fault.value)
 
 
@@ -128,19 +133,23 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
-    ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
+    ordered = sorted(changes, key=lambda change: _LAST.index(change.command) if change.command in _LAST else -1)
     if refused := _unaccepted(changes, context):
         return WriteReport(results=_all_refused(ordered), refusals=refused)
-    before = yield from read_one_module()
-    read: EngineView = yield Inspect()
+    try:
+        before = yield from read_one_module()
+        read: EngineView = yield Inspect()
+        if not isinstance(before, Refusal) and context.store_snapshot is not None:
+            yield from _store_snapshot(context.store_snapshot)
+    except TwoModules as error:
+        before = Refusal(Interlock.AGREES, error.message)
     if isinstance(before, Refusal):
         return WriteReport(results=_all_refused(ordered), refusals=(before,))
-    if context.store_snapshot is not None:
-        yield from _store_snapshot(context.store_snapshot)
     progress = _WriteProgress(replace(context, begin=read))
     try:
         for done, change in enumerate(ordered):
-            yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
+            progress.now = Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
+            yield progress.now
             yield from _write_one(progress, change)
             if context.on_written is not None:
                 context.on_written(progress.results[-1])
@@ -151,6 +160,8 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
             report = yield from _last_reading(progress, before)
         else:
             report = WriteReport(results=tuple(progress.results), refusals=progress.refused)
+    except TwoModules as error:
+        report = _of_two_modules(ordered, progress, error)
     except BaseException:
         settle_writes(context.journal, progress.entries, unconfirmed(progress.results))
         raise
@@ -169,6 +180,8 @@ class _WriteProgress:
     refused: tuple[Refusal, ...] = ()
     fault: WriteFault | None = None
     """Why nothing more is sent."""
+    now: Report | None = None
+    """What is being done."""
 
     def note(self, view: EngineView, command: Command) -> None:
         """What is known of the module now: after a break what was before it, but for what was set since."""
@@ -195,16 +208,18 @@ def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[Non
         progress.refused = baud.refusals
         progress.results.append(_written(change, baud))
     else:
-        written, progress.refused = yield from write_logged(change, context, progress.entries)
+        written, progress.refused = yield from write_logged(change, context, progress.entries, progress.now)
         progress.results.append(written)
         progress.fault = written.fault if written.heard is SetReply.NOT_SENT else None
 
 
 def write_logged(
-    change: SettingChange, context: WriteContext, entries: dict[Command, Entry]
+    change: SettingChange, context: WriteContext, entries: dict[Command, Entry], progress: Report | None = None
 ) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
-    """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
+    """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises.
+    `progress`: what is shown while it waits."""
     command, value = change.command, change.value
+    yield from await_flags_free(command.set(value), progress)
     refused = _unaccepted([change], context) or (yield from _refusals(context))
     if not refused:
         frame = command.set(value).encode()
@@ -228,10 +243,29 @@ def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: I
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
+def _of_two_modules(ordered: Sequence[SettingChange], progress: _WriteProgress, error: TwoModules) -> WriteReport:
+    """What was sent may be in either: nothing is known of it, and nothing more was sent."""
+    results = [
+        _doubtful(written, WriteFault.CONTRADICTED) if written.is_fine else written for written in progress.results
+    ]
+    for change in ordered[len(results) :]:
+        if change.command in progress.entries or (change.command is BAUD_RATE and len(results) == len(ordered) - 1):
+            written = not_sent(change, WriteFault.CONTRADICTED)
+            results.append(written._replace(heard=SetReply.NOTHING))
+        else:
+            results.append(not_sent(change, WriteFault.NOT_ALLOWED))
+    before, after = error.contradicted.before, error.contradicted.after
+    is_ours = before.command in progress.entries or before.command not in READABLE_SETTINGS
+    changed = () if is_ours else (ChangedSetting(before.command, before.value, after.value),)
+    refused = Refusal(Interlock.AGREES, error.message)
+    return WriteReport(results=tuple(results), refusals=(refused,), changed=changed)
+
+
 def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
     """Read everything once more after a pause: only values that are still there, without a restart, are verified, and
     none that another module may have."""
     yield from pause_asking(SETTLE_S)
+    yield from await_flags_known(progress.now)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
         is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
@@ -246,9 +280,10 @@ def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedur
             for written in progress.results
         ]
     elif last.boot_count is None:
-        results = unconfirmed(progress.results)
+        results = [_unconfirmed(written) if written.verified else written for written in progress.results]
     else:
         results = [_read_again(written, last.values) for written in progress.results]
+    results = [_with_flag(written, view) for written in results]
     results = _invalidated(results, progress.restarts, now=view.device.restarts)
     stood = {key: value for key, value in before.values.items() if key not in sent}
     return WriteReport(
@@ -276,13 +311,35 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     return written
 
 
+def _with_flag(written: Written, view: EngineView) -> Written:
+    """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
+    if written.command not in TRIGGER_FLAGS or not written.is_fine:
+        return written
+    if view.device.fresh(written.command.key, view.now) == written.target:
+        return written
+    has_repeated = view.flags is not None and view.flags.has_repeated
+    return _doubtful(written, WriteFault.REPEATED if has_repeated else WriteFault.NO_LAST_READING)
+
+
 def unconfirmed(results: Iterable[Written]) -> list[Written]:
-    """The results without a last reading: nothing is verified."""
-    return [_unconfirmed(written) if written.fault is None and written.verified else written for written in results]
+    """The results without a last reading: nothing is verified, and no trigger acknowledged."""
+    return [
+        _doubtful(written, WriteFault.NO_LAST_READING)
+        if written.is_fine and (written.verified or written.command in TRIGGER_FLAGS)
+        else written
+        for written in results
+    ]
 
 
 def _unconfirmed(written: Written) -> Written:
-    return written._replace(read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
+    return _doubtful(written, WriteFault.NO_LAST_READING)
+
+
+def _doubtful(written: Written, fault: WriteFault) -> Written:
+    """What was said of it no longer stands."""
+    if written.command in TRIGGER_FLAGS:
+        return written._replace(heard=SetReply.NOTHING, fault=fault)
+    return written._replace(read_back=None, verified=False if written.verified else written.verified, fault=fault)
 
 
 def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
@@ -295,9 +352,7 @@ def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedur
 
 
 def _wait_for_disk(future: Future[int]) -> Procedure[None]:
-    """Wait, then ask for the status again, as other requests may have been sent meanwhile."""
     yield from await_asking(future, DISK_LIMIT_S)
-    yield from ask_status()
 
 
 def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tuple[Refusal, ...]:
@@ -308,21 +363,18 @@ def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tupl
 
 
 def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
-    """The conditions that are not met; asks for the status if it is not proven to be recent."""
-    for has_been_asked in (False, True):
-        is_other = yield from is_another(context.begin or (yield Inspect()))
-        view: EngineView = yield Inspect()
-        armed = context.armed.act if context.armed is not None else None
-        inputs = replace(
-            interlock_inputs(view.device, view.now, must_be_proven=True),
-            is_identity_settled=view.is_settled and not is_other,
-            armed=armed, is_unlocked=context.is_unlocked,
-        )  # fmt: skip
-        unmet = refusals(Act.WRITE, inputs)
-        if not unmet or has_been_asked:
-            break
-        yield from ask_status()
-    return unmet
+    """The conditions that are not met by who is there now."""
+    begin = context.begin or (yield Inspect())
+    seen = yield from look(begin)
+    view: EngineView = yield Inspect()
+    inputs = replace(
+        interlock_inputs(view.device, view.now, must_be_proven=True),
+        is_identity_settled=view.is_settled and seen.is_same,
+        contradiction=seen.present.contradiction,
+        armed=context.armed.act if context.armed is not None else None,
+        is_unlocked=context.is_unlocked,
+    )
+    return refusals(Act.WRITE, inputs)
 
 
 def _outcome(written: Written | None) -> Outcome:

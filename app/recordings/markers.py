@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.engine.identity import READ_WITHIN_S
-from app.engine.setting_changes import BOOT_COUNT
 from app.engine.worker import Batch, Connection, PortState
 from app.safety.trigger_flags import FALL_TRIGGER, TILT_TRIGGER, TriggerFlags
-from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from protocol.catalogue import BOOT_COUNT, RESET_BELOW_THRESHOLD_DEG
 from protocol.events import BREAKS, Event, FellSilent, Received, Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure
-from app.engine.setting_changes import BOOT_COUNT
 from app.procedures.history import History, read_history
 from app.procedures.settings_reading import is_another
 from app.procedures.write import read_back
@@ -17,6 +16,7 @@ from app.store.fired import claim_fired
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.user_error import UserError
+from protocol.catalogue import BOOT_COUNT
 from protocol.fields import Value
 from protocol.translatable import marked
 

@@ -26,6 +26,8 @@ class Interlock(Enum):
     """The module answers."""
     IS_IDENTITY_SETTLED = auto()
     """It is proven which module answers, or a person confirmed it; see `app.engine.identity`."""
+    AGREES = auto()
+    """30, 31 and the status say the same, and nothing is answered twice; see `app.procedures.who_is_there`."""
     FRESH_STATUS = auto()
     """The last status report is at most a second old, or one and a half periods of a slower stream."""
     IS_LOCKED = auto()
@@ -51,7 +53,7 @@ class Interlock(Enum):
 
 
 _PRESENT = (Interlock.ONLINE, Interlock.IS_IDENTITY_SETTLED)
-_ALWAYS = (*_PRESENT, Interlock.FRESH_STATUS)
+_ALWAYS = (*_PRESENT, Interlock.AGREES, Interlock.FRESH_STATUS)
 _EXPLICIT = (Interlock.NOTHING_ELSE_ARMED, Interlock.CONFIRMED, Interlock.INTENT_DURABLE)
 
 CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
@@ -104,6 +106,10 @@ class InterlockInputs:
     """When the port was opened; an earlier permit is void."""
     slept_until: float | None = None
     """When the computer last woke; an earlier permit is void."""
+    contradicted_at: float | None = None
+    """When one question was last answered twice and differently; an earlier permit is void."""
+    contradiction: UserMessage | None = None
+    """What does not agree; known only to whoever has just asked."""
     is_unlocked: bool = False
     """A person allowed this one write to a module that is or may be active."""
     is_audit_ready: bool = True
@@ -113,7 +119,7 @@ def interlock_inputs(device: DeviceView, now: float, *, must_be_proven: bool) ->
     """From what is known about the module at `now`; whoever asks adds what else is known.
 
     `must_be_proven`: a status only counts if the module cannot have sent it more than a second ago, however long it was
-    held back on the way; see `ask_status`. Required for whatever sends; displays use the time of arrival.
+    held back on the way; see `who_is_there`. Required for whatever sends; displays use the time of arrival.
     """
     tilt = device.values.get("tilt_deg") if must_be_proven else device.known("tilt_deg", now)
     see = device.proven if must_be_proven else device.known
@@ -133,6 +139,7 @@ def interlock_inputs(device: DeviceView, now: float, *, must_be_proven: bool) ->
         attitude_threshold_deg=threshold,
         motion=device.motion,
         slept_until=None if device.last_sleep is None else device.last_sleep.ended_at,
+        contradicted_at=None if device.contradicted is None else device.contradicted.at,
     )
 
 
@@ -170,6 +177,10 @@ def _online(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
 
 def _is_identity_settled(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
     return None if inputs.is_identity_settled else message(marked("Module not proven: only queries are sent."))
+
+
+def _agrees(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return inputs.contradiction
 
 
 def _unknown(what: str) -> UserMessage:
@@ -278,6 +289,7 @@ def _void_reason(permit: Permit, act: Act, inputs: InterlockInputs) -> UserMessa
         )
     for at, why in (
         (inputs.slept_until, marked("computer slept")),
+        (inputs.contradicted_at, marked("contradictory answers")),
         (inputs.overtaken_at, marked("LOCK was pressed")),
         (inputs.opened_at, marked("port reopened")),
     ):
@@ -293,12 +305,14 @@ def _intent_durable(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
 
 
 def _may_write(act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return None if inputs.is_unlocked else _is_locked(act, inputs)
+    """A person who unlocked it accepts that it may be active, so a contradiction says nothing new."""
+    return None if inputs.is_unlocked else inputs.contradiction or _is_locked(act, inputs)
 
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
     Interlock.ONLINE: _online,
     Interlock.IS_IDENTITY_SETTLED: _is_identity_settled,
+    Interlock.AGREES: _agrees,
     Interlock.FRESH_STATUS: _fresh_status,
     Interlock.IS_LOCKED: _is_locked,
     Interlock.IS_ACTIVE: _is_active,

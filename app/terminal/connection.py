@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.engine.address_lock import is_network_address
 from app.engine.device import DeviceView
-from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
+from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept, TwoModules
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
@@ -285,7 +285,7 @@ class LinkTrouble(AbstractContextManager["LinkTrouble"]):
 
 def link_trouble(error: BaseException | None) -> str | None:
     """The sentence for an error that means "no link"; None for others."""
-    if isinstance(error, NoLink):
+    if isinstance(error, NoLink | TwoModules):
         return error.sentence
     if isinstance(error, PortError | Slept):
         from app.diagnosis.causes import explain

@@ -6,7 +6,6 @@ from types import MappingProxyType
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.act import Performed, begin_act, perform
-from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import WAITS_S, answers_here, find_rate, look_for, proofs
 from app.procedures.handshake import handshake
@@ -16,6 +15,7 @@ from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything, undisturbed
 from app.procedures.settings_reading import SettingsReading, is_another, read_one_module, read_settings
 from app.procedures.stream import StreamSwitch, watch
+from app.procedures.who_is_there import who_is_there
 from app.procedures.write import ReadBack, SetReply, Written, read_back, restarted_since, write_verified
 from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
@@ -77,7 +77,7 @@ def _is_another() -> Procedure[bool]:
     """Struck after the first reading."""
     yield from read_settings()
     begin: EngineView = yield Inspect()
-    yield from ask_status()
+    yield from who_is_there()
     return (yield from is_another(begin))
 
 
@@ -179,7 +179,7 @@ def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
 
 ROWS: tuple[Row, ...] = (
     Row("handshake.handshake", handshake, lambda _result, _cell: []),
-    Row("ask_status.ask_status", ask_status, lambda _result, _cell: []),
+    Row("who_is_there.who_is_there", who_is_there, lambda _result, _cell: []),
     Row(
         "find.answers_here",
         lambda: answers_here(WAITS_S, proofs()),

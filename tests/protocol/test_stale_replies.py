@@ -31,18 +31,6 @@ def test_e03_a_voltage_asked_after_records_waits_behind_a_fence(bench: Bench) ->
     assert message.value == 4.0
 
 
-def test_e04_a_late_16_is_not_taken_for_the_acknowledgement_of_17(bench: Bench) -> None:
-    bench.ask(named("attitude_trigger").set(True))
-    bench.wait(1.01)
-    assert bench.ask(named("freefall_trigger").set(True)) == HEARTBEAT.query().encode()
-    bench.hear(encode_reply(0x16, 0), after_s=0.2)
-    assert bench.roles() == [Role.LATE]
-    assert bench.hear(PULSE) == named("freefall_trigger").set(True).encode()
-    bench.hear(encode_reply(0x16, 0))
-    (answered,) = bench.taken(Answered)
-    assert answered.request.command.name == "freefall_trigger"
-
-
 def test_a_read_back_is_never_the_late_acknowledgement(bench: Bench) -> None:
     """A module that echoes late and does not keep: its echo must not pass for the value read back."""
     bench.warm_up()

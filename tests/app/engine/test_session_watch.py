@@ -13,7 +13,8 @@ from app.engine.session import Run
 from app.procedures.handshake import handshake
 from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
-from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
+from app.procedures.write import await_flags_free, await_flags_known
+from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, Request
 from tests.app.engine.test_identity import OPTIONS, trust
 from tests.support.line import reference_decoder
 from tests.support.line.odd_module import end_faults
@@ -93,7 +94,7 @@ def test_at_line_rate_no_status_is_lost() -> None:
 def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
     rig = settled_rig(boots=5)
     rig.run(read_everything())
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     assert rig.session.device.view(rig.clock.now_s).values["attitude_trigger"].how is How.ACKNOWLEDGED
     rig.bench.restart()
     rig.step_until(lambda: rig.session.device.view(0).restarts == 1, limit_s=20)
@@ -136,7 +137,7 @@ def test_what_may_be_a_restart_leaves_nothing_fresh_that_one_loses(
 ) -> None:
     """Else the flag would be shown as it had been set, and the module has forgotten it."""
     rig = settled_rig()
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     restart(rig)
     view = rig.session.device.view(rig.clock.now_s)
     assert view.restarts == 0
@@ -147,7 +148,7 @@ def test_what_may_be_a_restart_leaves_nothing_fresh_that_one_loses(
 def test_a_restart_that_looks_like_late_answers_is_told_by_the_boot_count_at_once() -> None:
     rig = settled_rig()
     rig.run(read_everything())
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     watched(rig)
     rig.step_for(4.0)
     _hide_restart(rig)
@@ -159,8 +160,8 @@ def test_a_restart_that_looks_like_late_answers_is_told_by_the_boot_count_at_onc
 def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> None:
     rig = settled_rig()
     rig.run(read_everything())
-    rig.run(_set_trigger())
-    rig.bench.change(delay_ms=250)
+    enable_trigger(rig)
+    rig.bench.change(delay_ms=230)
     rig.run(_ask_heartbeat())
     rig.step_for(0.2)
     assert "attitude_trigger" not in rig.session.device.view(rig.clock.now_s).values
@@ -175,12 +176,12 @@ def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> Non
 def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
     rig = settled_rig()
     rig.run(read_everything())
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     rig.bench.change(delay_ms=250)
     rig.run(_ask_heartbeat())
     rig.step_for(0.2)
     rig.bench.change(mute=True)
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     end_faults(rig.bench)
     rig.run(read_everything())
     view = rig.session.device.view(rig.clock.now_s)
@@ -192,8 +193,16 @@ def _ask_heartbeat() -> Procedure[None]:
     yield Ask(HEARTBEAT.query(), (0.2,))
 
 
-def _set_trigger() -> Procedure[None]:
-    yield Ask(BY_NAME["attitude_trigger"].set(True))
+def enable_trigger(rig: Rig) -> None:
+    """Enable it, and wait until its acknowledgement counts."""
+    request = BY_NAME["attitude_trigger"].set(True)
+    rig.run(await_flags_free(request))
+    rig.run(ask(request))
+    rig.run(await_flags_known())
+
+
+def ask(request: Request) -> Procedure[None]:
+    yield Ask(request)
 
 
 def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_of_the_former() -> None:
@@ -220,7 +229,7 @@ def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_o
 
 
 def test_a_setting_that_reads_otherwise_is_asked_for_again_at_once() -> None:
-    """A damaged frame may have said so."""
+    """A damaged frame may have said so, or another module."""
     rig, command = settled_rig(), BY_NAME["attitude_threshold"]
     watched(rig)
     rig.step_for(5)
@@ -239,7 +248,7 @@ def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: fl
     rig = settled_rig()
     watched(rig)
     rig.step_for(5)
-    rig.run(_set_trigger())
+    enable_trigger(rig)
     rig.step_for(begins_s)
     rig.silence(lasts_s)
     rig.step_for(0.3)

@@ -6,12 +6,13 @@ import pytest
 
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult
-from app.preflight.run import TRIGGERS, run_preflight
+from app.preflight.run import run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
 from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import ActivatedBy
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
+from protocol.flag_answers import TRIGGER_FLAGS
 from tests.app.records.test_record import AT, PERSON
 from tests.support.records.preflight_rig import FAULTS, Fault, assert_only_questions, check, on_request
 from tests.support.records.stations_made import station
@@ -27,7 +28,7 @@ def test_a_sound_module_is_ready() -> None:
     assert records.measured == 0
     assert_only_questions(checked)
     sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
-    assert [request.command for request in sets] == list(TRIGGERS)
+    assert [request.command for request in sets] == list(TRIGGER_FLAGS)
 
 
 @pytest.mark.parametrize("quirks", [

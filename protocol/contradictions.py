@@ -1,0 +1,45 @@
+"""Two different answers to one question: two modules on this line, or another one than before.
+
+Only the boot count and the settings that can be read are compared: they change by a set or a restart only. Frames that
+may be old, or the acknowledgement of a set, are not compared for a while after that set.
+"""
+
+from protocol.catalogue import BOOT_COUNT, SETTINGS, Command, Request
+from protocol.messages import Message, Reading
+from protocol.round_trips import Timing
+
+LASTING = frozenset((BOOT_COUNT, *(command for command in SETTINGS if command.reads_back)))
+
+
+class ToldValues:
+    """What the module last told of each lasting value. Times are the link's `now`."""
+
+    def __init__(self, timing: Timing) -> None:
+        self._timing = timing
+        self._told: dict[Command, Reading] = {}
+        self._set_at: dict[Command, float] = {}
+
+    def forget(self) -> None:
+        """Another module may answer from now on, or this one after a restart."""
+        self._told.clear()
+
+    def on_sent(self, request: Request, now: float) -> None:
+        if request.is_set and request.command in LASTING:
+            self._told.pop(request.command, None)
+            self._set_at[request.command] = now
+
+    def contradicted(self, message: Message, now: float, *, is_answer: bool) -> Reading | None:
+        """What was told before, if `message` says otherwise.
+
+        `is_answer`: to the question in flight. Another boot count is a restart then, which `Device` notices.
+        """
+        if not isinstance(message, Reading) or message.command not in LASTING:
+            return None
+        command, before = message.command, self._told.get(message.command)
+        set_at = self._set_at.get(command)
+        may_be_old = set_at is not None and now - set_at <= self._timing.repeated_s
+        if is_answer:
+            self._told[command] = message
+        if before is None or before.raw == message.raw or may_be_old:
+            return None
+        return None if is_answer and command is BOOT_COUNT else before
