@@ -4,6 +4,8 @@ Only the boot count and the settings that can be read are compared: they change 
 may be old, or the acknowledgement of a set, are not compared for a while after that set.
 """
 
+from math import inf
+
 from protocol.catalogue import BOOT_COUNT, SETTINGS, Command, Request
 from protocol.messages import Message, Reading
 from protocol.round_trips import Timing
@@ -18,10 +20,19 @@ class ToldValues:
         self._timing = timing
         self._told: dict[Command, Reading] = {}
         self._set_at: dict[Command, float] = {}
+        self.since: float | None = None
+        """When something was first told in this conversation. A second module has the vendor's second, too."""
+        self.twice_at = -inf
+        """When a value was last told that nobody had asked for: a question was answered twice."""
 
     def forget(self) -> None:
         """Another module may answer from now on, or this one after a restart."""
         self._told.clear()
+        self.since = None
+
+    def is_answered_twice(self, now: float) -> bool:
+        """Whether that was a moment ago: there may be two modules on this line that tell the same."""
+        return now - self.twice_at <= self._timing.repeated_s
 
     def on_sent(self, request: Request, now: float) -> None:
         if request.is_set and request.command in LASTING:
@@ -33,7 +44,11 @@ class ToldValues:
 
         `is_answer`: to the question in flight. Another boot count is a restart then, which `Device` notices.
         """
-        if not isinstance(message, Reading) or message.command not in LASTING:
+        if not isinstance(message, Reading):
+            return None
+        if is_answer and self.since is None:
+            self.since = now
+        if message.command not in LASTING:
             return None
         command, before = message.command, self._told.get(message.command)
         set_at = self._set_at.get(command)

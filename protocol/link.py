@@ -72,7 +72,7 @@ class Link:
         self.gap: Gap = Gap() if before is None else before.gap
         self.lag: Lag = Lag(now) if before is None else before.lag
         self.flags: FlagAnswers = FlagAnswers(now, self.timing) if before is None else before.flags
-        self._told = ToldValues(self.timing)
+        self.told = ToldValues(self.timing)
         self.exchange = Exchange.IDLE
         self.presence = Presence.UNKNOWN
         self._parser = StreamParser()
@@ -161,7 +161,7 @@ class Link:
 
     def begin_again(self) -> None:
         """A person said that another module answers from now on: nothing that was told before counts."""
-        self._told.forget()
+        self.told.forget()
         self.flags.begin_again()
 
     def take_outgoing(self) -> bytes:
@@ -236,7 +236,7 @@ class Link:
         self.gap.sent(is_repeated=flight.attempt > 0, now=now)
         self.lag.ask(flight.request, now)
         self.flags.on_sent(flight.request, now)
-        self._told.on_sent(flight.request, now)
+        self.told.on_sent(flight.request, now)
         self.counters.retries += flight.attempt > 0
         self.counters.sent += 1
         self._parser.asked = flight.request
@@ -347,6 +347,7 @@ class Link:
         copied = earlier.copied(frame.raw, now)
         if copied is not None:  # before "late": a copy must not stand for a reply that is still to come
             message = decode(frame.raw, copied.request)
+            self._note_twice(message, now)
             role = Role.LATE if copied.is_late else Role.DUPLICATE
             if isinstance(message, Status):
                 earlier.expect_no_copy(frame.raw)  # the next ones may be streamed
@@ -363,6 +364,7 @@ class Link:
         message = decode(frame.raw)
         role = Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED
         self._note(events, frame, message, role, now)
+        self._note_twice(message, now)
         self._contradicts(message, now, events, is_answer=False)
         if isinstance(message, Heartbeat):
             earlier.expect_copy(frame.raw, None, now)
@@ -371,9 +373,13 @@ class Link:
             else:
                 self._restart(events, now, is_certain=True)
 
+    def _note_twice(self, message: Message, now: float) -> None:
+        if isinstance(message, Reading) and message.command.code not in FLAG_CODES:
+            self.told.twice_at = now
+
     def _contradicts(self, message: Message, now: float, events: list[Event], *, is_answer: bool) -> bool:
         """Whether it says otherwise than what was told before; nothing that waits is sent then."""
-        before = self._told.contradicted(message, now, is_answer=is_answer)
+        before = self.told.contradicted(message, now, is_answer=is_answer)
         if before is None or not isinstance(message, Reading):
             return False
         events += self.abandon(now)
@@ -412,7 +418,7 @@ class Link:
     def _note_silence(self, now: float, events: list[Event]) -> None:
         lasted_s = now - (self.unanswered_since or now)
         if self.has_timed_out and lasted_s >= self.timing.silent_gap_s:
-            self._told.forget()
+            self.told.forget()
             events.append(FellSilent(now, lasted_s))
 
     def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:

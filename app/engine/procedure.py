@@ -23,6 +23,7 @@ from app.engine.device import DeviceView, StatusSample
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.catalogue import HEARTBEAT, STATUS, Command, Request
+from protocol.contradictions import ToldValues
 from protocol.events import Answered, Contradicted, Counters
 from protocol.fields import Quantity
 from protocol.flag_answers import FlagAnswers
@@ -127,6 +128,12 @@ class EngineView(NamedTuple):
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
     flags: FlagAnswers | None = None
     """When 16 and 17 may be set, and whether their answers count."""
+    told: ToldValues | None = None
+    """Since when the module tells, and whether something is told twice."""
+
+    @property
+    def is_answered_twice(self) -> bool:
+        return self.told is not None and self.told.is_answered_twice(self.now)
 
 
 class Report(NamedTuple):

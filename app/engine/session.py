@@ -339,6 +339,7 @@ class Session:
             overtaken_at=self._overtaken_at,
             is_settled=self.identity.identity.is_settled,
             flags=self._link.flags,
+            told=self._link.told,
         )
 
     def _use_rate(self, baud_rate: int, now: float) -> None:

@@ -134,6 +134,10 @@ class Evidence:
     disturbance: Disturbance | None = None
     contradiction: UserMessage | None = None
     """What was answered twice and differently."""
+    is_answered_twice: bool = False
+    """Something was told that nobody had asked for."""
+    streamed: int = 0
+    """Status reports that came while none was asked for, for a second or longer."""
     log: FrameLog = field(default_factory=FrameLog)
 
     @property

@@ -7,6 +7,7 @@ from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
+from app.procedures.who_is_there import ANSWERED_TWICE
 from app.text.messages import joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -34,6 +35,8 @@ def read_twice(case: Case) -> Finding:
     limit = message(marked("same"))
     first, last = case.evidence.first, case.evidence.last
     changes = case.evidence.changes
+    if case.evidence.is_answered_twice:
+        return Finding(CheckResult.FAIL, False, ANSWERED_TWICE, limit, CHECK_LINE)
     if changes:
         keys = ", ".join(change.key for change in changes)
         return Finding(CheckResult.FAIL, keys, joined([change.shown for change in changes]), limit)

@@ -38,7 +38,7 @@ from app.procedures.write_all import SettingChange, WriteContext, settle_writes,
 from app.safety.journal import Entry, Journal, NoJournal
 from app.text.messages import message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, Command
-from protocol.events import Answered
+from protocol.events import Answered, Role
 from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.translatable import marked
 
@@ -48,6 +48,8 @@ VALUE_ROUNDS = 3
 """Of asking for cell voltage, charging and light."""
 GIVE_UP_AFTER = 4
 """After this many unanswered questions in a row the module is taken as silent."""
+SLOWEST_STREAM = 4
+"""Reports at most, in the two seconds, of a stream that sent no more than one in the second before."""
 STEPS = 7
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
@@ -90,7 +92,10 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     yield from _step(evidence, 1, marked("Settings"))
     evidence.first = yield from _read_state(evidence)
     yield from _step(evidence, 2, marked("Trigger records"))
+    begin = yield Inspect()
     history = yield from read_history()
+    end: EngineView = yield Inspect()
+    evidence.streamed = _streamed(end) - _streamed(begin)
     if history.is_line_dead:
         raise _Silent
     evidence.history = history
@@ -158,6 +163,8 @@ def _count_rejected(evidence: Evidence) -> Procedure[None]:
 
 def _finish(evidence: Evidence) -> Procedure[None]:
     end: EngineView = yield Inspect()
+    if end.told is not None and evidence.began_at is not None:
+        evidence.is_answered_twice |= end.told.twice_at >= evidence.began_at
     for command in TRIGGERS:
         evidence.flags[command.key] = _final_state(command, evidence.flags[command.key], end)
     if evidence.status is not None:
@@ -217,6 +224,14 @@ def _watch(evidence: Evidence) -> Procedure[None]:
             evidence.status = report
             evidence.trials.append(report)
         now = yield Pause(TRIAL_EVERY_S)
+    end: EngineView = yield Inspect()
+    # The slowest streams send one report a second; one may also be the second answer to the last question before.
+    has_stream = evidence.streamed > 1
+    evidence.is_answered_twice |= not has_stream and _streamed(end) - _streamed(begin) > SLOWEST_STREAM
+
+
+def _streamed(view: EngineView) -> int:
+    return view.link.counters.by_role[Role.STREAMED]
 
 
 def _enable(command: Command, context: WriteContext, progress: Report | None = None) -> Procedure[TriggerFlag]:

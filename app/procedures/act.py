@@ -40,7 +40,7 @@ from app.text.i18n import tr
 from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-from protocol.catalogue import BY_NAME, Command, Request
+from protocol.catalogue import BOOT_COUNT, BY_NAME, Command, Request
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.lag import QUICK_S
@@ -77,7 +77,7 @@ WATCH_S = 2.0
 REPORTED_WITHIN_S = 1.5
 """A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
 SECOND_MODULE_S = 1.0
-"""From the opening of the port: a second module on the line has the vendor's second for its answers, too."""
+"""From the first answer on: a second module on the line has the vendor's second for its answers, too."""
 LOG_FAILED = marked("The audit log cannot be written.")
 _NOT_SENT = marked("Nothing was sent.")
 
@@ -215,8 +215,10 @@ def begin_act(
 def _prepare(act: Act) -> Procedure[None]:
     """Learn what takes time."""
     view: EngineView = yield Inspect()
-    early_s = view.opened_at + SECOND_MODULE_S - view.now
+    since = view.now if view.told is None or view.told.since is None else view.told.since
+    early_s = since + SECOND_MODULE_S - view.now
     if early_s > 0:
+        yield Ask(BOOT_COUNT.query())
         yield from pause_asking(early_s)
     if act is Act.ZERO:
         yield from pause_asking(WATCH_S)  # to judge whether it lies still
@@ -242,7 +244,7 @@ def _conditions_open(
     inputs = replace(
         interlock_inputs(view.device, view.now, must_be_proven=True),
         is_identity_settled=view.is_settled and seen.is_same,
-        contradiction=seen.present.contradiction or (ANSWERED_TWICE if seen.present.is_answered_twice else None),
+        contradiction=seen.present.contradiction or (ANSWERED_TWICE if view.is_answered_twice else None),
         permit=permit,
         overtaken_at=view.overtaken_at,
         opened_at=view.opened_at,

@@ -1,6 +1,7 @@
 """Reads everything that can be read; reads again what was disturbed."""
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from app.engine.device import READ_BACK, StatusSample
@@ -37,12 +38,12 @@ class Everything(NamedTuple):
     values: dict[str, Value]
     """By key ("light_threshold_v"), in the field's unit."""
     errors: dict[str, Unanswered]
-    contradictions: Mapping[str, UserMessage]
-    """Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then."""
     is_silent: bool
     """The module stopped answering; the rest was not asked for."""
     began_at: float
     """Monotonic seconds."""
+    contradictions: Mapping[str, UserMessage] = MappingProxyType({})
+    """Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then."""
 
 
 def read_everything() -> Procedure[Everything]:
@@ -66,7 +67,8 @@ def read_everything() -> Procedure[Everything]:
         elif isinstance(message, Status):
             status = StatusSample(outcome.at, *message)
     present = Present(values.pop(ACTIVE.key, None), values.pop(TRIGGERED.key, None), status)
-    return Everything(values, errors, {} if is_silent else present.contradictions, is_silent, begin.now)
+    contradictions = {} if is_silent else present.contradictions
+    return Everything(values, errors, is_silent, begin.now, contradictions)
 
 
 Readings = TypeVar("Readings", Everything, "SettingsReading")

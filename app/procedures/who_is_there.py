@@ -16,15 +16,12 @@ from app.engine.device import StatusSample
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, ask_report, ask_value, is_alive
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME
-from protocol.events import Role
 from protocol.fields import Value
 from protocol.translatable import marked
 
 ACTIVE, TRIGGERED = BY_NAME["active"], BY_NAME["triggered"]
 TRIES = 3
 """The first answer of a slow module may be too old, and the state may change between two questions."""
-_TWICE = (Role.DUPLICATE, Role.UNSOLICITED)
-"""Not `LATE`: the answers to a question that was repeated."""
 _WORDS: Mapping[tuple[str, Value | None], str] = {
     (ACTIVE.key, True): marked("ACTIVE"),
     (ACTIVE.key, False): marked("LOCKED"),
@@ -43,8 +40,6 @@ class Present(NamedTuple):
     status: StatusSample | None = None
     is_proven: bool = False
     """The module sent the status within the last second."""
-    is_answered_twice: bool = False
-    """More frames came than were asked for."""
 
     @property
     def contradictions(self) -> Mapping[str, UserMessage]:
@@ -75,7 +70,6 @@ def who_is_there() -> Procedure[Present]:
     """See the module's docstring. Asked again where the status is too old, or where the answers contradict each other;
     not where one of them does not come, as each is repeated already."""
     for _ in range(TRIES):
-        before: EngineView = yield Inspect()
         active = yield from ask_value(ACTIVE, is_fenced=True)
         if active is None and not (yield from is_alive()):
             return Present()
@@ -88,12 +82,9 @@ def who_is_there() -> Procedure[Present]:
             None if triggered is None else triggered.value,
             status,
             is_proven=after.device.proven("active", after.now) is not None,
-            is_answered_twice=any(
-                after.link.counters.by_role[role] != before.link.counters.by_role[role] for role in _TWICE
-            ),
         )
         has_all = active is not None and triggered is not None and status is not None
-        if present.contradiction is None and present.is_proven and not present.is_answered_twice:
+        if present.contradiction is None and present.is_proven:
             return present
         if not has_all and (present.is_proven or not (yield from is_alive())):
             return present

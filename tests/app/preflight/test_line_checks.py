@@ -255,7 +255,8 @@ def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefal
 def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named(
     present: Present, against: dict[str, str]
 ) -> None:
-    for state in ({"first": reading(7)._replace(present=present)}, {"last": reading(7)._replace(present=present)}):
+    for when in ("first", "last"):
+        state: dict[str, Any] = {when: reading(7)._replace(present=present)}
         findings = {check_id: finding(check_id, trials=trials(), **state) for check_id in ("activation", "triggered")}
         said = {check_id: one.shown.in_english() for check_id, one in findings.items() if one.result is not PASS}
         assert said == against
