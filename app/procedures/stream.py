@@ -157,7 +157,16 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
                     progress.due[other] = max(progress.due.get(other, 0.0), view.now + SLOW_EVERY_S / len(_SLOW))
         if not isinstance((yield Ask(request, attempts=1)), Answered):  # it is repeated soon anyway
             yield from is_alive()
+        yield from _confirm_change(progress, request, view)
     progress.rests_until = 0.0 if is_beginning else min(progress.due.get(request, 0.0) for request, _ in polled)
+
+
+def _confirm_change(progress: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
+    """Ask again at once for a setting that changed: it may have been a damaged frame."""
+    key, after = request.command.key, (yield Inspect())
+    old, new = before.device.values.get(key), after.device.values.get(key)
+    if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
+        progress.due[request] = 0.0
 
 
 def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineView) -> Procedure[None]:

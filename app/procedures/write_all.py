@@ -182,6 +182,7 @@ class _WriteProgress:
     """Why nothing more is sent."""
     now: Report | None = None
     """What is being done."""
+    are_flags_settled: bool = False
 
     def note(self, view: EngineView, command: Command) -> None:
         """What is known of the module now: after a break what was before it, but for what was set since."""
@@ -200,6 +201,7 @@ def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[Non
     if progress.fault is not None:
         progress.results.append(not_sent(change, progress.fault))
     elif change.command is BAUD_RATE:
+        yield from _settle_flags(progress)
         if context.on_begun is not None:
             context.on_begun(BAUD_RATE)
         baud = yield from change_baud(
@@ -265,7 +267,7 @@ def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedur
     """Read everything once more after a pause: only values that are still there, without a restart, are verified, and
     none that another module may have."""
     yield from pause_asking(SETTLE_S)
-    yield from await_flags_known(progress.now)
+    yield from _settle_flags(progress)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
         is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
@@ -283,7 +285,6 @@ def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedur
         results = [_unconfirmed(written) if written.verified else written for written in progress.results]
     else:
         results = [_read_again(written, last.values) for written in progress.results]
-    results = [_with_flag(written, view) for written in results]
     results = _invalidated(results, progress.restarts, now=view.device.restarts)
     stood = {key: value for key, value in before.values.items() if key not in sent}
     return WriteReport(
@@ -309,6 +310,16 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     if value != written.target:
         return written._replace(read_back=value, verified=False, fault=WriteFault.REVERTED)
     return written
+
+
+def _settle_flags(progress: _WriteProgress) -> Procedure[None]:
+    """Wait until it is known what became of the triggers: after a change of the baud rate it can no longer be known."""
+    if progress.are_flags_settled:
+        return
+    yield from await_flags_known(progress.now)
+    view: EngineView = yield Inspect()
+    progress.results = [_with_flag(written, view) for written in progress.results]
+    progress.are_flags_settled = True
 
 
 def _with_flag(written: Written, view: EngineView) -> Written:

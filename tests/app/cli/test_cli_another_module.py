@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from app.safety.acts import Act
+from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
 from app.store.facts import FactKind
 from app.store.store import open_store
-from protocol.catalogue import BY_NAME, STATUS_CODE
+from protocol.catalogue import BY_NAME, STATUS_CODE, Request
 from tests.adversary.program import PORT, Ran, Stage, write_at_once
 from tests.app.cli.test_cli_act import recorded
-from tests.support.cli_line import Program, bench_of, exchange, falls_after
+from tests.support.cli_line import Program, bench_of, exchange, falls_after, falls_behind
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock
 
@@ -60,14 +60,14 @@ def test_what_a_module_does_not_answer_is_not_taken_from_the_one_before(stage: S
 
 
 @pytest.mark.parametrize("ends", ["unplugged", "silent"])
-@pytest.mark.parametrize("frame", [9, 11])
+@pytest.mark.parametrize("frame", [11, 13])
 def test_values_of_two_modules_are_not_read_as_those_of_one_where_reading_ends_then(
     ends: str, frame: int, port: str, dps_s: Program
 ) -> None:
     bench = bench_of(port)
     with (
         falls_after(bench, frame, bench.unplug if ends == "unplugged" else lambda: bench.change(mute=True)),
-        falls_after(bench, 5, lambda: exchange(bench, light_threshold=70)),
+        falls_after(bench, 7, lambda: exchange(bench, light_threshold=70)),
     ):
         shown = json.loads(dps_s(["read", "--port", port, "--json"], 4).out)
     settings = shown["settings"]
@@ -116,7 +116,7 @@ def test_a_reading_that_ends_in_silence_is_not_whole(stage: Stage) -> None:
     assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
 
 
-@pytest.mark.parametrize("frame", [17, 18])
+@pytest.mark.parametrize("frame", [1, 2])
 def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Stage, frame: int) -> None:
     """What answers then is another one, which is locked."""
     bench = stage.bench
@@ -126,7 +126,7 @@ def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Sta
         bench.module.activate(is_active=False)
         exchange(bench)
 
-    with falls_after(bench, frame, leave_active):
+    with falls_behind(bench, REQUESTS[Act.ACTIVATE], frame, leave_active):
         printed = run(stage, ["activate", "--yes"], 1)
     assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
 
@@ -145,14 +145,14 @@ def test_what_answers_long_after_the_first_one_fell_silent_gets_nothing(
 
 
 @pytest.mark.parametrize(("frame", "option"), [(1, []), (2, []), (2, ["--same-module"])])
-def test_of_a_module_that_was_sent_lock_nobody_says_that_it_is_locked(
+def test_after_a_silence_lock_is_said_of_the_module_that_answers_now(
     stage: Stage, frame: int, option: list[str]
 ) -> None:
-    """What answers then is another one, which is locked, and the first one may not have heard it."""
+    """It is another one, which is locked, and the first one may not have heard it: of that nothing is confirmed."""
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):
-        printed = run(stage, ["lock", "--yes", *option], 1)
-    assert printed.err.endswith(" not confirmed: treat the module as ACTIVE.\n")
+        printed = run(stage, ["lock", "--yes", *option])
+    assert printed.out == "The module that answers now reports LOCKED.\n"
     assert recorded() == [(Act.LOCK, Outcome.UNKNOWN)]
 
 
@@ -247,19 +247,19 @@ def test_a_check_shows_no_value_of_one_module_beside_settings_of_another(stage: 
 
 
 @pytest.mark.parametrize(
-    ("words", "frame"),
+    ("words", "first"),
     [
-        (["preflight", "--enable-triggers"], 75),
-        (["set", "attitude_trigger=true", "freefall_trigger=true"], 17),
-        (["set", "attitude_threshold_deg=75", "baud_rate=57600"], 17),
+        (["preflight", "--enable-triggers"], BY_NAME["freefall_trigger"].set(True)),
+        (["set", "attitude_trigger=true", "freefall_trigger=true"], BY_NAME["freefall_trigger"].set(True)),
+        (["set", "attitude_threshold_deg=75", "baud_rate=57600"], BY_NAME["attitude_threshold"].set(75)),
     ],
 )
 def test_the_second_set_is_not_sent_to_another_module_than_the_first(
-    stage: Stage, words: list[str], frame: int, monkeypatch: pytest.MonkeyPatch
+    stage: Stage, words: list[str], first: Request, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It takes its place after the first one was acknowledged."""
     monkeypatch.setattr("tests.support.cli_line.GAP_S", 0.36)
-    with falls_after(stage.bench, frame, lambda: exchange(stage.bench)):
+    with falls_behind(stage.bench, first, 2, lambda: exchange(stage.bench)):
         run(stage, words, 1)
     assert stage.truth.acts_sent.total() == 1
 

@@ -52,7 +52,7 @@ def kept() -> Iterator[Store]:
 def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
     requests = [decode_request(raw) for raw in wire]
     sets = [request.command.name for request in requests if not request.is_repeatable]
-    assert sets == ["attitude_trigger", "freefall_trigger"][:flags]
+    assert sets == ["freefall_trigger", "attitude_trigger"][:flags]
     assert not {request.command.code for request in requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
 

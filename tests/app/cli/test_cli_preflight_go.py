@@ -34,7 +34,7 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
     printed = dps_s([*ACTIVATE, "--port", port])
     assert printed.out.startswith("GO: fit to fly\n")
     assert "ACTIVE" in printed.err
-    assert _sets(wire) == ["attitude_trigger", "freefall_trigger", "activation"]
+    assert _sets(wire) == ["freefall_trigger", "attitude_trigger", "activation"]
     assert bench_of(port).state().is_active
     with closing(open_store()) as store:
         kept = [check.verdict for check in CheckStore(store.database).checks("M-07")]

@@ -188,7 +188,7 @@ def test_what_ends_in_the_middle_keeps_what_was_read(
     port: str, no_waiting: None, is_unplugged: bool, error: str, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bench = bench_of(port)
-    with falls_after(bench, 4, bench.unplug if is_unplugged else lambda: bench.change(mute=True)):
+    with falls_after(bench, 6, bench.unplug if is_unplugged else lambda: bench.change(mute=True)):
         assert program.main(["read", "--port", port, "--json"]) == 4
     printed = Printed(capsys)
     shown = json.loads(printed.out)

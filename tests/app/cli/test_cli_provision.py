@@ -113,7 +113,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     assert aside[2].startswith("SET ASIDE: ")
     assert (len(aside), _sets(wire)) == (
         3,
-        ["attitude_threshold", "freefall_time", "attitude_trigger", "freefall_trigger"] * 3,
+        ["attitude_threshold", "freefall_time", "freefall_trigger", "attitude_trigger"] * 3,
     )
     assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts(None)) == (["READY"], ["READY"], ["NO-GO"])
     rows = list(csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines()))

@@ -225,7 +225,7 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
 
 def test_a_profile_of_which_a_part_was_written_is_not_called_refused() -> None:
     """Another module answers after the first setting."""
-    rig = ExchangedRig(14)
+    rig = ExchangedRig(24)
     table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
     report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
     assert {written.heard for written in report.results} > {SetReply.NOT_SENT}

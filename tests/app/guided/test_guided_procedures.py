@@ -20,9 +20,11 @@ from tests.support.line.sim_line import Rig, settled_rig, watched
 KINDS = [test.kind for test in GUIDED_TESTS]
 
 
-def streaming(**options: object) -> Rig:
+def streaming(attitude_threshold: int | None = None, **options: object) -> Rig:
     """A module that streams its status, as while the page is in sight."""
     rig = settled_rig(**options)
+    if attitude_threshold is not None:
+        rig.bench.module.memory.attitude_threshold = attitude_threshold
     watched(rig)
     rig.step_for(4.0)
     return rig
@@ -54,8 +56,7 @@ def test_a_module_in_order_passes(kind: GuidedKind, is_streaming: bool) -> None:
 
 
 def test_the_angle_at_which_it_fired_and_rearmed_is_measured_in_four_directions() -> None:
-    rig = streaming(rate=50)
-    rig.bench.module.memory.attitude_threshold = 70
+    rig = streaming(attitude_threshold=70, rate=50)
     before = len(rig.bench.module.memory.records)
     done = result(guided(rig, GuidedKind.TILT))
     values = [one.value for one in done.measured]

@@ -112,7 +112,7 @@ def test_what_is_being_read_is_said_meanwhile(
 ) -> None:
     with redirect_stderr(terminal):
         assert program.main(["read", "--port", f"{port}?mute_codes=34", *words]) == 4
-        assert ("Reading: Cell voltage (9/9)" in terminal.getvalue()) is ("--quiet" not in words)
+        assert ("Reading: Cell voltage (11/11)" in terminal.getvalue()) is ("--quiet" not in words)
         assert terminal.left == ""
         assert capsys.readouterr().out.count("\n") == 1
 
