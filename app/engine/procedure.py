@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from app.engine.device import DeviceView, StatusSample
 from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import HEARTBEAT, STATUS, Command, Request
 from protocol.contradictions import ToldValues
 from protocol.events import Answered, Contradicted, Counters
@@ -168,7 +168,7 @@ class Slept(Cancelled):
 class TwoModules(Cancelled, UserError):
     """One question was answered twice and differently: nothing that was decided or read before counts."""
 
-    exit_code = 3
+    code = ErrorCode.INTERRUPTED
 
     def __init__(self, contradicted: Contradicted) -> None:
         UserError.__init__(self, CONTRADICTORY, **_values(contradicted))

@@ -5,7 +5,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.device import DeviceView
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, TwoModules
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.safety.interlocks import Refusal
@@ -102,7 +102,9 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
 def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
     """The result after a lost link or a cancel: what was not read back is unknown."""
     text = marked("Link lost: the rest is unknown.")
-    if isinstance(error, Cancelled):
+    if isinstance(error, TwoModules):
+        text = marked("Two modules on this line? The rest is unknown.")
+    elif isinstance(error, Cancelled):
         text = marked("Cancelled: the rest is unknown.")
     done = tuple(written.command for written in heard if written.verified)
     written = ((marked("Written: {names}."), done),) if done else ()

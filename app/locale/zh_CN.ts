@@ -1536,6 +1536,10 @@
         <translation>维护</translation>
     </message>
     <message>
+        <source>Make sure that one module only is on this line; else do not fly.</source>
+        <translation>请确认此线路上只有一个模块；否则不要飞行。</translation>
+    </message>
+    <message>
         <source>Make sure which module this is.</source>
         <translation>确认是哪个模块。</translation>
     </message>
@@ -2348,6 +2352,10 @@
         <translation>项目</translation>
     </message>
     <message>
+        <source>Questions are answered twice. Two modules on this line?</source>
+        <translation>查询得到两次应答。此线路上有两个模块吗？</translation>
+    </message>
+    <message>
         <source>Quit</source>
         <translation>退出</translation>
     </message>
@@ -3076,6 +3084,10 @@
         <translation>模块仍上报：已锁定。</translation>
     </message>
     <message>
+        <source>The module that answers now reports LOCKED.</source>
+        <translation>当前应答的模块上报：已锁定。</translation>
+    </message>
+    <message>
         <source>The module was locked.</source>
         <translation>模块已被锁定。</translation>
     </message>
@@ -3452,6 +3464,10 @@
         <translation>两个模块</translation>
     </message>
     <message>
+        <source>Two modules on this line? The rest is unknown.</source>
+        <translation>此线路上有两个模块吗？其余未知。</translation>
+    </message>
+    <message>
         <source>Type: {command}</source>
         <translation>请输入：{command}</translation>
     </message>
@@ -3586,6 +3602,10 @@
     <message>
         <source>Waiting for the module</source>
         <translation>正在等待模块</translation>
+    </message>
+    <message>
+        <source>Waiting some seconds: an answer may come twice</source>
+        <translation>等待几秒：应答可能重复到达</translation>
     </message>
     <message>
         <source>Warning: {name}: {what}</source>
@@ -3872,6 +3892,10 @@
         <translation>未确认的写入之前</translation>
     </message>
     <message>
+        <source>before contradictory answers</source>
+        <translation>应答矛盾之前</translation>
+    </message>
+    <message>
         <source>before link loss</source>
         <translation>通信中断之前</translation>
     </message>
@@ -3978,6 +4002,10 @@
     <message>
         <source>contradictory answers</source>
         <translation>应答前后矛盾</translation>
+    </message>
+    <message>
+        <source>contradictory answers: two modules?</source>
+        <translation>应答矛盾：有两个模块吗？</translation>
     </message>
     <message>
         <source>control byte {control} does not go with command {code}</source>
@@ -4816,6 +4844,10 @@
         <translation>本电脑不信任其证书</translation>
     </message>
     <message>
+        <source>this line repeats answers: not known</source>
+        <translation>此线路会重复应答：未知</translation>
+    </message>
+    <message>
         <source>this name is not possible</source>
         <translation>不能使用此名称</translation>
     </message>
@@ -4876,6 +4908,10 @@
         <translation>自动触发</translation>
     </message>
     <message>
+        <source>two modules on this line?</source>
+        <translation>此线路上有两个模块吗？</translation>
+    </message>
+    <message>
         <source>unasked</source>
         <translation>主动</translation>
     </message>
@@ -4902,6 +4938,10 @@
     <message>
         <source>unknown kind of file</source>
         <translation>未知的文件类型</translation>
+    </message>
+    <message>
+        <source>unknown: {why}</source>
+        <translation>未知：{why}</translation>
     </message>
     <message>
         <source>unnamed ({bit})</source>
@@ -4982,6 +5022,10 @@
     <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
+    </message>
+    <message>
+        <source>{code}: {answer}, status: {reported}.</source>
+        <translation>{code}：{answer}，状态：{reported}。</translation>
     </message>
     <message>
         <source>{count} new</source>
@@ -5306,6 +5350,10 @@
     <message>
         <source>{setting}: command {code}</source>
         <translation>{setting}：命令 {code}</translation>
+    </message>
+    <message>
+        <source>{setting}: {before}, then {after}. Two modules on this line?</source>
+        <translation>{setting}：先是 {before}，后是 {after}。此线路上有两个模块吗？</translation>
     </message>
     <message>
         <source>{slowest:.1f} ms, median {median:.1f} ms</source>

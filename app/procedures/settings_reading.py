@@ -10,7 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.identity import IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
-from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
+from app.engine.procedure import EngineView, Inspect, Procedure, Report, TwoModules, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.handshake import HANDSHAKE_WAITS_S
 from app.procedures.who_is_there import Present, who_is_there
@@ -96,12 +96,15 @@ def read_one_module() -> Procedure[SettingsReading | Refusal]:
     """The settings, read again after a break. Refused where the module falls silent, as what answers later may be
     another one, and where what was read is, or may be, that of two modules."""
     begin: EngineView = yield Inspect()
-    reading = yield from read_settings()
-    end: EngineView = yield Inspect()
-    is_other = reading.is_restarted or is_refuted(begin, end)
-    if not (is_other or reading.is_silent) and end.device.breaks != begin.device.breaks:
-        first, reading = reading, (yield from read_settings())
-        is_other = reading.is_restarted or same_module(first.evidence, reading.evidence) is Trust.REFUTED
+    try:
+        reading = yield from read_settings()
+        end: EngineView = yield Inspect()
+        is_other = reading.is_restarted or is_refuted(begin, end)
+        if not (is_other or reading.is_silent) and end.device.breaks != begin.device.breaks:
+            first, reading = reading, (yield from read_settings())
+            is_other = reading.is_restarted or same_module(first.evidence, reading.evidence) is Trust.REFUTED
+    except TwoModules as error:
+        return Refusal(Interlock.AGREES, error.message)
     if reading.is_silent:
         return FELL_SILENT
     return ANOTHER_ANSWERED if is_other else reading

@@ -101,9 +101,8 @@ def watch(
     progress = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:
-            with suppress(
-                Slept, TwoModules
-            ):  # on the command line it is in the foreground, and goes on as in the background
+            # On the command line it is in the foreground, and goes on as in the background.
+            with suppress(Slept, TwoModules):
                 view: EngineView = yield Inspect()
                 yield from _turn(progress, switch, view, read_all=read_all)
                 yield Pause(min(REST_S, max(TURN_S, progress.rests_until - view.now)))

@@ -136,17 +136,14 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     ordered = sorted(changes, key=lambda change: _LAST.index(change.command) if change.command in _LAST else -1)
     if refused := _unaccepted(changes, context):
         return WriteReport(results=_all_refused(ordered), refusals=refused)
-    try:
-        before = yield from read_one_module()
-        read: EngineView = yield Inspect()
-        if not isinstance(before, Refusal) and context.store_snapshot is not None:
-            yield from _store_snapshot(context.store_snapshot)
-    except TwoModules as error:
-        before = Refusal(Interlock.AGREES, error.message)
+    before = yield from read_one_module()
+    read: EngineView = yield Inspect()
     if isinstance(before, Refusal):
         return WriteReport(results=_all_refused(ordered), refusals=(before,))
     progress = _WriteProgress(replace(context, begin=read))
     try:
+        if context.store_snapshot is not None:
+            yield from _store_snapshot(context.store_snapshot)
         for done, change in enumerate(ordered):
             progress.now = Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
             yield progress.now

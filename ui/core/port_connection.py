@@ -14,7 +14,7 @@ from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
 from app.engine.identity import NO_EXPECTATION, UNKNOWN, Expected, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.ports import PortInfo
-from app.engine.procedure import Procedure, Report, Result, Slept
+from app.engine.procedure import Procedure, Report, Result, Slept, contradiction
 from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
@@ -53,6 +53,8 @@ class PortConnection(QObject):
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
     """The serial output had been left on and will be switched off; once for each `connect_to`."""
+    contradicted = Signal(object)
+    """One question was answered twice and differently, as this `UserMessage` says: two modules on this line?"""
     slept = Signal(float)
     """The computer slept for this many seconds while the port was open; values read before are no longer valid."""
 
@@ -339,6 +341,9 @@ class PortConnection(QObject):
         if sleep is not None and sleep != last.device.last_sleep:
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
+        contradicted = batch.device.contradicted
+        if contradicted is not None and contradicted != last.device.contradicted:
+            self.contradicted.emit(contradiction(contradicted))
         self.batch.emit(batch)
         self.update_view()
 

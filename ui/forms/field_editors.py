@@ -191,6 +191,7 @@ STALE_WORDS: Final[Mapping[StaleReason, str]] = {
     StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
     StaleReason.AGED: marked("too old"),
     StaleReason.LATE: marked("late"),
+    StaleReason.CONTRADICTED: marked("before contradictory answers"),
 }
 
 

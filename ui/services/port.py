@@ -161,13 +161,14 @@ class Ports(QObject):
     """
 
     changed = Signal()
-    """Of the current port; as the ten below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
+    """Of the current port; as the eleven below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
     batch = Signal(object)
     invalidated = Signal()
     disconnected = Signal()
     came_online = Signal(object)
     stream_left_on = Signal()
     slept = Signal(float)
+    contradicted = Signal(object)
     renamed = Signal()
     broke_in_doubt = Signal()
     label_wanted = Signal()
@@ -352,6 +353,7 @@ class Ports(QObject):
             (self.came_online, port.came_online),
             (self.stream_left_on, port.stream_left_on),
             (self.slept, port.slept),
+            (self.contradicted, port.contradicted),
             (self.renamed, port.module.changed),
             (self.broke_in_doubt, port.module.broke_in_doubt),
             (self.lock_changed, port.lock.changed),

@@ -12,6 +12,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
@@ -149,6 +150,7 @@ class MainWindow(QMainWindow):
         self.simulator.topLevelChanged.connect(self.simulator.fit)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
         connector.slept.connect(self._on_sleep)
+        connector.contradicted.connect(self._on_contradiction)
 
     def _fill_menus(self) -> None:
         menus, connector, lock = self.menus, self._connector, self._services.lock
@@ -280,6 +282,13 @@ class MainWindow(QMainWindow):
             question.withdraw()
         text = tr("The computer slept for {time}; everything is read again.", time=duration(slept_s))
         self.status_bar.show_message(text, AFTER_SLEEP_S)
+
+    def _on_contradiction(self, what: UserMessage) -> None:
+        """Nothing that was armed or asked counts any more."""
+        self._services.armed.act = None
+        for question in self.findChildren(Confirm):
+            question.withdraw()
+        self.status_bar.show_message(what.translated(), AFTER_SLEEP_S)
 
     def _is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown, or somebody looks at a recording."""

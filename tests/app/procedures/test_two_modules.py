@@ -54,10 +54,7 @@ DIFFERENCES: tuple[dict[str, int], ...] = (
 
 def activate(rig: ModuleRig) -> Performed:
     """As `dps-s activate` does."""
-    try:
-        reading = rig.run(read_one_module())
-    except TwoModules as error:
-        reading = Refusal(Interlock.AGREES, error.message)
+    reading = rig.run(read_one_module())
     if isinstance(reading, Refusal):
         return Performed(act=Act.ACTIVATE, outcome=Outcome.NOT_SENT, refusals=(reading,))
     return rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))

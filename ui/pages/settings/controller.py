@@ -7,7 +7,7 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, TwoModules
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.procedures.read import READABLE, Everything, read_everything
@@ -276,6 +276,8 @@ class SettingsController(QObject):
 
 
 def _interrupted_notice(error: BaseException) -> Notice:
+    if isinstance(error, TwoModules):
+        return Notice(Meaning.DANGER, error.sentence)
     if isinstance(error, Cancelled):
         return Notice(Meaning.INFORMATION, tr("Cancelled."))
     return Notice(Meaning.DANGER, tr("Interrupted."))  # what is known, also since, is in the rows

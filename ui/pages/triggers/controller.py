@@ -8,7 +8,7 @@ from typing import NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, TwoModules
 from app.engine.worker import Job
 from app.preflight.module_checks import RecordsWord
 from app.records.check_store import CheckStore, SeenRecord, Visit
@@ -135,7 +135,8 @@ class TriggersController(QObject):
         if job.run.error is not None:
             if isinstance(job.run.error, UserError):
                 self._forget()
-            meaning = Meaning.INFORMATION if isinstance(job.run.error, Cancelled) else Meaning.DANGER
+            is_cancelled = isinstance(job.run.error, Cancelled) and not isinstance(job.run.error, TwoModules)
+            meaning = Meaning.INFORMATION if is_cancelled else Meaning.DANGER
             self.job.notify(meaning, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
             self._clear_visit()

@@ -195,8 +195,8 @@ def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QAp
         bench.move(place)
         bench.click()
         assert page.work.standing is Standing.CHECKING
-        bench.wait(2.0)
-        assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
+        bench.wait(8.0)
+        assert [one.encode()[2:5].hex() for one in bench.sent] == ["170200", "160200"]
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down

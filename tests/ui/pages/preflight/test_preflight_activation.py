@@ -160,7 +160,7 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
         assert page.work.standing is Standing.READY
         assert not bench.bench.state().is_active
         assert set(bench.acts[:-2]) == {LOCK}
-        assert [act.command.name for act in bench.acts[-2:]] == ["attitude_trigger", "freefall_trigger"]
+        assert [act.command.name for act in bench.acts[-2:]] == ["freefall_trigger", "attitude_trigger"]
         assert page.buttons.enable.text() == "Enable triggers and check"
         activate(bench)
         bench.wait_standing(Standing.GO)

@@ -225,7 +225,7 @@ LIES = {
     "threshold moves 50 ms after it was read": Lie({"read_changes": "20:20=14@50"}, "read_twice"),
     "threshold moves 500 ms after it was read": Lie({"read_changes": "20:20=14@500"}, "read_twice"),
     "free-fall time moves when the light is read": Lie({"read_changes": "14:22=05"}, "read_twice"),
-    "enabling a trigger moves the threshold": Lie({"cross_talk": "16:20=14"}, "attitude_threshold"),
+    "enabling a trigger moves the threshold": Lie({"cross_talk": "16:20=14"}, "undisturbed"),
     "the same, half a second later": Lie({"cross_talk": "17:20=14@500"}, "read_twice"),
     "to a value that the advice allows": Lie({"cross_talk": "17:20=50@500"}, "read_twice"),
     "restarts silently after a trigger was enabled": Lie({"silent_restart_ms": "30"}, "attitude_trigger"),
@@ -244,11 +244,8 @@ def test_what_moves_is_named(name: str) -> None:
 
 def test_the_name_says_what_it_was_and_what_it_is() -> None:
     checked = check(options={"read_changes": "20:20=14@50"})
-    finding = next(one.finding for one in checked.assessment.checks if one.check.id == "read_twice")
-    assert finding.shown.in_english() == "Attitude threshold: 60° → 20°"
-    assert finding.measured == "attitude_threshold_deg"
-    # What stands in the end is judged, not what was read first.
-    assert "attitude_threshold" in checked.against
+    finding = next(one.finding for one in checked.assessment.checks if one.check.id == "undisturbed")
+    assert finding.shown.in_english() == "Attitude threshold: 60°, then 20°. Two modules on this line?"
 
 
 @pytest.mark.parametrize("code", [0x20, 0x21, 0x22, 0x15, 0x23])

@@ -329,7 +329,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
     at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)
     confirm(bench)
-    bench.wait(12.0)
+    bench.wait(16.0)
     assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
