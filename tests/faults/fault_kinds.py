@@ -229,7 +229,8 @@ FAULTS: tuple[FaultKind, ...] = (
     FaultKind("replies 700 ms late", "waits one second; sends only questions and LOCK", _delay(0.7)),
     FaultKind("replies 1.4 s late", "treats them as too late", _delay(1.4)),
     FaultKind(
-        "replies doubled", "uses the first; sends nothing dangerous, and calls no trigger enabled",
+        "replies doubled",
+        "uses the first; sends nothing dangerous, and calls no trigger enabled",
         _arrive(lambda data, now_s: [Arrival(now_s, data)] * 2),
     ),
     FaultKind("echo of its own bytes", "tells the echo from replies", _change(echo=True)),
