@@ -39,22 +39,30 @@ class ToldValues:
             self._told.pop(request.command, None)
             self._set_at[request.command] = now
 
+    def note_unasked(self, message: Message, now: float) -> None:
+        """Note a value that nobody waits for; not what may acknowledge a set."""
+        if not isinstance(message, Reading) or not message.command.can_be_asked:
+            return
+        if not self._was_set(message.command, now):
+            self.twice_at = now
+
+    def _was_set(self, command: Command, now: float) -> bool:
+        """Whether it was set a moment ago, so that a frame may be older, or the acknowledgement."""
+        set_at = self._set_at.get(command)
+        return set_at is not None and now - set_at <= self._timing.repeated_s
+
     def contradicted(self, message: Message, now: float, *, is_answer: bool) -> Reading | None:
         """What was told before, if `message` says otherwise.
 
         `is_answer`: to the question in flight. Another boot count is a restart then, which `Device` notices.
         """
-        if not isinstance(message, Reading):
-            return None
         if is_answer and self.since is None:
             self.since = now
-        if message.command not in LASTING:
+        if not isinstance(message, Reading) or message.command not in LASTING:
             return None
         command, before = message.command, self._told.get(message.command)
-        set_at = self._set_at.get(command)
-        may_be_old = set_at is not None and now - set_at <= self._timing.repeated_s
         if is_answer:
             self._told[command] = message
-        if before is None or before.raw == message.raw or may_be_old:
+        if before is None or before.raw == message.raw or self._was_set(command, now):
             return None
         return None if is_answer and command is BOOT_COUNT else before

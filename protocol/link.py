@@ -347,7 +347,8 @@ class Link:
         copied = earlier.copied(frame.raw, now)
         if copied is not None:  # before "late": a copy must not stand for a reply that is still to come
             message = decode(frame.raw, copied.request)
-            self._note_twice(message, now)
+            if not earlier.is_owed(frame.raw):
+                self.told.note_unasked(message, now)
             role = Role.LATE if copied.is_late else Role.DUPLICATE
             if isinstance(message, Status):
                 earlier.expect_no_copy(frame.raw)  # the next ones may be streamed
@@ -364,7 +365,7 @@ class Link:
         message = decode(frame.raw)
         role = Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED
         self._note(events, frame, message, role, now)
-        self._note_twice(message, now)
+        self.told.note_unasked(message, now)
         self._contradicts(message, now, events, is_answer=False)
         if isinstance(message, Heartbeat):
             earlier.expect_copy(frame.raw, None, now)
@@ -372,10 +373,6 @@ class Link:
                 self._unasked_heartbeat_at = now
             else:
                 self._restart(events, now, is_certain=True)
-
-    def _note_twice(self, message: Message, now: float) -> None:
-        if isinstance(message, Reading) and message.command.code not in FLAG_CODES:
-            self.told.twice_at = now
 
     def _contradicts(self, message: Message, now: float, events: list[Event], *, is_answer: bool) -> bool:
         """Whether it says otherwise than what was told before; nothing that waits is sent then."""

@@ -122,6 +122,10 @@ class StaleReplies:
                 return owed.request
         return None
 
+    def is_owed(self, raw: bytes) -> bool:
+        """Whether an earlier question may still be answered by this frame."""
+        return any(answers(raw, owed.request) for owed in self._outstanding)
+
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
         """Note that a copy of this frame, the answer to `request`, may follow at once."""
         self._copied.appendleft(Copied(raw, request, now + self._timing.doubled_s, is_late))
