@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWindow
-from PySide6.QtWidgets import QApplication, QDialog, QPushButton, QSizePolicy, QWhatsThis, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSizePolicy, QWhatsThis, QWidget
 
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Outcome
@@ -17,7 +17,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
 from ui.widgets.gestures import application
-from ui.widgets.labels import ElidedLabel
+from ui.widgets.labels import ElidedLabel, be_plain
 from ui.widgets.layouts import in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -63,6 +63,8 @@ class LockAbove(QObject):
     A modal dialog keeps clicks and shortcuts from the window, and any dialog may cover it: each, also Qt's own, gets a
     `LockStrip` above its contents, which covers nothing. A menu or a list that is open takes the first click: a press
     on a LOCK outside it counts all the same. Ctrl+L and F12 count in every window. `button`: the window's LOCK.
+
+    The labels of dialogs and the tool tips show plain text: a module may be named like a picture or a heading.
     """
 
     def __init__(self, ports: Ports, texts: Texts, button: QPushButton, parent: QObject) -> None:
@@ -95,6 +97,11 @@ class LockAbove(QObject):
             layout = watched.layout()
             if layout is not None and layout.menuBar() is None:
                 layout.setMenuBar(LockStrip(self._ports, self._texts))
+            for label in watched.findChildren(QLabel):  # Qt's own dialogs show names of files
+                be_plain(label)
+        elif isinstance(watched, QLabel) and watched.windowType() == Qt.WindowType.ToolTip:
+            be_plain(watched)
+            watched.resize(watched.sizeHint())
         elif isinstance(watched, QWidget) and watched.windowType() == Qt.WindowType.Popup:
             self._uncover(watched)
         return False

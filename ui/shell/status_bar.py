@@ -163,7 +163,6 @@ class RecordingSign(QWidget):
         self._find_sign = find_sign
         self._picture = IconLabel("session_sign_icon", _RECORD_PX)
         self.label = named(QLabel(), "session_sign_text", "small")
-        self.label.setTextFormat(Qt.TextFormat.PlainText)
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._is_reported = False
         VisibilityTimer(self, self.refresh)

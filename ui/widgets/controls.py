@@ -16,8 +16,11 @@ Named = TypeVar("Named", bound=QObject)
 
 
 def named(widget: Named, name: str, role: str = "") -> Named:
-    """Sets the object name of `widget`, and its role in the style sheet; returns it."""
+    """Sets the object name of `widget`, and its role in the style sheet; returns it. A label shows plain text: what it
+    shows may be named by somebody else."""
     widget.setObjectName(name)
+    if isinstance(widget, QLabel):
+        widget.setTextFormat(Qt.TextFormat.PlainText)
     if role:
         widget.setProperty("role", role)
     return widget

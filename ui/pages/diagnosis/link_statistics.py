@@ -192,7 +192,6 @@ class Tile(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_tile")
         self.figure = control(TickingLabel(), texts, name, says=english, role="strong" if is_long else "title")
-        self.figure.setTextFormat(Qt.TextFormat.PlainText)
         self.figure.setTextInteractionFlags(SELECTABLE)
         self.figure.setWordWrap(is_long)
         self._sign = IconLabel(f"{name}_sign", _ICON_PX)

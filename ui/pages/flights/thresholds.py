@@ -199,7 +199,10 @@ class FireMapView(StaticPlot):
         """Outlines and lines, so that they contrast with every cell."""
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
         self.numbers = pg.TextItem()
-        self._legend = {word: (QWidget(), QLabel(), named(QLabel(), "flights_map_word", "small")) for word in _LEGEND}
+        self._legend = {
+            word: (QWidget(), named(QLabel(), "flights_map_swatch"), named(QLabel(), "flights_map_word", "small"))
+            for word in _LEGEND
+        }
         keys = FlowRow()
         for key, swatch, label in self._legend.values():
             in_row(swatch, label, of=key, spacing=Space.XS, margins=0)

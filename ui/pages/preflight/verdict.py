@@ -145,7 +145,7 @@ class VerdictBanner(PaintedWidget):
         super().__init__()
         named(self, "verdict")
         self.announcement = Announcement(Standing.NOT_CHECKED, "")
-        self._word, self._head = QLabel(), named(ElidedLabel(), "verdict_head", "title")
+        self._word, self._head = named(QLabel(), "verdict_word"), named(ElidedLabel(), "verdict_head", "title")
         self._word.setMinimumWidth(1)  # it becomes smaller with the banner
         self._lines, self._bar = named(FittedLabel(), "verdict_lines"), QProgressBar()
         self._bar.setTextVisible(False)
