@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.guided.results import GuidedKind
+from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
@@ -81,6 +82,19 @@ def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick:
     release.set()
     rig.until(lambda: "Saved to" in said(rig))
     assert is_slow == [True]
+
+
+def test_what_was_typed_last_is_on_the_report(tmp_path: Path, quick: None, rig: OnBench) -> None:
+    """Also where the field still has the focus: the report waits for the record that says it."""
+    page, target = rig.preflight, tmp_path / "report.pdf"
+    assert rig.check() is Standing.READY
+    page.files.ask_path = choosing(target)
+    rig.find(QLineEdit, "preflight_aircraft_edit").setText("H6-12")
+    rig.click(page.buttons.print)
+    rig.until(lambda: "Saved to" in said(rig))
+    record = given(verify_file(target, NOBODY).record)
+    assert (record.aircraft, record.verdict) == ("H6-12", Verdict.READY)
+    assert page.work.standing is Standing.READY
 
 
 def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
