@@ -54,8 +54,6 @@ _log = logging.getLogger(__name__)
 
 COPY_EVERY_MS = 10 * 60 * 1000
 """How often to check whether a copy of the store is due."""
-PLACE_EVERY_MS = 10 * 1000
-"""How often to check whether the store's file is where it was opened: another program would make a new one."""
 PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
 _STORE_LIMIT_S = 5.0
@@ -173,27 +171,26 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
     window, load = assembly.window, assembly.load
     storage = assembly.storage
-    for act, every_ms in ((storage.copy_if_due, COPY_EVERY_MS), (storage.keep_in_place, PLACE_EVERY_MS)):
-        timer = QTimer(window, interval=every_ms)
-        timer.timeout.connect(act)
-        timer.start()
+    timer = QTimer(window, interval=COPY_EVERY_MS)
+    timer.timeout.connect(storage.copy_if_due)
+    timer.start()
     target = _target(options)
     loading: BackgroundTask[object] = BackgroundTask("dps-s libraries", window)
+    opening: BackgroundTask[object] = BackgroundTask("dps-s opening", window)
 
     def fill() -> None:
         if load is None:
             make_pages()
-        else:  # slow: importing numpy, opening the store
-            loading.run(lambda _running: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
+        else:  # slow: importing numpy
+            loading.run(lambda _running: load(), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
 
-    def prepare(load: Callable[[], object]) -> None:
-        assembly.storage.open_store()
-        load()
-
     def make_pages() -> None:
-        _show_store_notices(assembly)
+        left_on = partial(window.attention.queue_notice, _left_on_notice, is_of_module=True)
+        assembly.connector.stream_left_on.connect(left_on)
         window.make_pages()
+        # No port waits for it.
+        opening.run(lambda _running: storage.open_store(), lambda _store: _on_store_opened(assembly))
         if target is not None:
             window.connect_to(target)
 
@@ -205,13 +202,14 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     window.show()
 
 
-def _show_store_notices(assembly: Assembly) -> None:
-    """Shows trouble of the store, and what the last run of the program left."""
+def _on_store_opened(assembly: Assembly) -> None:
+    """Once the store is open: its trouble, and what the last run of the program left."""
     attention, storage = assembly.window.attention, assembly.storage
-    assembly.connector.stream_left_on.connect(partial(attention.queue_notice, _left_on_notice, is_of_module=True))
     if storage.notice is not None:
         attention.queue_notice(lambda: Notice(Meaning.ATTENTION, storage.notice or ""))
     assembly.left_active.load()
+    storage.opened.emit()
+    assembly.connector.changed.emit()  # names are known now
 
 
 def _left_on_notice() -> Notice:

@@ -1,1 +1,1 @@
-"""The records of all stations as signed facts that are only ever added, exchanged through a server or a file."""
+"""The facts of all stations, exchanged through a server or a file; reports and histories of modules."""

@@ -1,188 +1,154 @@
-"""The archive of this station: the facts of all stations, its own in the store, those of others in a file beside it.
+"""The facts of all stations: those of this one in its store, those of others in a second file beside it.
 
-A separate file (SQLite), so that opening, copying and writing the store stay fast. It may be lost: what is in it comes
-again from the server or from files.
+The second file has the same table. It is neither copied nor checked for an act, and may be thrown away, as everything
+in it comes again. Whatever came from outside is there, also what claims to be of this station: nothing that decides
+here reads it.
 """
 
 import logging
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from contextlib import closing
-from pathlib import Path
-from typing import Any, Final
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from datetime import UTC, datetime
+from typing import Any, NamedTuple, TypeVar
 
-from app.archive.facts import (
-    BUCKET,
-    FACT_COLUMNS,
-    Digests,
-    Fact,
-    FactRow,
-    StoredRow,
-    digests_of,
-    fact_of,
-    make_fact,
-    row_digest,
-)
 from app.records.verification import StationNames
-from app.stations.station import encoded, find_station, own_station
-from app.store.database import Clock, open_database, utc_now
-from app.store.facts import FactKind, Facts, fact_hash
-from app.store.former import ARCHIVE
-from app.store.station_names import introductions
-from app.store.store import Store
-from app.text.messages import clean
-from app.text.user_error import UserError
+from app.store.fact_store import Facts, Store
+from app.store.kinds import StationNamed
+from app.store.opening import connect
+from app.store.rows import AHEAD, fact_id
+from app.store.trouble import StoreTrouble, trouble_of
 
 _log = logging.getLogger(__name__)
+Result = TypeVar("Result")
 
-FACTS_FILE: Final = "archive.sqlite"
-_COLUMNS: Final = ", ".join(FACT_COLUMNS)
-PAGE: Final = 200
-"""Facts that are signed between two commits."""
-_TO_SIGN: Final = (
-    "SELECT number, kind, made_at, payload, hash FROM facts WHERE id IS NULL AND number > ? ORDER BY number LIMIT ?"
-)
-_SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ? AND id IS NULL"
+OTHERS_FILE = "archive.sqlite"
+# Rows of a place that are left out: remembered there and for that day, so that they are fetched and named once. Not for
+# longer and not for other places: the id of a row that was altered is that of a good one, which may still come.
+_REFUSED = """
+    CREATE TABLE IF NOT EXISTS refused (
+        place TEXT NOT NULL, id TEXT NOT NULL, why TEXT NOT NULL, "on" TEXT NOT NULL, PRIMARY KEY (place, id)
+    ) STRICT
+"""
+_EXCHANGED = "exchanged:"
+
+
+class ArchiveStatus(NamedTuple):
+    """`not_shared`: facts of this station that are not known to be at the place. `last_at`: of the last complete
+    exchange with it. `ahead`: stations with facts of more than a day from now, which count for nothing."""
+
+    facts: int
+    own: int
+    stations: dict[str, str]
+    """Names by key."""
+    not_shared: int
+    last_at: str | None
+    ahead: list[str]
 
 
 class Archive:
-    """Opens what is beside the store: the key of this station, which is made if it is missing, and the file of the
-    others, of which a damaged one is set aside. Every method may block and raises `UserError`; thread-safe."""
+    """Every method may block, is for no port's and no window's thread, and raises `StoreTrouble`."""
 
-    def __init__(self, store: Store, *, clock: Clock = utc_now) -> None:
-        self.store, self.own = store, store.facts
-        folder = store.database.path.parent
-        self.station = own_station(folder)
-        self.others = open_database(folder, ARCHIVE, clock=clock, name=FACTS_FILE)
-        self.others.attach(store.database.path, "own")
-        self._unreadable: set[str] = set()
+    def __init__(self, store: Store) -> None:
+        self.store = store
+        self.path = store.folder / OTHERS_FILE
 
-    def close(self) -> None:
-        """The store stays open."""
-        self.others.close()
-
-    @property
-    def public(self) -> str:
-        """This station's public key, as used in facts."""
-        return encoded(self.station.public)
-
-    # The set
-
-    def digests(self) -> Digests:
-        return digests_of(dict(self._read("SELECT id, digest FROM facts WHERE id IS NOT NULL")))
-
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
-        places = ", ".join("?" * len(buckets))
-        query = f"SELECT id, digest, length(payload) FROM facts WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
-        return {id_: StoredRow(digest, length) for id_, digest, length in self._read(query, buckets)}
-
-    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        return list({row[0]: row for row in self._by_ids(_COLUMNS, ids)}.values())
-
-    def add(self, facts: Sequence[Fact]) -> int:
-        if not facts:
-            return 0
-        known = {row[0] for row in self._by_ids("id", [fact.id for fact in facts])}
-        new = {fact.id: fact for fact in facts if fact.id not in known}
-        with self.others.transaction():
-            self.others.write_all(
-                f"INSERT INTO facts ({_COLUMNS}, digest, module, link, hash) "  # noqa: S608
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                [(*fact.row, row_digest(fact.row), fact.module, None, fact.hash) for fact in new.values()],
-            )
-        return len(new)
-
-    def collect(self) -> int:
-        """Sign what this station recorded since; returns the number of new facts. Those that were altered, or that
-        nobody could read, are left out."""
-        database, count, last = self.own.database, 0, 0
-        while rows := database.read(_TO_SIGN, (last, PAGE)):
-            last = rows[-1][0]
-            signed = [values for row in rows if (values := self._signed(*row)) is not None]
-            with database.transaction():  # short: acts wait for it
-                database.write_all(_SIGN, signed)
-            count += len(signed)
-        return count
-
-    def _signed(self, number: int, kind: str, made_at: str, payload: str, hash_: str) -> tuple[object, ...] | None:
+    @contextmanager
+    def opened(self) -> Iterator[sqlite3.Connection]:
+        """The file of the others, with the store beside it as `own`. Only the first may be written."""
+        self.store.opened.result()
         try:
-            if fact_hash(kind, made_at, payload) != hash_:
-                raise ValueError("it was altered")
-            fact = make_fact(kind, made_at, payload, self.station)
-        except ValueError as error:
-            self._warn(str(number), error)
-            return None
-        return fact.id, fact.station, fact.signature, row_digest(fact.row), number
+            with closing(self._connect()) as connection:
+                connection.execute("ATTACH ? AS own", (str(self.store.path),))
+                yield connection
+        except sqlite3.Error as error:
+            raise trouble_of(error, self.path) from error
 
-    # Queries
+    def read(self, work: Callable[[Facts], Result]) -> Result:
+        """`work` reads the facts of all stations as if they were in one file."""
+        with self.opened() as connection:
+            connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
+            return work(Facts(connection, self.store.station, lambda: datetime.now(UTC)))
 
-    def of_kind(self, kind: FactKind | None, module: str | None = None) -> list[Fact]:
-        """None: of all kinds. `module`: only those of modules with this name. Without those that an older version
-        imported and nobody can read; they are named once."""
-        query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL"  # noqa: S608
-        values = []
-        if kind is not None:
-            query, values = f"{query} AND kind = ?", [kind.value]
-        if module is not None:
-            query, values = f"{query} AND module = ?", [*values, module]
-        facts = {}
-        for row in self._read(f"{query} ORDER BY number", values):
-            try:
-                facts[row[0]] = fact_of(row)
-            except ValueError as error:
-                self._warn(str(row[0]), error)
-        return list(facts.values())
+    def status(self, place: str | None) -> ArchiveStatus:
+        """`place`: as an exchange with it is noted; None: of no place."""
+        exchanged = self._exchanged(place)
+        with self.opened() as connection:
+            others = _number(connection, "SELECT count(*) FROM main.facts")
+            own = _number(connection, "SELECT count(*) FROM own.facts")
+            not_shared = _number(connection, "SELECT count(*) FROM own.facts WHERE rowid > ?", exchanged.get("last", 0))
+        stations, ahead = self.read(lambda facts: (station_names(facts), _stations_ahead(facts)))
+        return ArchiveStatus(others + own, own, stations, not_shared, exchanged.get("at"), ahead)
 
-    def counts(self) -> Mapping[str, int]:
-        """Number of facts by station."""
-        return Counter(dict(self._read("SELECT id, station FROM facts WHERE id IS NOT NULL")).values())
+    def not_shared(self, place: str) -> int:
+        """Quick; only of this station's store."""
+        last = self._exchanged(place).get("last", 0)
+        query = "SELECT count(*) FROM facts WHERE rowid > ?"
+        return self.store.read(lambda facts: _number(facts.connection, query, last))
 
-    # Progress of exchanges
-
-    def last_number(self) -> int:
-        """Of this station's facts that are signed: later ones cannot have been exchanged."""
-        query = "SELECT coalesce(max(number), 0) FROM facts WHERE id IS NOT NULL"
-        return int(self.own.database.read(query)[0][0])
-
-    def not_shared(self, place: str | None) -> tuple[int, str | None]:
-        """Number of this station's facts that are not known to be on this server; when all of them were last."""
-        done = self.own.state(f"exchange:{place}") or {}
-        query = "SELECT count(*) FROM facts WHERE number > ? AND id IS NOT NULL"
-        return int(self.own.database.read(query, (done.get("last", 0),))[0][0]), done.get("at")
+    def last_own(self) -> int:
+        """What was written by now. Rows of the store have ascending numbers in the order of commits, as one writes."""
+        return self.store.read(lambda facts: _number(facts.connection, "SELECT coalesce(max(rowid), 0) FROM facts"))
 
     def note_exchange(self, place: str, last: int) -> None:
-        """A complete exchange: this station's facts up to the number `last` are there."""
-        self.own.set_state(f"exchange:{place}", {"at": self.own.database.now(), "last": last})
+        """A complete one."""
+        at = datetime.now(UTC).isoformat(timespec="seconds")
+        self.store.set_state(_EXCHANGED + place, {"at": at, "last": last}).result()
 
-    def _warn(self, id_: str, error: ValueError) -> None:
-        if id_ not in self._unreadable:
-            _log.warning("The content of fact %s cannot be read: %s", clean(id_, longest=64), error)
-        self._unreadable.add(id_)
+    def last_exchange(self, place: str) -> str | None:
+        at = self._exchanged(place).get("at")
+        return at if isinstance(at, str) else None
 
-    def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
-        """Of a page of facts."""
-        places = ", ".join("?" * len(ids))
-        return self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", ids)  # noqa: S608
+    def _exchanged(self, place: str | None) -> dict[str, Any]:
+        return {} if place is None else self.store.state(_EXCHANGED + place) or {}
 
-    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
-        """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
-        queries = (query.replace("FROM facts", f"FROM {file}.facts") for file in ("main", "own"))
-        return [row for statement in queries for row in self.others.read(statement, values)]
-
-
-def station_names(store: Store | None, folder: Path) -> StationNames:
-    """What the stations of this store and its archive call themselves. Creates no file; an archive that cannot be read
-    has none."""
-    try:
-        station = find_station(folder)
-    except UserError as error:
-        _log.warning("%s", error)
-        station = None
-    names = [] if store is None else introductions(store.facts)
-    if (folder / FACTS_FILE).exists():
+    def _connect(self) -> sqlite3.Connection:
+        """A file that cannot be used is thrown away."""
         try:
-            with closing(open_database(folder, ARCHIVE, name=FACTS_FILE)) as others:
-                names += introductions(Facts(others))
-        except UserError as error:
-            _log.warning("The archive cannot be read: %s", error)
-    return StationNames(None if station is None else station.public.hex(), names)
+            connection = connect(self.path, is_checked=False)
+        except sqlite3.OperationalError:
+            raise
+        except sqlite3.DatabaseError as error:
+            _log.warning("%s is begun again: %s", self.path, error)
+            for end in ("", "-wal", "-shm"):
+                self.path.with_name(self.path.name + end).unlink(missing_ok=True)
+            connection = connect(self.path, is_checked=False)
+        connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
+        connection.execute(_REFUSED)
+        return connection
+
+
+def station_names(facts: Facts) -> dict[str, str]:
+    """What stations call themselves, by key; of one that has several names the last. A name is no trust."""
+    return dict(introductions(facts))
+
+
+def introductions(facts: Facts) -> list[tuple[str, str]]:
+    """Keys with names. Only a station itself introduces itself."""
+    kept = facts.of_kind(StationNamed)
+    return [(one.content.public_key, one.content.name) for one in kept if one.row.station == one.content.public_key]
+
+
+def known_names(store: Store | None) -> StationNames:
+    """What the stations of this store and its archive call themselves; of an archive that cannot be read nothing."""
+    if store is None:
+        return StationNames(None)
+    try:
+        archive = Archive(store)
+        names = archive.read(introductions) if archive.path.exists() else store.read(introductions)
+        return StationNames(store.station, names)
+    except StoreTrouble as error:
+        _log.warning("The names of stations cannot be read: %s", error)
+        return StationNames(None)
+
+
+def _stations_ahead(facts: Facts) -> list[str]:
+    """An id begins with the time."""
+    latest = (datetime.now(UTC) + AHEAD).isoformat()
+    since = fact_id("", None, "", latest, "")[:12]
+    rows = facts.connection.execute("SELECT DISTINCT station FROM facts WHERE id > ?", (since + "g",))
+    return sorted(station for (station,) in rows)
+
+
+def _number(connection: sqlite3.Connection, query: str, *values: object) -> int:
+    return int(connection.execute(query, values).fetchone()[0])

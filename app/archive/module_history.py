@@ -1,48 +1,77 @@
-"""History of one module over all stations: its events and its measured values over time."""
+"""History of one module over all stations: its events as sentences, and its measured values over time."""
 
-from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from msgspec import to_builtins
 
 from app.archive.archive import Archive
-from app.archive.facts import Fact
-from app.archive.fleet_state import fired_in, line_of
-from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
+from app.guided.guided_store import told_test
 from app.guided.results import TITLES as TEST_TITLES
-from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
+from app.guided.results import VERDICT_WORDS
 from app.limits.service import service_of
-from app.records.check_store import measuring, noted
+from app.records.check_store import check_line, measuring, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.setting_texts import value_message
 from app.settings.values import field_of, fitting
-from app.store.facts import FORMER_ENTRY, FactKind
-from app.store.fired import Fired
-from app.store.store import AuditEntry, audit_entry, former_entry
+from app.store.fact_store import Facts, Kept
+from app.store.fired import Fired, all_fired
+from app.store.kinds import (
+    ActEnded,
+    ActIntended,
+    Content,
+    DeployIntended,
+    GuidedTestDone,
+    MayHaveFired,
+    ModuleNamed,
+    ModuleProvisioned,
+    PreflightCheck,
+    Serviced,
+    SettingsApproved,
+    SettingsSeen,
+    SettingsWritten,
+    TriggerRecordJudged,
+    TriggerRecordSeen,
+)
+from app.store.rows import Row
 from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
-from app.trigger_records.history import record_of as trigger_record_of
-from protocol.frame import decode_request
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
 from protocol.translatable import marked
 
-MAX_SETTINGS: Final = 20
-"""A module has eight."""
-_OF_ACTS: Final = (FactKind.ACT.value, FactKind.OUTCOME.value, FactKind.AUDIT.value)
-_EVENTS: Final = [kind for kind in FactKind if kind not in (FactKind.VISIT, FactKind.SAID_NEW)]
-_OUTCOMES: Final[Mapping[Outcome, str]] = {
-    Outcome.CONFIRMED: marked("confirmed"),
-    Outcome.REFUSED: marked("refused"),
-    Outcome.UNKNOWN: marked("may have been carried out"),
-    Outcome.NOT_SENT: marked("not sent"),
+_KINDS: tuple[type[Content], ...] = (
+    ModuleNamed,
+    TriggerRecordSeen,
+    TriggerRecordJudged,
+    SettingsSeen,
+    SettingsWritten,
+    SettingsApproved,
+    PreflightCheck,
+    GuidedTestDone,
+    ActIntended,
+    DeployIntended,
+    MayHaveFired,
+    Serviced,
+    ModuleProvisioned,
+)
+"""In the order in which what was recorded at once is shown."""
+RECORD_BYTES = 16
+_OUTCOMES: Mapping[str, str] = {
+    Outcome.CONFIRMED.value: marked("confirmed"),
+    Outcome.REFUSED.value: marked("refused"),
+    Outcome.UNKNOWN.value: marked("may have been carried out"),
+    Outcome.NOT_SENT.value: marked("not sent"),
 }
 
 
 class HistoryEvent(NamedTuple):
     """One fact about a module as a sentence."""
 
-    fact: Fact
+    row: Row
     text: UserMessage
+    content: dict[str, Any]
 
 
 class ValuePoint(NamedTuple):
@@ -56,117 +85,136 @@ class ValuePoint(NamedTuple):
 class ModuleHistory(NamedTuple):
     """Oldest event first."""
 
-    module: KnownModule
+    name: str
     events: tuple[HistoryEvent, ...]
     values: Mapping[str, tuple[ValuePoint, ...]]
 
 
-def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
-    """Raises `UserError`."""
-    members = set(module.members)
-    history = [
-        fact
-        for kind in _EVENTS
-        for name in sorted({member.name for member in members})
-        for fact in archive.of_kind(kind, name)
-        if module_of_fact(fact) in members
-    ]
-    decisions = archive.of_kind(FactKind.SETTLEMENT)
-    history += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
-    acts, fired = _acts(history), fired_in(history)
-    history = [fact for fact in history if fact.kind not in _OF_ACTS or fact in acts]
-    order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
-    history.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
-    values: dict[str, list[ValuePoint]] = {}
-    lines = [line_of(fact) for fact in history if fact.kind == FactKind.CHECK.value]
-    for check in measuring([line for line in lines if line is not None]):
-        for name, value in check.measured.items():
-            values.setdefault(name, []).append(ValuePoint(check.at, check.station, value))
-    points = {name: tuple(series) for name, series in sorted(values.items())}
-    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts, fired)) for fact in history), points)
+def module_history(archive: Archive, name: str) -> ModuleHistory | None:
+    """None where no station knows a module of this name. Raises `UserError`."""
+    return archive.read(lambda facts: _history(facts, name))
 
 
-def fact_text(fact: Fact, acts: Mapping[Fact, AuditEntry | None], fired: Sequence[Fired] = ()) -> UserMessage:
-    """A fact as text; for an unknown kind only its kind. `fired`: when the module may have."""
-    try:
-        return _fact_text(FactKind(fact.kind), fact, acts.get(fact), fired)
-    except (UserError, ValueError, LookupError, TypeError, AttributeError):
-        return UserMessage(fact.kind)
-
-
-def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None, fired: Sequence[Fired]) -> UserMessage:
-    content = fact.content
-    match kind:
-        case FactKind.MODULE:
-            return message(marked("Named {name}."), name=_text(fact, "module"))
-        case FactKind.TRIGGER_RECORD:
-            what = sentence(trigger_record_of(bytes.fromhex(_text(fact, "raw"))))
-            return message(marked("Trigger record: {what}"), what=what)
-        case FactKind.JUDGEMENT:
-            return _judgement(fact)
-        case FactKind.SNAPSHOT:
-            settings = sorted(content["settings"].items())[:MAX_SETTINGS]
-            listed = joined([_setting(key, value) for key, value in settings])
-            return message(marked("{value}: {why}."), value=message(marked("Settings")), why=listed)
-        case FactKind.CHECK:
-            line = line_of(fact, fired)
-            if line is None:
-                raise TypeError(content)
-            who = UserMessage(line.who) if line.who else message(marked("not named"))
-            return message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
-        case FactKind.GUIDED_TEST:
-            verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
-            if content.get("is_simulated") is True:
-                verdict = noted(verdict, marked("simulated"))
-            test = message(TEST_TITLES[GuidedKind(_text(fact, "test"))])
-            return message(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
-        case FactKind.ACT | FactKind.AUDIT:
-            if act is None:
-                raise TypeError(content)
-            return message(marked("{value}: {why}."), value=_act(act), why=message(_OUTCOMES[act.outcome]))
-        case FactKind.FIRED:
-            return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
-        case FactKind.SERVICE:
-            return service_of(content).summary()
-        case FactKind.SETTLEMENT:
-            settlement = settlement_of(fact)
-            who, station = decided_by(settlement)
-            text = marked("{decision} Decided by {who} at station {station}.")
-            return message(text, decision=decision_text(settlement), who=who, station=station)
-        case _:
-            return UserMessage(fact.kind)
-
-
-def _acts(facts: Sequence[Fact]) -> dict[Fact, AuditEntry | None]:
-    """Each act once, with what came of it; None for one that this version cannot read."""
-    outcomes = {(fact.station, fact.content["of"]): fact for fact in facts if fact.kind == FactKind.OUTCOME.value}
-    acts: dict[object, tuple[Fact, AuditEntry | None]] = {}
-    for fact in facts:
-        if fact.kind == FactKind.ACT.value:
-            end = outcomes.get((fact.station, fact.hash))
-            acts[fact.id] = (fact, _read_act(fact, end))
-        elif fact.kind == FactKind.AUDIT.value:
-            entry = fact.content["entry"]
-            key = (fact.station, str(entry[0]), str(entry[FORMER_ENTRY.index("at")]))
-            if key not in acts or entry[FORMER_ENTRY.index("settled_at")] is not None:
-                acts[key] = (fact, _read_act(fact, None))
-    return dict(acts.values())
-
-
-def _read_act(fact: Fact, end: Fact | None) -> AuditEntry | None:
-    try:
-        if fact.kind == FactKind.AUDIT.value:
-            return former_entry(fact.content["entry"])
-        return audit_entry(0, fact.made_at, fact.content, end.content if end else {})
-    except (UserError, ValueError, LookupError, TypeError, AttributeError):
+def _history(facts: Facts, name: str) -> ModuleHistory | None:
+    kept = [one for kind in _KINDS for one in facts.of_module(kind, name)]
+    if not kept:
         return None
+    kept.sort(key=lambda one: one.at)
+    fired = all_fired(facts, name)
+    ends = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, name)}
+    events = []
+    for one in kept:
+        content = to_builtins(one.content)
+        content.pop("document", None)  # as large as all the rest, and for `dps-s verify`
+        if isinstance(one.content, ActIntended):
+            content["outcome"] = ends.get(one.row.id, Outcome.UNKNOWN.value)
+        events.append(HistoryEvent(one.row, _told(one, ends, fired), content))
+    return ModuleHistory(name, tuple(events), _values(facts.of_module(PreflightCheck, name)))
 
 
-def _act(act: AuditEntry) -> UserMessage:
-    request = decode_request(act.frame)
-    if act.act not in (Act.WRITE, Act.CHANGE_BAUD) or request.command.write is None:
-        return message(TITLES[act.act])
-    return _setting(request.command.key, request.command.write.decode(request.data))
+def _values(checks: Sequence[Kept[PreflightCheck]]) -> dict[str, tuple[ValuePoint, ...]]:
+    values: dict[str, list[ValuePoint]] = {}
+    for line in measuring([check_line(check) for check in checks]):
+        for name, value in line.measured.items():
+            values.setdefault(name, []).append(ValuePoint(line.at, line.station, value))
+    return {name: tuple(values[name]) for name in sorted(values)}
+
+
+def _told(one: Kept[Any], ends: Mapping[str, str], fired: Iterable[Fired]) -> UserMessage:
+    content = one.content
+    if isinstance(content, ActIntended):
+        outcome = message(_OUTCOMES[ends.get(one.row.id, Outcome.UNKNOWN.value)])
+        return message(marked("{value}: {why}."), value=_act(content), why=outcome)
+    if isinstance(content, PreflightCheck):
+        line = check_line(one).after(fired)
+        who = UserMessage(clean(line.who)) if line.who else message(marked("not named"))
+        return message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
+    if isinstance(content, GuidedTestDone):
+        return _guided_test(one)
+    return _SENTENCES[type(content)](content)
+
+
+def _named(_content: ModuleNamed) -> UserMessage:
+    return message(marked("Named, or met at another adapter."))
+
+
+def _trigger_record(content: TriggerRecordSeen) -> UserMessage:
+    raw = bytes.fromhex(content.raw)
+    what = sentence(record_of(raw)) if len(raw) == RECORD_BYTES else UserMessage(content.raw)
+    return message(marked("Trigger record: {what}"), what=what)
+
+
+def _judgement(content: TriggerRecordJudged) -> UserMessage:
+    if content.judgement is None:
+        return message(marked("Judgement taken back."))
+    word = message(JUDGEMENT_WORDS[Judgement(content.judgement)])
+    judged = message(marked("Judged: {judgement}."), judgement=word)
+    return joined((judged, UserMessage(f"“{clean(content.note)}”")), " ") if content.note else judged
+
+
+def _seen(content: SettingsSeen) -> UserMessage:
+    return message(marked("{value}: {why}."), value=message(marked("Settings")), why=_settings(content.settings))
+
+
+def _written(content: SettingsWritten) -> UserMessage:
+    changed = {key: value for key, value in content.after.items() if content.before.get(key) != value}
+    before = {key: value for key, value in content.before.items() if key in changed}
+    text = marked("Settings written: {after}; before: {before}.")
+    return message(text, after=_settings(changed), before=_settings(before))
+
+
+def _approved(content: SettingsApproved) -> UserMessage:
+    return message(marked("Settings approved: {settings}."), settings=_settings(content.settings))
+
+
+def _fired(_content: MayHaveFired) -> UserMessage:
+    return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
+
+
+def _serviced(content: Serviced) -> UserMessage:
+    return service_of(to_builtins(content)).summary()
+
+
+def _provisioned(content: ModuleProvisioned) -> UserMessage:
+    return message(marked("Made in the batch {batch}."), batch=clean(content.batch))
+
+
+_SENTENCES: Mapping[type[Content], Callable[[Any], UserMessage]] = {
+    ModuleNamed: _named,
+    TriggerRecordSeen: _trigger_record,
+    TriggerRecordJudged: _judgement,
+    SettingsSeen: _seen,
+    SettingsWritten: _written,
+    SettingsApproved: _approved,
+    MayHaveFired: _fired,
+    Serviced: _serviced,
+    ModuleProvisioned: _provisioned,
+}
+
+
+def _guided_test(one: Kept[GuidedTestDone]) -> UserMessage:
+    test = told_test(one)
+    if test is None:
+        return UserMessage(clean(one.content.test))  # of a newer version
+    verdict = message(VERDICT_WORDS[test.verdict])
+    if test.is_simulated:
+        verdict = noted(verdict, marked("simulated"))
+    return message(marked("Guided test {test}: {verdict}."), test=message(TEST_TITLES[test.kind]), verdict=verdict)
+
+
+def _act(content: ActIntended) -> UserMessage:
+    act = next((act for act in Act if act.value == content.act), None)
+    if act is None:
+        return UserMessage(clean(content.act))  # of a newer version
+    if act is Act.WRITE:
+        return joined([_setting(key, value) for key, value in sorted(content.detail.items())])
+    if act is Act.CHANGE_BAUD:
+        return UserMessage(f"{message(TITLES[act]).in_english()} {content.detail.get('new')}")
+    return message(TITLES[act])
+
+
+def _settings(settings: Mapping[str, Any]) -> UserMessage:
+    return joined([_setting(key, settings[key]) for key in sorted(settings)])
 
 
 def _setting(key: str, value: object) -> UserMessage:
@@ -174,21 +222,8 @@ def _setting(key: str, value: object) -> UserMessage:
     command = SETTINGS_BY_KEY.get(key)
     if command is None:
         return UserMessage(clean(f"{key} {value}"))
-    shown = value_message(command, fitting(field_of(command), value))
+    try:
+        shown = value_message(command, fitting(field_of(command), value))
+    except UserError:  # another station may have written any number
+        shown = UserMessage(clean(str(value)))
     return message("{name} {value}", name=message(command.title), value=shown)
-
-
-def _judgement(fact: Fact) -> UserMessage:
-    value = fact.content.get("judgement")
-    if value is None:
-        return message(marked("Judgement taken back."))
-    judged = message(marked("Judged: {judgement}."), judgement=message(JUDGEMENT_WORDS[Judgement(value)]))
-    note = _text(fact, "note")
-    return joined((judged, UserMessage(f"“{note}”")), " ") if note else judged
-
-
-def _text(fact: Fact, key: str) -> str:
-    value = fact.content.get(key)
-    if not isinstance(value, str):
-        raise TypeError(key)
-    return clean(value)

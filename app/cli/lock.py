@@ -11,7 +11,7 @@ from app.procedures.lock import lock
 from app.safety.acts import Act
 from app.terminal import console
 from app.terminal.arguments import add_json, add_module, add_port
-from app.terminal.command_journal import records_beside
+from app.terminal.command_journal import records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
 from app.terminal.left_active import end_left_active, say_left_by_others
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """LOCK is sent before any file is opened, and its exit code does not depend on one."""
-    with Interruption(), records_beside(args.port, STORE_LIMIT_S) as records:
+    with Interruption(), records_of(args.port, STORE_LIMIT_S) as records:
         try:
             with connected(args.port, args.baud, is_greeted=False) as conversation:
                 done = conversation.run(lock(records.journal, is_attended=False))

@@ -32,10 +32,10 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.store import Store
+from app.store.fact_store import Store
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module, add_yes, any_name
-from app.terminal.command_journal import closing_store, open_store_or_notify, records_on
+from app.terminal.command_journal import in_background, opened_store, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
@@ -83,9 +83,8 @@ def run(args: argparse.Namespace) -> int:
     profile = _profile(args.profile, args.done)
     if args.report is not None:
         (check_target if is_one else check_set_target)(args.report)
-    store = open_store_or_notify(tr("Not kept."))
-    with closing_store(store):
-        checks = [_PortCheck(args, port, profile, store) for port in ports]
+    with opened_store() as (store, troubles):
+        checks = [_PortCheck(args, port, profile, store, troubles) for port in ports]
         if is_one:
             checks[0].gather()
         else:
@@ -102,10 +101,12 @@ def run(args: argparse.Namespace) -> int:
 class _PortCheck:
     """The check on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why nothing was read."""
 
-    def __init__(self, args: argparse.Namespace, port: str, profile: Profile, store: Store | None) -> None:
+    def __init__(
+        self, args: argparse.Namespace, port: str, profile: Profile, store: Store, troubles: list[UserMessage]
+    ) -> None:
         self._args, self._profile, self._store = args, profile, store
         self.port = port
-        self._records = records_on(store, port, origin="preflight", module=(args.module or "").strip())
+        self._records = records_on(store, troubles, port, origin="preflight", module=(args.module or "").strip())
         self.trouble: str | None = None
         self.error: BaseException | None = None
         self.is_refused = False
@@ -169,13 +170,9 @@ class _PortCheck:
 
     def _activate(self, conversation: Conversation) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-        store = self._store
-        if store is None:
-            filed = self.file()
-        else:
-            filing = store.queue.submit(self.file)
-            conversation.run(await_asking(filing, inf))
-            filed = filing.result()
+        filing = in_background(self.file)
+        conversation.run(await_asking(filing, inf))
+        filed = filing.result()
         if filed.assessment.verdict is not Verdict.READY:
             return
         permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())

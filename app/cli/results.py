@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from app.archive.due import DueKind
 from app.preflight.reading_object import ReadJson
 from app.text.user_error import ErrorCode
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, SETTINGS, STATUS_PARTS
@@ -301,9 +302,123 @@ DecodedFrameJson = msgspec.defstruct(
 """A frame with the values that it carries."""
 
 
+# The archive
+
+
+class ArchiveStationJson(ResultJson, frozen=True, kw_only=True):
+    """`name`: what the station calls itself, which is no trust."""
+
+    station: str
+    name: str
+
+
+class ArchiveStatusJson(ResultJson, frozen=True, kw_only=True):
+    """`own`: facts of this station; `not_shared`: of these the ones that are not known to be on the server."""
+
+    station: str
+    facts: Count
+    own: Count
+    stations: list[ArchiveStationJson]
+    server: str | None
+    not_shared: Count
+    last_sync_at: Time | None
+    stations_ahead: list[str]
+
+
+class LeftOutJson(ResultJson, frozen=True, kw_only=True):
+    id: str
+    why: str
+
+
+class SyncJson(ResultJson, frozen=True, kw_only=True):
+    """`left_out`: rows of the other side that are no facts, where they are met for the first time that day."""
+
+    place: str
+    sent: Count
+    received: Count
+    left_out: list[LeftOutJson]
+    left_out_count: Count
+
+
+class ArchiveCheckJson(ResultJson, frozen=True, kw_only=True):
+    at: Time
+    station: str
+    verdict: str
+    void: bool
+    simulated: bool
+    who: str
+    aircraft: str
+    settings_code: str | None
+
+
+class ArchiveTestJson(ResultJson, frozen=True, kw_only=True):
+    test: str
+    verdict: str
+    at: Time
+
+
+class ArchiveDueJson(ResultJson, frozen=True, kw_only=True):
+    kind: DueKind
+    text: str
+
+
+class ArchiveModuleJson(ResultJson, frozen=True, kw_only=True, tag_field="kind", tag="module"):
+    """`stations`: those that checked it; `two_modules`: contradictions, as if two modules had this name."""
+
+    module: str
+    stations: list[str]
+    last_at: Time | None
+    last_check: ArchiveCheckJson | None
+    checks: Count
+    trigger_records: Count
+    not_judged: Count
+    since_repack: Count | None
+    tests: list[ArchiveTestJson]
+    due: list[ArchiveDueJson]
+    two_modules: list[str]
+
+
+class ArchiveReportJson(ResultJson, frozen=True, kw_only=True, tag_field="kind", tag="report"):
+    at: Time
+    modules: list[ArchiveModuleJson]
+
+
+class ArchiveEventJson(ResultJson, frozen=True, kw_only=True):
+    """`content`: of the fact, by its kind."""
+
+    at: Time
+    station: str
+    kind: str
+    id: str
+    told: str
+    content: dict[str, Any]
+
+
+class ArchiveValueJson(ResultJson, frozen=True, kw_only=True):
+    at: Time
+    station: str
+    value: float
+
+
+class ModuleHistoryJson(ResultJson, frozen=True, kw_only=True, tag_field="kind", tag="history"):
+    module: str
+    events: list[ArchiveEventJson]
+    values: dict[str, list[ArchiveValueJson]]
+
+
+class ServicedJson(ResultJson, frozen=True, kw_only=True):
+    module: str
+    told: str
+
+
 # Schemas
 
 TYPES: dict[str, tuple[str, Any]] = {
+    "archive_module": ("dps-s archive module --json", ModuleHistoryJson),
+    "archive_report": ("dps-s archive report --json", ArchiveReportJson),
+    "archive_service": ("dps-s archive service --json", ServicedJson),
+    "archive_status": ("dps-s archive status --json", ArchiveStatusJson),
+    "archive_sync": ("dps-s archive sync --json", SyncJson),
     "decode": ("dps-s decode --json, one line", DecodedFrameJson | RejectedJson),
     "diff": ("dps-s diff --json", DiffJson),
     "error": ("in the place of a result, with --json", ErrorJson),

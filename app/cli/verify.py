@@ -9,13 +9,12 @@ from pathlib import Path
 
 import msgspec
 
-from app.archive.archive import station_names
+from app.archive.archive import known_names
 from app.cli.results import VerifyJson
 from app.records.verification import RecordState, Verification, shown_key, verify_file
-from app.system.folders import data_folder
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
-from app.terminal.command_journal import closing_store, existing_store
+from app.terminal.command_journal import existing_store
 from app.text.messages import message
 from app.text.sentences import error_text
 from app.text.user_error import ErrorCode, UserError
@@ -32,8 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     store = existing_store()
-    with closing_store(store):
-        names = station_names(store, data_folder())
+    names = known_names(store)
+    if store is not None:
+        store.close()
     try:
         verification = verify_file(args.file, names)
     except UserError as error:

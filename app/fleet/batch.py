@@ -11,6 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from msgspec import convert, to_builtins
+
 from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
 from app.engine.setting_changes import BOOTS
@@ -21,12 +23,13 @@ from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.provision import Provisioned, provision
 from app.preflight.verdict import Verdict, assess
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, why_not_verified
-from app.records.filing import file_check
+from app.records.filing import judge_check, keep_check, local_now
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from app.settings.profiles import SETTINGS_BY_KEY, Profile
-from app.store.facts import FactKind
-from app.store.store import Store
+from app.store.fact_store import Facts, Store
+from app.store.kinds import MessageText, ModuleProvisioned
+from app.store.modules import evidence_of, module_named, modules, store_evidence
 from app.text.messages import UserMessage, joined, message, message_from_json
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE
@@ -109,72 +112,90 @@ class Bench:
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
-        names, most_starts = [module.name for module in self._store.modules()], BOOTS
-        if self._are_all_new:
-            names, most_starts = [self._last or self._named_last()], REPLUGGED_STARTS if self._last else 0
-        known = [(name, self._store.evidence(name)) for name in names if name]
+        known, most_starts = self._store.read(self._known)
         context = replace(context, accepted_risks=self._accepted)
         find_known = partial(_resembling, known, most_starts=most_starts)
         return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
 
-    def keep(self, name: str, evidence: Evidence, done: Provisioned | None, adapter: str) -> UserMessage | None:
+    def keep(
+        self, facts: Facts, name: str, evidence: Evidence, done: Provisioned | None, adapter: str
+    ) -> UserMessage | None:
         """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
-        broke off. Raises `StoreTrouble`; nothing is kept then."""
+        broke off. Within `Store.write`."""
         why = message((evidence.disturbance or Disturbance.DISCONNECTED).value) if done is None else done.why
         if why is None and done is not None:
             why = _write_fault(done.report)
         boot_count = None if done is None else done.boot_count
-        store, profile = self._store, self.batch.profile
+        profile = self.batch.profile
         person = replace(self._person, module=name)
         judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
         if why is None and judged.verdict is not Verdict.READY:
             why = joined(judged.titles_against)
         settings = {} if evidence.disturbance is not None else evidence.settings(FINGERPRINT_KEYS)  # may be another's
-        with store.database.transaction():
-            if why is None and store.module_named(name) is not None:
-                why = message(TAKEN, module=name)
-            person = replace(person, module=None if why else name)
-            if evidence.began_at is not None:
-                filed = file_check(evidence, profile, person, store=store,
-                                   past=Past(module=person.module), adapter=adapter)  # fmt: skip
-                if filed.trouble is not None:
-                    raise filed.trouble
-            if why is None:
-                store.store_evidence(name, IdentityEvidence(boot_count, settings))
-            content = {"name": name, "why": None if why is None else why.to_json(),
-                       "settings_code": fingerprint(settings).code, "boot_count": boot_count}  # fmt: skip
-            store.facts.add(FactKind.PROVISIONED, content, module=person.module, link=self.batch.key)
+        if why is None and module_named(facts, name) is not None:
+            why = message(TAKEN, module=name)
+        person = replace(person, module=None if why else name)
+        if evidence.began_at is not None:
+            filed = judge_check(
+                evidence,
+                profile,
+                person,
+                Past(module=person.module),
+                folder=self._store.folder,
+                adapter=adapter or evidence.port,
+                at=local_now(),
+            )
+            keep_check(facts, filed)
+        if why is None:
+            store_evidence(facts, name, IdentityEvidence(boot_count, settings))
+        turn = ModuleProvisioned(
+            batch=self.batch.key,
+            name=name,
+            why=None if why is None else convert(why.to_json(), MessageText),
+            code=fingerprint(settings).code or "",
+            boot_count=boot_count,
+        )
+        facts.add(turn, person.module)
         if why is None:
             self._last = name
         return why
 
-    def rows(self) -> list[BatchRow]:
-        """Every name, then what was set aside, also in former runs. Raises `StoreTrouble`."""
-        kept = self._kept()
+    def rows(self, facts: Facts) -> list[BatchRow]:
+        """Every name, then what was set aside, also in former runs."""
+        kept = self._kept(facts)
         done = {row.name: row for row in kept if row.result == READY}
         names = [done.get(name, BatchRow(name)) for name in self.batch.names]
         return [*names, *(row for row in kept if row.result == SET_ASIDE)]
 
-    def left(self) -> tuple[list[str], list[str]]:
-        """The names to give, and those that are left out, as they are other modules'. Raises `StoreTrouble`."""
-        names = [row.name for row in self.rows() if row.result == OPEN]
-        taken = [name for name in names if self._store.module_named(name) is not None]
+    def left(self, facts: Facts) -> tuple[list[str], list[str]]:
+        """The names to give, and those that are left out, as they are other modules'."""
+        names = [row.name for row in self.rows(facts) if row.result == OPEN]
+        taken = [name for name in names if module_named(facts, name) is not None]
         return [name for name in names if name not in taken], taken
 
-    def _named_last(self) -> str:
-        """In a former run: it may still be plugged in."""
-        named = self._store.facts.select(FactKind.PROVISIONED, "AND module IS NOT NULL ORDER BY number DESC LIMIT 1")
-        return str(named[0].content["name"]) if named else ""
+    def _known(self, facts: Facts) -> tuple[list[tuple[str, IdentityEvidence]], int]:
+        """The modules that one may be that is plugged in, and how often it may have started since."""
+        names, most_starts = [module.name for module in modules(facts)], BOOTS
+        if self._are_all_new:
+            names, most_starts = [self._last or self._named_last(facts)], REPLUGGED_STARTS if self._last else 0
+        return [(name, evidence_of(facts, name)) for name in names if name], most_starts
 
-    def _kept(self) -> list[BatchRow]:
-        facts = self._store.facts.select(FactKind.PROVISIONED, "AND link = ? ORDER BY number", (self.batch.key,))
+    def _named_last(self, facts: Facts) -> str:
+        """In a former run: it may still be plugged in."""
+        turns = facts.of_kind(ModuleProvisioned, is_newest_first=True)
+        return next((turn.content.name for turn in turns if turn.content.why is None), "")
+
+    def _kept(self, facts: Facts) -> list[BatchRow]:
         rows = []
-        for fact in facts:
-            name, why, code, boots = (fact.content[key] for key in ("name", "why", "settings_code", "boot_count"))
-            if why is None:
-                rows.append(BatchRow(str(name), READY, fact.at, str(code or ""), boots))
+        for turn in facts.of_kind(ModuleProvisioned):
+            content = turn.content
+            if content.batch != self.batch.key:
+                continue
+            if content.why is None:
+                rows.append(BatchRow(content.name, READY, turn.at, content.code, content.boot_count))
             else:
-                rows.append(BatchRow("", SET_ASIDE, fact.at, str(code or ""), boots, message_from_json(why)))
+                why = message_from_json(to_builtins(content.why))
+                rows.append(BatchRow("", SET_ASIDE, turn.at, content.code, content.boot_count, why))
         return rows
 
 

@@ -1,29 +1,43 @@
-"""Results of guided tests in the store; they are only added, never changed. Raises `StoreTrouble`.
+"""Results of guided tests in the store; they are only added, never changed.
 
 A result without a module is kept but counts for none.
 """
 
 from collections.abc import Mapping
 
+from msgspec import convert, to_builtins
+
 from app.guided.results import GuidedKind, GuidedResult, StoredTest, stored_test
-from app.store.facts import FactKind, Facts
+from app.store.fact_store import Facts, Kept
+from app.store.kinds import GuidedTestDone, TestValue
 from app.text.messages import clean
 
 
 def keep_test(
     facts: Facts, result: GuidedResult, *, module: str | None, adapter: str, who: str, is_simulated: bool, program: str
-) -> int:
-    """Durable on return."""
-    content = {
-        "adapter": clean(adapter), "who": clean(who), "test": result.kind.value, "verdict": result.verdict.value,
-        "is_simulated": is_simulated, "program": program, "measured": [value.plain() for value in result.measured],
-    }  # fmt: skip
-    return facts.add(FactKind.GUIDED_TEST, content, module=module)
+) -> None:
+    test = GuidedTestDone(
+        test=result.kind.value,
+        verdict=result.verdict.value,
+        who=clean(who),
+        adapter=clean(adapter),
+        is_simulated=is_simulated,
+        program=program,
+        measured=[convert(value.plain(), TestValue) for value in result.measured],
+    )
+    facts.add(test, module)
 
 
 def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
     """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
-    kept = facts.select(FactKind.GUIDED_TEST, "AND module = ? ORDER BY number", (module,))
-    # What a newer version measured in another form counts as not tested.
-    tests = (stored_test(fact.content, fact.at) for fact in kept if isinstance(fact.content.get("measured"), list))
-    return {test.kind: test for test in tests if test is not None and (counts_simulated or not test.is_simulated)}
+    last: dict[GuidedKind, StoredTest] = {}
+    for kept in facts.of_module(GuidedTestDone, module):
+        test = told_test(kept)
+        if test is not None and (counts_simulated or not test.is_simulated):
+            last[test.kind] = test
+    return last
+
+
+def told_test(kept: Kept[GuidedTestDone]) -> StoredTest | None:
+    """None for a test that this version does not know."""
+    return stored_test(to_builtins(kept.content), kept.at)

@@ -7,6 +7,7 @@ from datetime import date, datetime
 from enum import Enum
 from typing import Any, Final, NamedTuple
 
+from app.store.kinds import Serviced
 from app.text.messages import MAX_TEXT_LENGTH, UserMessage, clean, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -41,15 +42,13 @@ class Service:
     who: str = ""
     note: str = ""
 
-    def content(self) -> dict[str, object]:
-        """Of its fact. Raises `UserError` for what makes no sense."""
+    def content(self) -> Serviced:
+        """Its fact. Raises `UserError` for what makes no sense."""
         if self.due is not None and self.due <= self.on:
             raise UserError(marked("It must be due on a later day."))
-        return {
-            "service": self.kind.value, "on": self.on.isoformat(), "due": self.due and self.due.isoformat(),
-            "who": clean(self.who.strip(), longest=MAX_TEXT_LENGTH),
-            "note": clean(self.note.strip(), longest=MAX_TEXT_LENGTH),
-        }  # fmt: skip
+        who = clean(self.who.strip(), longest=MAX_TEXT_LENGTH)
+        note = clean(self.note.strip(), longest=MAX_TEXT_LENGTH)
+        return Serviced(service=self.kind.value, on=self.on, due=self.due, who=who, note=note)
 
     def summary(self) -> UserMessage:
         """ "Repack on 2026-11-24 by Li Wei, due again: 2027-05-24. Note"."""

@@ -656,10 +656,6 @@
         <translation>DPS-S 上位机</translation>
     </message>
     <message>
-        <source>Damaged and not sent: {count}.</source>
-        <translation>已损坏、未发送：{count}。</translation>
-    </message>
-    <message>
         <source>Damaged frames: {rejected} of {bytes} bytes are invalid.</source>
         <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
@@ -678,14 +674,6 @@
     <message>
         <source>Data arrives {seconds:.1f} s late.</source>
         <translation>数据晚到 {seconds:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Decided by</source>
-        <translation>认定人</translation>
-    </message>
-    <message>
-        <source>Decisions are signed with your name</source>
-        <translation>认定以您的姓名签名</translation>
     </message>
     <message>
         <source>Default {value}</source>
@@ -856,22 +844,6 @@
         <translation>{seconds:.0f} 秒后结束。</translation>
     </message>
     <message>
-        <source>Enter who decides.</source>
-        <translation>请输入认定人。</translation>
-    </message>
-    <message>
-        <source>Entry {entry} was added from outside.</source>
-        <translation>第 {entry} 条由外部添加。</translation>
-    </message>
-    <message>
-        <source>Entry {entry} was altered.</source>
-        <translation>第 {entry} 条被修改。</translation>
-    </message>
-    <message>
-        <source>Entry {entry} was removed.</source>
-        <translation>第 {entry} 条被删除。</translation>
-    </message>
-    <message>
         <source>Even locked, keep clear of its opening.</source>
         <translation>即使已锁定，也请远离伞仓开口。</translation>
     </message>
@@ -882,6 +854,10 @@
     <message>
         <source>Everywhere</source>
         <translation>所有页面</translation>
+    </message>
+    <message>
+        <source>Exchange with a file…</source>
+        <translation>与文件交换…</translation>
     </message>
     <message>
         <source>Exchanging…</source>
@@ -1132,10 +1108,6 @@
         <translation>如果就是这个模块，请加上 {option}。</translation>
     </message>
     <message>
-        <source>Import…</source>
-        <translation>导入…</translation>
-    </message>
-    <message>
         <source>In doubt since: {count}; see the rows.</source>
         <translation>此后存疑：{count} 项；请看各行。</translation>
     </message>
@@ -1166,10 +1138,6 @@
     <message>
         <source>It answered before: read its label, restart it and check again.</source>
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
-    </message>
-    <message>
-        <source>It cannot have been done on a day later than today.</source>
-        <translation>完成日期不能晚于今天。</translation>
     </message>
     <message>
         <source>It crashed: it must fire.</source>
@@ -1532,6 +1500,10 @@
         <translation>MIT 许可证。所用组件：</translation>
     </message>
     <message>
+        <source>Made in the batch {batch}.</source>
+        <translation>在批次 {batch} 中完成。</translation>
+    </message>
+    <message>
         <source>Maintenance</source>
         <translation>维护</translation>
     </message>
@@ -1610,10 +1582,6 @@
     <message>
         <source>Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass.</source>
         <translation>在 {tilt}°、{acceleration:.1f} g、{time:.2f} s（其他飞行不触发）时漏触发。</translation>
-    </message>
-    <message>
-        <source>Missing in chains</source>
-        <translation>链中缺失</translation>
     </message>
     <message>
         <source>Missing system libraries: {names}.</source>
@@ -1704,12 +1672,8 @@
         <translation>姓名、日期</translation>
     </message>
     <message>
-        <source>Named {name}.</source>
-        <translation>命名为 {name}。</translation>
-    </message>
-    <message>
-        <source>Needs decision</source>
-        <translation>待确认</translation>
+        <source>Named, or met at another adapter.</source>
+        <translation>已命名，或在另一适配器上再次出现。</translation>
     </message>
     <message>
         <source>Never counts as falling: nothing is below 0 g.</source>
@@ -1942,10 +1906,6 @@
     <message>
         <source>No step within {seconds:.0f} s.</source>
         <translation>{seconds:.0f} 秒内没有完成下一步。</translation>
-    </message>
-    <message>
-        <source>No such pair of modules in the archive.</source>
-        <translation>归档中没有这样的一对模块。</translation>
     </message>
     <message>
         <source>No thresholds separate the lists</source>
@@ -2552,10 +2512,6 @@
         <translation>两次读取一致</translation>
     </message>
     <message>
-        <source>Same: “{name}”</source>
-        <translation>同一个：“{name}”</translation>
-    </message>
-    <message>
         <source>Samples</source>
         <translation>样本数</translation>
     </message>
@@ -2724,6 +2680,10 @@
         <translation>参数设置</translation>
     </message>
     <message>
+        <source>Settings approved: {settings}.</source>
+        <translation>设置已批准：{settings}。</translation>
+    </message>
+    <message>
         <source>Settings as approved</source>
         <translation>参数与批准的一致</translation>
     </message>
@@ -2734,6 +2694,10 @@
     <message>
         <source>Settings not written: {count}.</source>
         <translation>尚未写入的参数：{count} 项。</translation>
+    </message>
+    <message>
+        <source>Settings written: {after}; before: {before}.</source>
+        <translation>设置已写入：{after}；之前：{before}。</translation>
     </message>
     <message>
         <source>Several adapters look the same: choose the module's port.</source>
@@ -2848,10 +2812,6 @@
         <translation>站点</translation>
     </message>
     <message>
-        <source>Stations: {one}, {other}.</source>
-        <translation>站点：{one}、{other}。</translation>
-    </message>
-    <message>
         <source>Statistics</source>
         <translation>统计</translation>
     </message>
@@ -2960,10 +2920,6 @@
         <translation>波特率不随配置文件应用。</translation>
     </message>
     <message>
-        <source>The chain is broken at entry {entry}.</source>
-        <translation>记录链在第 {entry} 条处断开。</translation>
-    </message>
-    <message>
         <source>The charger hides the cell's voltage.</source>
         <translation>充电时读到的不是电芯电压。</translation>
     </message>
@@ -2978,6 +2934,10 @@
     <message>
         <source>The computer slept; the operation was cancelled.</source>
         <translation>电脑曾休眠，操作已取消。</translation>
+    </message>
+    <message>
+        <source>The database of the archive has to be made with the encoding UTF8.</source>
+        <translation>档案数据库必须以 UTF8 编码创建。</translation>
     </message>
     <message>
         <source>The disk is full: {file} cannot be written.</source>
@@ -3296,6 +3256,12 @@
         <translation>本程序从未在真实模块上试用过。</translation>
     </message>
     <message>
+        <source>This role may not make the table of the archive. As the server's administrator, once:
+{sql}</source>
+        <translation>此角色无权创建档案表。请服务器管理员执行一次：
+{sql}</translation>
+    </message>
+    <message>
         <source>This station: {fingerprint}</source>
         <translation>本站点：{fingerprint}</translation>
     </message>
@@ -3460,12 +3426,12 @@
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
-        <source>Two modules</source>
-        <translation>两个模块</translation>
-    </message>
-    <message>
         <source>Two modules on this line? The rest is unknown.</source>
         <translation>此线路上有两个模块吗？其余未知。</translation>
+    </message>
+    <message>
+        <source>Two modules? Boot count {before} on {then}, {now} on {day}.</source>
+        <translation>是两个模块吗？{then} 的开机次数为 {before}，{day} 为 {now}。</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -3630,6 +3596,10 @@
     <message>
         <source>What was done</source>
         <translation>维护内容</translation>
+    </message>
+    <message>
+        <source>What was left ACTIVE is not known: the disk is too slow.</source>
+        <translation>磁盘太慢，不知道哪些模块仍处于激活状态。</translation>
     </message>
     <message>
         <source>Whether external power charges it.</source>
@@ -4186,18 +4156,6 @@
     <message>
         <source>invalid bytes</source>
         <translation>无效字节</translation>
-    </message>
-    <message>
-        <source>it was altered</source>
-        <translation>已被修改</translation>
-    </message>
-    <message>
-        <source>its record is another one</source>
-        <translation>所附记录与其不符</translation>
-    </message>
-    <message>
-        <source>its station did not sign it</source>
-        <translation>并非由所属站点签名</translation>
     </message>
     <message>
         <source>label</source>
@@ -5080,10 +5038,6 @@
         <translation>{count}，自上次叠伞装仓后首次读取：{since}</translation>
     </message>
     <message>
-        <source>{decision} Decided by {who} at station {station}.</source>
-        <translation>{decision}认定人：{who}，站点 {station}。</translation>
-    </message>
-    <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
     </message>
@@ -5142,10 +5096,6 @@
     <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
-    </message>
-    <message>
-        <source>{kind} of {at} ({id}): {why}.</source>
-        <translation>{kind}，{at}（{id}）：{why}。</translation>
     </message>
     <message>
         <source>{late}, {drop:.0f} m lower</source>
@@ -5364,16 +5314,16 @@
         <translation>{state}（假定）</translation>
     </message>
     <message>
+        <source>{station} wrote with a clock that is ahead: that counts for nothing.</source>
+        <translation>{station} 写入时时钟超前：这些记录不计。</translation>
+    </message>
+    <message>
         <source>{test} within {days} days</source>
         <translation>{test}在 {days} 天内</translation>
     </message>
     <message>
         <source>{text} (implausible)</source>
         <translation>{text}（不可信）</translation>
-    </message>
-    <message>
-        <source>{text} · conflicts: {count}</source>
-        <translation>{text} · 待确认：{count}</translation>
     </message>
     <message>
         <source>{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.</source>
@@ -5524,10 +5474,6 @@
         <translation>{what}。在此期间未打开：{when}。</translation>
     </message>
     <message>
-        <source>{who} at station {station}, not known here, decided: {decision} Is it so?</source>
-        <translation>未知站点 {station} 的{who}认定：{decision}是这样吗？</translation>
-    </message>
-    <message>
         <source>{why} Say which column holds what, in which unit: {cure} (columns: {columns}).</source>
         <translation>{why}请指明哪一列是什么、用什么单位：{cure}（列：{columns}）。</translation>
     </message>
@@ -5552,10 +5498,6 @@
         <translation>“{cell}”可以是 {one} 或 {other}。</translation>
     </message>
     <message>
-        <source>“{name}” is another module here: settle first whether they are one.</source>
-        <translation>“{name}”在本站是另一个模块：请先确认两者是否为同一个。</translation>
-    </message>
-    <message>
         <source>“{name}” is in {unit}.</source>
         <translation>“{name}”的单位是 {unit}。</translation>
     </message>
@@ -5572,28 +5514,8 @@
         <translation>未知的“{name}”；有这些列：{columns}。</translation>
     </message>
     <message>
-        <source>“{one}” and “{other}” are one module, “{name}”.</source>
-        <translation>“{one}”和“{other}”是同一模块“{name}”。</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}” are two modules.</source>
-        <translation>“{one}”和“{other}”是两个模块。</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}” have the same trigger records: are they the same module?</source>
-        <translation>“{one}”与“{other}”的触发记录相同：是同一个模块吗？</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}” were called different, and the same as a third.</source>
-        <translation>“{one}”与“{other}”被指定为不同模块，却又都被指定为与第三个模块相同。</translation>
-    </message>
-    <message>
         <source>“{one}” and “{other}”: a comma means two things.</source>
         <translation>“{one}”与“{other}”：逗号有两种含义。</translation>
-    </message>
-    <message>
-        <source>“{one}” at two stations: is it the same module?</source>
-        <translation>两个站点都有“{one}”：是同一个模块吗？</translation>
     </message>
     <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>

@@ -175,7 +175,8 @@ def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineV
         if memory.boot_count is not None and boots not in (None, memory.boot_count):
             memory.clear()  # another module's, or before a restart: the stream was not switched on here
         elif view.device.is_streaming and memory.boot_count in (None, boots):
-            progress.switched_on_at, memory.is_taken_over, memory.was_left_on = view.now, True, False
+            progress.switched_on_at = view.now
+            memory.take_over()
         elif not view.device.is_streaming and listened_s >= LISTEN_FIRST_S:
             memory.clear()
     if progress.may_be_ours and progress.switched_on_at is None and view.device.is_streaming:

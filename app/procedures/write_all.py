@@ -12,7 +12,7 @@ rate last, as it may break the connection. The last reading decides: it shows wh
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, TwoModules, await_asking, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
@@ -118,7 +118,7 @@ class WriteContext:
     """The user allowed it although the module is, or may be, active."""
     accepted_risks: frozenset[SettingChange] = frozenset()
     """The changes whose risk a person was shown and accepted."""
-    store_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
+    store_snapshot: Callable[[Snapshot], Future[Any] | None] | None = None
     """Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
     they are stored; None if they were stored before in this session."""
     on_written: Callable[[Written], None] | None = None
@@ -350,7 +350,7 @@ def _doubtful(written: Written, fault: WriteFault) -> Written:
     return written._replace(read_back=None, verified=False if written.verified else written.verified, fault=fault)
 
 
-def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
+def _store_snapshot(store: Callable[[Snapshot], Future[Any] | None]) -> Procedure[None]:
     view: EngineView = yield Inspect()
     snapshot = snapshot_of(view.device, view.now)
     # Not of another module than the one that it was decided for; to that nothing is written either.
@@ -359,7 +359,7 @@ def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedur
         yield from _wait_for_disk(stored)
 
 
-def _wait_for_disk(future: Future[int]) -> Procedure[None]:
+def _wait_for_disk(future: Future[Any]) -> Procedure[None]:
     yield from await_asking(future, DISK_LIMIT_S)
 
 

@@ -18,8 +18,8 @@ from app.recordings.reports import ReportColumns, ReportFinder
 from app.recordings.session_format import EVENTS, RX, TX, is_time
 from app.recordings.session_reader import FileMessage, SessionFile, read_blocks
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
-from app.store.facts import object_in
 from app.system.gil_yield import GilYield
+from app.text.json_objects import object_in
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked

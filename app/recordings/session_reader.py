@@ -19,7 +19,7 @@ from mcap.records import Chunk, Metadata
 from mcap.writer import MCAP0_MAGIC as MCAP_MAGIC
 
 from app.recordings.session_format import CHANNELS, END, FORMAT, PROGRESS, Opening, is_whole, opening_of
-from app.store.facts import object_in
+from app.text.json_objects import object_in
 from app.text.user_error import UserError
 from protocol.translatable import marked
 

@@ -5,9 +5,13 @@ Used by the window and the command line. Where the store fails, the verdict and 
 
 import logging
 from collections.abc import Iterable
+from concurrent.futures import CancelledError
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import NamedTuple
+
+from msgspec import to_builtins
 
 from app.engine.identity import IdentityEvidence, went_back
 from app.engine.target import is_simulated
@@ -22,11 +26,11 @@ from app.records.check_store import CheckStore
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.stations.station import own_station
-from app.store.database import StoreTrouble
-from app.store.facts import FactKind
+from app.store.fact_store import Facts, Store
 from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
-from app.store.station_names import introduce
-from app.store.store import Store
+from app.store.kinds import Serviced
+from app.store.modules import evidence_of, register_module, store_evidence
+from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
 from app.text.messages import clean
@@ -34,8 +38,6 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
-SERVICES = "services:{module}"
-"""Key of a state: what other stations did to this module, "done", as the archive has it, each with its "station"."""
 
 
 class Filed(NamedTuple):
@@ -69,98 +71,107 @@ def file_check(
 ) -> Filed:
     """Judges, signs and keeps a check, also one that failed or was interrupted. `past`: the module's history before the
     check; None reads it from the store. `adapter`: USB identity of the adapter; where it is "" the port is used
-    instead."""
-    name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
+    instead. Waits for the store."""
     at, adapter = local_now(), adapter or evidence.port
+    name = _name_of(person)
     trouble: UserError | None = None
     if past is None:
         past = Past(module=name)
         try:
             if store is not None:
-                past = _past(store, name, evidence, adapter, at)
+                past = store.read(lambda facts: _past(facts, name, evidence, adapter, at))
         except StoreTrouble as error:
             trouble = error
-    assessment = assess(Case(evidence=evidence, profile=profile, past=past, person=replace(person, module=name)))
+    folder = data_folder() if store is None else store.folder
+    filed = judge_check(evidence, profile, person, past, folder=folder, adapter=adapter, at=at)
+    if store is None or trouble is not None or filed.signed is None:
+        return filed._replace(trouble=trouble or filed.trouble)
+    try:
+        store.write(lambda facts: keep_check(facts, filed)).result()
+    except StoreTrouble as error:
+        return filed._replace(trouble=error)
+    except CancelledError:  # the store was closed meanwhile
+        return filed._replace(trouble=StoreTrouble(StoreFault.FAILED, store.path, "closed"))
+    return filed
+
+
+def judge_check(
+    evidence: Evidence, profile: Profile, person: Person, past: Past, *, folder: Path, adapter: str, at: datetime
+) -> Filed:
+    """Judges and signs a check; it is not kept yet. `folder`: of this station's key."""
+    person = replace(person, module=_name_of(person))
+    assessment = assess(Case(evidence=evidence, profile=profile, past=past, person=person))
     record = make_record(assessment, at=at, adapter=adapter)
     try:
-        station = own_station(data_folder() if store is None else store.database.path.parent)
+        return Filed(assessment, record, sign(record, own_station(folder)))
     except UserError as error:
         _log.warning("The record is not signed: %s", error)
-        return Filed(assessment, record, None, trouble or error)
-    signed = sign(record, station)
-    if store is not None and trouble is None:
-        try:
-            _keep(store, assessment, signed)
-        except StoreTrouble as error:
-            trouble = error
-    return Filed(assessment, record, signed, trouble)
+        return Filed(assessment, record, None, error)
 
 
-def _past(store: Store, name: str | None, evidence: Evidence, adapter: str, at: datetime) -> Past:
+def keep_check(facts: Facts, filed: Filed) -> None:
+    """Within `Store.write`."""
+    signed, assessment = filed.exported, filed.assessment
+    name, checks = assessment.case.person.module, CheckStore(facts)
+    evidence = assessment.case.evidence
+    history, boots = evidence.history, evidence.values.get("boot_count")
+    # The records may be another module's: they must not become part of this one's history.
+    is_one_module = assessment.result("undisturbed") is CheckResult.PASS
+    is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
+    if name is not None:
+        register_module(facts, name)
+        is_one_module &= not checks.is_kept_apart(name, evidence.port)
+    checks.add_check(signed)
+    if name is not None and is_one_module:
+        claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
+    if history is None or not is_one_module:
+        return
+    now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
+    slots = [record.raw for record in history.records]
+    checks.store_visit(name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed)
+    if name is not None:
+        if assessment.case.person.is_same_module and now.is_complete:
+            store_evidence(facts, name, now)
+        _keep_word(checks, name, assessment.case)
+
+
+def service_due(
+    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
+) -> list[DueService]:
+    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
+    not under its name yet. Only what this station knows: a verdict rests on it."""
+    kept = facts.of_module(Serviced, name)
+    done = [to_builtins(one.content) for one in kept]
+    fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
+    repack = repack_due(max(fired, default=None), [(one.at, to_builtins(one.content)) for one in kept])
+    due = due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
+    return due if repack is None else [repack, *due]
+
+
+def _name_of(person: Person) -> str | None:
+    return clean(person.module.strip()) if person.module is not None and person.module.strip() else None
+
+
+def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: datetime) -> Past:
     """Checks and guided tests of a simulated module never count for a real one."""
-    fired = unnamed_fired(store.facts, port=evidence.port, adapter=adapter)
+    fired = unnamed_fired(facts, port=evidence.port, adapter=adapter)
     if name is None:  # one without a name that fired at this port may be this one
         due = repack_due(max((one.at for one in fired), default=None), ())
         return Past(due=() if due is None else (due,))
     history = evidence.history
     slots = None if history is None else [record.raw for record in history.records]
     is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
-    tests = last_tests(store.facts, name, counts_simulated=counts_simulated)
-    checks, known = CheckStore(store.database), store.evidence(name)
-    past = checks.past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated)
+    tests = last_tests(facts, name, counts_simulated=counts_simulated)
+    known = evidence_of(facts, name)
+    past = CheckStore(facts).past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated)
     has_newer = None not in (past.boot_count, known.boot_count) and not went_back(past.boot_count, known.boot_count)
     return replace(
         past,
         boot_count=known.boot_count if has_newer else past.boot_count,
         settings=known.settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
-        due=service_due(store, name, at, simulated=counts_simulated, more=fired),
-    )  # fmt: skip
-
-
-def service_due(
-    store: Store, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
-) -> list[DueService]:
-    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
-    not under its name yet. Raises `StoreTrouble`."""
-    kept = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
-    done = [fact.content for fact in kept]
-    fired = [one.at for one in (*all_fired(store.facts, name), *more) if one.is_simulated is simulated]
-    repack = repack_due(max(fired, default=None), [(fact.at, fact.content) for fact in kept])
-    # What another station did may end a warning, and never what a verdict rests on.
-    others = store.facts.state(SERVICES.format(module=name)) or {}
-    done += others.get("done", ())
-    due = due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
-    return due if repack is None else [repack, *due]
-
-
-def _keep(store: Store, assessment: Assessment, signed: SignedRecord) -> None:
-    """As one piece. Raises `StoreTrouble`."""
-    name, checks = assessment.case.person.module, CheckStore(store.database)
-    evidence = assessment.case.evidence
-    history, boots = evidence.history, evidence.values.get("boot_count")
-    # The records may be another module's: they must not become part of this one's history.
-    is_one_module = assessment.result("undisturbed") is CheckResult.PASS
-    is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
-    with store.database.transaction():
-        if name is not None:
-            store.register_module(name)
-            is_one_module &= not checks.is_kept_apart(name, evidence.port)
-        introduce(store.facts, signed.station)
-        checks.add_check(signed)
-        if name is not None and is_one_module:
-            claim_fired(store.facts, name, port=evidence.port, adapter=signed.record.adapter)
-        if history is None or not is_one_module:
-            return
-        now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
-        slots = [record.raw for record in history.records]
-        checks.store_visit(
-            name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed
-        )
-        if name is not None:
-            if assessment.case.person.is_same_module and now.is_complete:
-                store.store_evidence(name, now)
-            _keep_word(checks, name, assessment.case)
+        due=service_due(facts, name, at, simulated=counts_simulated, more=fired),
+    )
 
 
 def _keep_word(checks: CheckStore, name: str, case: Case) -> None:

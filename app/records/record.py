@@ -179,7 +179,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "version": VERSION,
         "verdict": assessment.verdict.value,
         "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
-        "at": at.isoformat(timespec="seconds"),
+        "at": at.isoformat(timespec="microseconds"),
         "zone": clean(at.tzname() or "", longest=60),
         "program": f"DPS-S Configurator {version()}",
         "who": clean(person.who.strip()),

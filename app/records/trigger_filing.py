@@ -12,8 +12,9 @@ from app.procedures.settings_reading import is_another
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
+from app.store.fact_store import Facts
 from app.store.fired import claim_fired
-from app.store.store import Store
+from app.store.modules import evidence_of, module_named, register_module, store_evidence
 from app.text.i18n import tr
 from app.text.user_error import UserError
 from protocol.catalogue import BOOT_COUNT
@@ -24,12 +25,11 @@ ANOTHER = marked("The module restarted. Read again.")
 """Or another one answered."""
 
 
-def say_new(store: Store, names: Iterable[str]) -> None:
-    """Keeps a person's word that these modules are new and have no records. Raises `StoreTrouble`."""
-    with store.database.transaction():
-        for name in names:
-            store.register_module(name)
-            CheckStore(store.database).say_new(name)
+def say_new(facts: Facts, names: Iterable[str]) -> None:
+    """Keeps a person's word that these modules are new and have no records. Within `Store.write`."""
+    for name in names:
+        register_module(facts, name)
+        CheckStore(facts).say_new(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,32 +66,35 @@ class PossiblyOther(NamedTuple):
 
 
 def file_triggers(
-    store: Store, reading: TriggersReading, name: str, *, port: str, is_same_module: bool, is_compared: bool = False,
+    facts: Facts,
+    reading: TriggersReading,
+    name: str,
+    *,
+    port: str,
+    is_same_module: bool,
+    is_compared: bool = False,
     adapter: str = "",
-) -> Visit | PossiblyOther:  # fmt: skip
+) -> Visit | PossiblyOther:
     """`is_same_module`: confirmed by a person. `is_compared`: boot count and settings were compared when it got its
-    name; only its records are. To be called in the store's thread. Raises `StoreTrouble`."""
-    history, checks = reading.history, CheckStore(store.database)
+    name; only its records are. Within `Store.write`."""
+    history, checks = reading.history, CheckStore(facts)
     slots = [record.raw for record in history.records]
     now = IdentityEvidence(reading.boot_count, reading.settings)
-    with store.database.transaction():
-        if checks.is_kept_apart(name, port):
-            return PossiblyOther((tr("simulated"),))
-        if history.may_be_of_two and not is_same_module:
-            return PossiblyOther((tr("readings differ"),))
-        if store.module_named(name) is not None and not is_same_module:
-            past = checks.past(name, slots, is_confirmed=history.is_confirmed)
-            befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), store.evidence(name))
-            against = [refuted_by(before, now, do_records_follow=past.do_records_follow) for before in befores]
-            if any(against):
-                return PossiblyOther(tuple(dict.fromkeys(chain(*against))))
-        store.register_module(name, adapter)
-        claim_fired(store.facts, name, port=port, adapter=adapter)
-        if now.is_complete:
-            store.store_evidence(name, now)
-        return checks.store_visit(
-            name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
-        )
+    if checks.is_kept_apart(name, port):
+        return PossiblyOther((tr("simulated"),))
+    if history.may_be_of_two and not is_same_module:
+        return PossiblyOther((tr("readings differ"),))
+    if module_named(facts, name) is not None and not is_same_module:
+        past = checks.past(name, slots, is_confirmed=history.is_confirmed)
+        befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), evidence_of(facts, name))
+        against = [refuted_by(before, now, do_records_follow=past.do_records_follow) for before in befores]
+        if any(against):
+            return PossiblyOther(tuple(dict.fromkeys(chain(*against))))
+    register_module(facts, name, adapter)
+    claim_fired(facts, name, port=port, adapter=adapter)
+    if now.is_complete:
+        store_evidence(facts, name, now)
+    return checks.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
 
 
 def refuted_by(before: IdentityEvidence, now: IdentityEvidence, *, do_records_follow: bool = True) -> list[str]:

@@ -15,8 +15,8 @@ from app.safety.acts import Act
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-DURABLE_LIMIT_S = 5.0
-"""As long as a confirmation is valid: an intent that is not on disk by then is dropped."""
+DURABLE_LIMIT_S = 1.0
+"""An intent that is not on the disk by then is taken back, and nothing is sent."""
 
 
 class Outcome(Enum):
@@ -31,8 +31,8 @@ class Outcome(Enum):
     NOT_SENT = "not sent"
 
 
-Entry = Future[int]
-"""Future of the entry's number, done once it is durable; raises `UserError` if it could not be written."""
+Entry = Future[str]
+"""Future of the entry's id, done once it is durable; raises `UserError` if it could not be written."""
 
 
 class Journal(Protocol):
@@ -69,11 +69,13 @@ class NoJournal:
 
 
 def durable(entry: Entry) -> Procedure[bool]:
-    """Wait until the intent is on disk; returns whether it took so long that the conditions are read
-    again. Raises `UserError`."""
+    """Wait until the intent is on disk; returns whether it took so long that the conditions are read again. One that is
+    not there in time is taken back; where it is just being written, its outcome "not sent" follows it. Raises
+    `UserError`."""
     began: EngineView = yield Inspect()
     is_written = yield from await_asking(entry, DURABLE_LIMIT_S)
     if not is_written or entry.cancelled():
+        entry.cancel()
         raise UserError(marked("The disk is too slow."))
     entry.result()
     ended: EngineView = yield Inspect()

@@ -1,1 +1,1 @@
-"""The SQLite file: facts, only ever added, in one chain; and the state, which may change."""
+"""The SQLite file: facts, only ever added; and the state, which may change."""

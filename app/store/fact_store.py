@@ -12,7 +12,7 @@ import platform
 import queue
 import sqlite3
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
@@ -73,10 +73,11 @@ class Facts:
         """Later than any time before."""
         return self._make_time()
 
-    def add(self, content: Content, module: str | None = None) -> Row:
-        """Only within `Store.write`. Raises `ValueError` for a content that is none."""
+    def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
+        """Only within `Store.write`. `at`: else now. Raises `ValueError` for a content that is none."""
         text = content_text(content)
-        row = make_row(KIND_OF[type(content)], text, module=module, station=self.station, at=self._make_time())
+        made_at = at or self._make_time()
+        row = make_row(KIND_OF[type(content)], text, module=module, station=self.station, at=made_at)
         self.connection.execute(INSERT, row)
         return row
 
@@ -93,9 +94,20 @@ class Facts:
         """Those about all modules."""
         return self._select(type_, "", (), is_newest_first=is_newest_first, limit=limit)
 
+    def back_from_newest(self, type_: type[OneContent], module: str | None) -> Iterator[Kept[OneContent]]:
+        """Each is read when it is asked for."""
+        return self._each(type_, "AND module IS ?", (module,), is_newest_first=True, limit=-1)
+
     def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
         kept = self.of_module(type_, module, is_newest_first=True, limit=1)
         return kept[0] if kept else None
+
+    def by_id(self, type_: type[OneContent], id_: str) -> Kept[OneContent] | None:
+        for values in self.connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id = ?", (id_,)):  # noqa: S608
+            content = content_of(Row(*values), type_)
+            if content is not None:
+                return Kept(Row(*values), content)
+        return None
 
     def modules(self) -> list[str]:
         """The names of all modules that a fact is about."""
@@ -123,19 +135,22 @@ class Facts:
     def _select(
         self, type_: type[OneContent], where: str, values: tuple[object, ...], *, is_newest_first: bool, limit: int
     ) -> list[Kept[OneContent]]:
+        return list(self._each(type_, where, values, is_newest_first=is_newest_first, limit=limit))
+
+    def _each(
+        self, type_: type[OneContent], where: str, values: tuple[object, ...], *, is_newest_first: bool, limit: int
+    ) -> Iterator[Kept[OneContent]]:
         order = "DESC" if is_newest_first else "ASC"
         query = (
             f"SELECT {COLUMNS} FROM facts WHERE kind = ? {where} AND made_at <= ? "  # noqa: S608
             f"ORDER BY made_at {order} LIMIT ?"
         )
         latest = time_text(utc_now() + AHEAD)
-        kept = []
         for values_of_row in self.connection.execute(query, (KIND_OF[type_], *values, latest, limit)):
             row = Row(*values_of_row)
             content = content_of(row, type_)
             if content is not None:
-                kept.append(Kept(row, content))
-        return kept
+                yield Kept(row, content)
 
 
 class Store:

@@ -11,9 +11,11 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from app.engine.target import is_simulated
-from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.store.facts import FactKind, Facts
+from app.store.fact_store import Facts
+from app.store.kinds import ActEnded, DeployIntended, MayHaveFired
+from app.store.rows import time_text
+from app.text.messages import clean
 
 _UNNAMED: Final = "fired:{place}"
 """Key of a state: a module without a name may have fired at this adapter or port."""
@@ -32,59 +34,52 @@ def has_fired_since(at: str, fired: Iterable[Fired], *, simulated: bool) -> bool
 
 
 def all_fired(facts: Facts, module: str) -> list[Fired]:
-    """Of the module of this name, the oldest first. Raises `StoreTrouble`."""
-    seen = facts.select(FactKind.FIRED, "AND module = ? ORDER BY number", (module,))
-    fired = [Fired(fact.at, is_simulated(str(fact.content.get("port")))) for fact in seen]
-    # Without an outcome nobody knows what came of it, so that it counts.
-    left = (
-        "AND module = ? AND link = ? AND NOT EXISTS (SELECT 1 FROM facts o WHERE o.link = facts.hash AND o.kind = ? "
-        "AND json_extract(o.payload, '$.outcome') = ?) ORDER BY number"
-    )
-    values = (module, Act.DEPLOY.value, FactKind.OUTCOME.value, Outcome.NOT_SENT.value)
-    deploys = facts.select(FactKind.ACT, left, values)
-    fired += [Fired(fact.at, is_simulated(str(fact.content.get("port")))) for fact in deploys]
+    """Of the module of this name, the oldest first."""
+    fired = [Fired(kept.at, is_simulated(kept.content.port)) for kept in facts.of_module(MayHaveFired, module)]
+    deploys = facts.of_module(DeployIntended, module)
+    if deploys:
+        ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
+        # Without an outcome nobody knows what came of it, so that it counts.
+        left = [kept for kept in deploys if ends.get(kept.row.id) != Outcome.NOT_SENT.value]
+        fired += [Fired(kept.at, is_simulated(kept.content.port)) for kept in left]
     return sorted(fired)
 
 
 def note_triggered(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
-    """The module reports TRIGGERED. Raises `StoreTrouble`."""
+    """The module reports TRIGGERED."""
     if module:
-        facts.add(FactKind.FIRED, {"port": port}, module=module)
+        facts.add(MayHaveFired(port=clean(port)), module)
     else:
         note_unnamed(facts, port=port, adapter=adapter)
 
 
 def note_unnamed(facts: Facts, *, port: str, adapter: str = "") -> bool:
-    """A module without a name may have fired here. Whether that is news. Raises `StoreTrouble`."""
+    """A module without a name may have fired here. Whether that is news."""
     key = _UNNAMED.format(place=adapter or port)
     if facts.state(key) is not None:
         return False
-    facts.set_state(key, {"port": port, "at": facts.database.now()})
+    facts.set_state(key, {"port": port, "at": time_text(facts.now())})
     return True
 
 
 def forget_unnamed(facts: Facts, *, port: str, adapter: str = "") -> None:
-    """What was noted was not sent after all. Raises `StoreTrouble`."""
+    """What was noted was not sent after all."""
     facts.set_state(_UNNAMED.format(place=adapter or port), None)
 
 
 def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
-    """What may have fired at this port without a name: of the next one that is named there. Raises `StoreTrouble`."""
+    """What may have fired at this port without a name: of the next one that is named there."""
     noted = filter(None, map(facts.state, _keys(port, adapter)))
     return [Fired(str(one.get("at")), is_simulated(str(one.get("port")))) for one in noted]
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
-    """A person says this name at a port: what fired there without a name was this module. Raises `StoreTrouble`."""
-    keys = _keys(port, adapter)
-    if not any(facts.state(key) for key in keys):
-        return  # nobody waits for a file that somebody else writes
-    with facts.database.transaction():
-        for key in keys:
-            noted = facts.state(key)
-            if noted is not None:
-                facts.add(FactKind.FIRED, {"port": str(noted.get("port")), "seen_at": noted.get("at")}, module=module)
-                facts.set_state(key, None)
+    """A person says this name at a port: what fired there without a name was this module."""
+    for key in _keys(port, adapter):
+        noted = facts.state(key)
+        if noted is not None:
+            facts.add(MayHaveFired(port=clean(str(noted["port"])), seen_at=str(noted["at"])), module)
+            facts.set_state(key, None)
 
 
 def _keys(port: str, adapter: str) -> list[str]:

@@ -4,6 +4,7 @@ Fields that this version does not know are ignored, so that a newer version may 
 not know is kept and passed on, but nothing here reads it. A new field needs a default, as older facts lack it.
 """
 
+from datetime import date
 from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
@@ -17,13 +18,10 @@ Note = Annotated[str, Meta(max_length=2000)]
 Word = Annotated[str, Meta(max_length=60)]
 """A word of the program, such as an act or a setting."""
 Hex = Annotated[str, Meta(max_length=200, pattern=r"^([0-9A-Fa-f]{2} ?)*$")]
-Day = Annotated[str, Meta(pattern=r"^\d{4}-\d{2}-\d{2}$")]
 FactId = Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
 Byte = Annotated[int, Meta(ge=0, le=255)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
-Value = bool | Whole | float | Text | None
-"""A setting, or what was known when something was decided."""
 Settings = dict[Word, bool | Whole | float]
 Detail = dict[Word, bool | Whole | float | Text | list[Text] | None]
 
@@ -125,11 +123,28 @@ class PreflightCheck(Content, frozen=True, kw_only=True):
     document: Annotated[str, Meta(max_length=MAX_CONTENT_BYTES)]
 
 
-class CheckVoided(Content, frozen=True, kw_only=True):
-    """A verdict holds no longer: the module may have fired since, or was seen TRIGGERED. A service is due."""
+class MayHaveFired(Content, frozen=True, kw_only=True):
+    """A TRIGGERED was seen, or a deploy left before the module had this name: no earlier verdict holds.
 
-    why: Text
-    is_service_due: bool = True
+    `seen_at`: when, where it was not now."""
+
+    port: Text
+    seen_at: Word = ""
+
+
+class MessageText(Struct, frozen=True, kw_only=True):
+    """English with places, filled by texts or other messages; see `app.text.messages`."""
+
+    text: Note
+    values: dict[Word, "MessageText | Note"] = {}
+
+
+class TestValue(Struct, frozen=True, kw_only=True):
+    name: MessageText
+    shown: MessageText
+    tolerance: MessageText
+    verdict: Word
+    value: float | None = None
 
 
 class GuidedTestDone(Content, frozen=True, kw_only=True):
@@ -139,7 +154,7 @@ class GuidedTestDone(Content, frozen=True, kw_only=True):
     adapter: Text = ""
     is_simulated: bool = False
     program: Word = ""
-    measured: list[dict[Word, Value]] = []
+    measured: list[TestValue] = []
 
 
 class ActIntended(Content, frozen=True, kw_only=True):
@@ -155,6 +170,10 @@ class ActIntended(Content, frozen=True, kw_only=True):
     detail: Detail = {}
 
 
+class DeployIntended(ActIntended, frozen=True, kw_only=True):
+    """The intent to deploy: of a kind of its own, as every report looks for it."""
+
+
 class ActEnded(Content, frozen=True, kw_only=True):
     """What came of the intent `of`; an intent without an end reads as unknown."""
 
@@ -167,18 +186,18 @@ class Serviced(Content, frozen=True, kw_only=True):
     """What a person did to a module, and when it is due again."""
 
     service: Literal["repack", "ejector", "cell", "firmware"]
-    on: Day
-    due: Day | None
+    on: date
+    due: date | None
     who: Text
     note: Note = ""
 
 
 class ModuleProvisioned(Content, frozen=True, kw_only=True):
-    """The turn of one module in a batch: it got this name, or it was set aside. `why` is JSON of a message."""
+    """The turn of one module in a batch: it got this name, or it was set aside, and `why`."""
 
     batch: Text
     name: Text
-    why: Note | None
+    why: MessageText | None
     code: Word
     boot_count: Byte | None
 
@@ -194,9 +213,10 @@ KINDS: dict[str, type[Content]] = {
     "settings_written": SettingsWritten,
     "settings_approved": SettingsApproved,
     "preflight_check": PreflightCheck,
-    "check_voided": CheckVoided,
+    "fired": MayHaveFired,
     "guided_test": GuidedTestDone,
     "act": ActIntended,
+    "deploy": DeployIntended,
     "outcome": ActEnded,
     "service": Serviced,
     "provisioned": ModuleProvisioned,

@@ -70,33 +70,34 @@ def open_file(path: Path) -> Opened:
         return _begin_again(path)
 
 
-def connect(path: Path, *, layout: int = LAYOUT) -> sqlite3.Connection:
-    """The file, checked; made where it is missing. Raises as `open_file`."""
+def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
+    """The file; made where it is missing. `is_checked`: as a whole, which takes a second for 200 MB. Raises as
+    `open_file`."""
     _make_private(path)
     connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
     try:
         is_new = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if not is_new:
-            _check(connection, path, layout)
+            _check(connection, path, is_whole=is_checked)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
         if is_new:
-            make_tables(connection, layout)
+            make_tables(connection)
     except BaseException:
         connection.close()
         raise
     return connection
 
 
-def make_tables(connection: sqlite3.Connection, layout: int = LAYOUT) -> None:
+def make_tables(connection: sqlite3.Connection) -> None:
     """In one transaction. Another program may have made them while this one waited for the lock."""
     connection.execute("BEGIN IMMEDIATE")
     if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
         for statement in TABLES:
             connection.execute(statement)
         connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        connection.execute(f"PRAGMA user_version = {layout}")
+        connection.execute(f"PRAGMA user_version = {LAYOUT}")
     connection.execute("COMMIT")
 
 
@@ -104,7 +105,7 @@ def is_good(path: Path) -> bool:
     """Whether it is a whole file of this layout. Raises OSError."""
     with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
         try:
-            _check(connection, path, LAYOUT)
+            _check(connection, path)
         except (sqlite3.DatabaseError, StoreTrouble):
             return False
     return True
@@ -124,15 +125,15 @@ def _copies(path: Path) -> list[Path]:
     return list((path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}"))
 
 
-def _check(connection: sqlite3.Connection, path: Path, layout: int) -> None:
+def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
     """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
-    if application == APPLICATION_ID and version > layout:
+    if application == APPLICATION_ID and version > LAYOUT:
         raise StoreTrouble(StoreFault.NEWER, path, f"layout {version}")
-    if application != APPLICATION_ID or version != layout:
+    if application != APPLICATION_ID or version != LAYOUT:
         raise sqlite3.DatabaseError("of another program or of a development build")
-    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+    if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
         raise sqlite3.DatabaseError("damaged")
 
 

@@ -1,69 +1,96 @@
-"""Store and audit log of a command."""
+"""Store and audit log of a command. The store opens beside the port, and no port waits for it."""
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from app.engine.snapshots import Snapshot
-from app.safety.journal import Journal, NoJournal
-from app.store.database import FILE_NAME, StoreTrouble
-from app.store.store import Store, open_store, opening_store
-from app.store.store_journal import KnownAs, StoreJournal, new_run
+from app.safety.journal import Journal
+from app.store.fact_store import CLOSE_LIMIT_S, Store
+from app.store.left_active import KnownAs
+from app.store.modules import store_snapshot
+from app.store.opening import FILE_NAME
+from app.store.rows import Row
+from app.store.store_journal import StoreJournal, new_run
 from app.system.folders import data_folder
 from app.terminal.console import notify
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
-from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 
 ORIGIN = "command line"
+Result = TypeVar("Result")
 
 
 class Records(NamedTuple):
-    """Of one connection. Without a `store` nothing dangerous is sent. `adapter`: finds its USB identity."""
+    """Of one connection. `adapter` finds its USB identity."""
 
     journal: Journal
-    store: Store | None
+    store: Store
     port: str
     adapter: Callable[[], str]
     run: str
     troubles: list[UserMessage]
-    """Said at the end."""
+    """Why entries are missing in the audit log; said at the end."""
 
-    def store_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
+    def store_snapshot(self, snapshot: Snapshot) -> "Future[Row]":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
-        store = self.store
-        if store is None:
-            return None
-
-        def keep() -> int:
-            try:
-                return store.store_snapshot(snapshot, port=self.port)
-            except StoreTrouble as error:
-                notify(error.sentence)
-                raise
-
-        return store.queue.submit(keep)
+        return self.store.write(partial(store_snapshot, snapshot=snapshot, port=self.port))
 
 
-def open_store_or_notify(consequence: str = "") -> Store | None:
-    """The store; None if it cannot be opened, which is reported with `consequence`."""
+@contextmanager
+def opened_store(limit_s: float = CLOSE_LIMIT_S) -> Iterator[tuple[Store, list[UserMessage]]]:
+    """The store, at once, and a list for why entries are missing. At the end, at most `limit_s` later, what a person
+    should know of the store is said, and whether anything was not written."""
+    store = Store()
+    troubles: list[UserMessage] = []
     try:
-        store = open_store()
-    except StoreTrouble as error:
-        notify(join_sentences((error.sentence, consequence)))
-        return None
-    if store.database.notice is not None:
-        notify(store.database.notice.translated())
-    return store
+        yield store, troubles
+    finally:
+        ends_at = time.monotonic() + limit_s
+        try:
+            notice = store.opened.result(limit_s)
+        except UserError as error:
+            notice = error.message
+        except TimeoutError:
+            notice = None  # said as what is missing
+        left = store.close(max(0.0, ends_at - time.monotonic()))
+        for said in dict.fromkeys([notice, *troubles]):
+            if said is not None:
+                notify(said.translated())
+        if left or troubles:
+            notify(tr("The audit log is incomplete."))
+
+
+@contextmanager
+def records_of(port: str, limit_s: float = CLOSE_LIMIT_S) -> Iterator[Records]:
+    """With a store of its own."""
+    with opened_store(limit_s) as (store, troubles):
+        yield records_on(store, troubles, port)
+
+
+def records_on(
+    store: Store, troubles: list[UserMessage], port: str, *, origin: str = ORIGIN, module: str = ""
+) -> Records:
+    """The store's thread finds the adapter, which may take seconds, while the port is opened. `module`: its name."""
+    finding = _Adapter(port)
+    known_as = KnownAs(clean(module), new_run())
+    journal = StoreJournal(
+        store, port=port, origin=origin, adapter=finding.identity, known_as=known_as, on_trouble=troubles.append
+    )
+    return Records(journal, store, port, finding.identity, known_as.run, troubles)
 
 
 def existing_store() -> Store | None:
     """The store, where there is one: reading makes none."""
-    return open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
+    try:
+        return Store() if (data_folder() / FILE_NAME).exists() else None
+    except OSError:
+        return Store()  # a folder that may not be entered; whoever reads is told
 
 
 def adapter_of(port: str) -> str:
@@ -77,58 +104,28 @@ def adapter_of(port: str) -> str:
         return ""
 
 
-@contextmanager
-def closing_store(store: Store | None) -> Iterator[None]:
-    """Of what is to be logged; what could not be written in time is said."""
-    try:
-        yield
-    finally:
-        if store is not None and store.close():
-            notify(tr("The audit log is incomplete."))
+class _Adapter:
+    """Looked up once, when it is first needed."""
+
+    def __init__(self, port: str) -> None:
+        self._port = port
+        self._identity: str | None = None
+
+    def identity(self) -> str:
+        if self._identity is None:
+            self._identity = adapter_of(self._port)
+        return self._identity
 
 
-def records_on(store: Store | None, port: str, *, origin: str = ORIGIN, module: str = "") -> Records:
-    """The store's thread finds the adapter, which may take seconds, while the port is opened. `module`: its name."""
-    if store is None:
-        return Records(NoJournal(), None, port, partial(adapter_of, port), "", [])
-    adapter = store.queue.submit(partial(adapter_of, port)).result
-    known_as = KnownAs(clean(module), new_run())
-    troubles: list[UserMessage] = []
-    journal = StoreJournal(
-        store, port=port, origin=origin, adapter=adapter, known_as=known_as, on_trouble=troubles.append
-    )
-    return Records(journal, store, port, adapter, known_as.run, troubles)
+def in_background(work: Callable[[], Result]) -> "Future[Result]":
+    """What waits for the store, while the conversation goes on."""
+    future: Future[Result] = Future()
 
-
-@contextmanager
-def records_beside(port: str, limit_s: float) -> Iterator[Records]:
-    """For LOCK, which waits for no disk: the store opens beside the port. At the end, at most `limit_s` later, what was
-    not written is said, with the store's trouble."""
-    store = opening_store()
-    records = records_on(store, port)
-    try:
-        yield records
-    finally:
-        ends_at = time.monotonic() + limit_s
-        opened = store.queue.submit(lambda: store.database.notice)
+    def run() -> None:
         try:
-            notice = opened.result(limit_s)
-            if notice is not None:
-                notify(notice.translated())
-        except UserError as error:
-            records.troubles.append(error.message)
-        except TimeoutError:
-            pass  # said as what is missing
-        is_late = store.close(max(0.0, ends_at - time.monotonic())) > 0
-        for trouble in dict.fromkeys(records.troubles):
-            notify(trouble.translated())
-        if is_late or records.troubles:
-            notify(tr("The audit log is incomplete."))
+            future.set_result(work())
+        except Exception as error:  # noqa: BLE001  passed on by the future
+            future.set_exception(error)
 
-
-@contextmanager
-def records_of(port: str) -> Iterator[Records]:
-    """With a store of its own; None that cannot be opened has been reported."""
-    store = open_store_or_notify()
-    with closing_store(store):
-        yield records_on(store, port)
+    threading.Thread(target=run, name="dps-s keeping", daemon=True).start()
+    return future

@@ -5,7 +5,6 @@ is handled. The port is always closed properly.
 """
 
 import queue
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -221,23 +220,12 @@ def connected(
 
 def _keep_triggered(port: str) -> None:
     """For the next module that is named at this port: whatever was said of it before does not hold any more. A store
-    that hangs is not waited for."""
-    from app.store.database import StoreTrouble
+    that hangs is waited for within a limit, as by LOCK."""
     from app.store.fired import note_unnamed
-    from app.terminal.command_journal import adapter_of, closing_store, open_store_or_notify
+    from app.terminal.command_journal import adapter_of, opened_store
 
-    def keep() -> None:
-        store = open_store_or_notify()
-        try:
-            with closing_store(store):
-                if store is not None:
-                    note_unnamed(store.facts, port=port, adapter=adapter_of(port))
-        except StoreTrouble as error:
-            notify(error.sentence)
-
-    thread = threading.Thread(target=keep, name="dps-s triggered", daemon=True)
-    thread.start()
-    thread.join(_KEEP_LIMIT_S)
+    with opened_store(_KEEP_LIMIT_S) as (store, _troubles):
+        store.write(lambda facts: note_unnamed(facts, port=port, adapter=adapter_of(port)))
 
 
 def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> None:

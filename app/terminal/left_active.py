@@ -2,8 +2,8 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.target import is_simulated
@@ -15,43 +15,56 @@ from app.text.sentences import join_names, join_sentences
 from app.text.user_error import UserError
 
 if TYPE_CHECKING:
+    from app.store.fact_store import Facts
     from app.store.left_active import LeftActive
-    from app.store.store import Store
     from app.terminal.command_journal import Records
     from app.terminal.connection import Conversation
 
 READ_LIMIT_S = 1.0
+LEFT_LIMIT_S = 0.5
 Result = TypeVar("Result")
 
 
 def say_left_active(ports: Sequence[str], module: str) -> None:
-    """Before anything is sent."""
+    """Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer."""
     real = [port for port in ports if not is_simulated(port)]
-    if not real or not data_folder().exists():  # nothing of the store is loaded where there is none
+    if not real or not is_there(data_folder()):  # nothing of the store is loaded where there is none
         return
-    from app.store.database import StoreTrouble
     from app.terminal.command_journal import existing_store
 
     store = existing_store()
     if store is None:
         return
     try:
-        with closing(store):
-            entries = dict.fromkeys(left for port in real for left in left_here(store, port, module))
-    except StoreTrouble as error:
+        left = store.write(lambda facts: [one for port in real for one in left_here(facts, port, module)])
+        entries = left.result(LEFT_LIMIT_S)
+        notice = store.opened.result()  # said by whoever opens it first
+        if notice is not None:
+            notify(notice.translated())
+        for one in dict.fromkeys(entries):
+            notify(one.sentence)
+    except TimeoutError:
+        notify(tr("What was left ACTIVE is not known: the disk is too slow."))
+    except UserError as error:
         notify(error.sentence)
-        return
-    for left in entries:
-        notify(left.sentence)
+    finally:
+        store.close(0.0)
 
 
-def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...]:
-    """What was left ACTIVE under this name or, where it or the module has none, on this adapter. Raises
-    `StoreTrouble`."""
-    from app.store.left_active import left_active
+def is_there(folder: Path) -> bool:
+    """A folder that may not be entered is there, and said where it is used."""
+    try:
+        return folder.exists()
+    except OSError:
+        return True
+
+
+def left_here(facts: "Facts", port: str, module: str) -> tuple["LeftActive", ...]:
+    """What was left ACTIVE under this name or, where it or the module has none, on this adapter."""
+    from app.store.store_journal import left_active
     from app.terminal.command_journal import adapter_of
 
-    entries, name = left_active(store), clean(module.strip())
+    entries, name = left_active(facts), clean(module.strip())
     adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
 
     def is_here(left: "LeftActive") -> bool:
@@ -74,24 +87,24 @@ def say_left_by_others(records: "Records", args: argparse.Namespace) -> None:
 def end_left_active(conversation: "Conversation", records: "Records", args: argparse.Namespace) -> None:
     """The module reports LOCKED, and a person says by --module or --same-module which one it is. A name does not say
     that it is also the one without a name that was left here."""
-    from app.store.left_active import note_locked
+    from app.store.store_journal import note_locked
     from app.terminal.command_journal import ORIGIN
 
-    store, name = records.store, clean((args.module or "").strip())
-    if store is None or not (args.same_module or name):
+    name = clean((args.module or "").strip())
+    if not (args.same_module or name):
         return
     left = _left_by_others(records, args)
     if left and (args.same_module or _is_it(conversation, records, name)):
         for one in left:
             if args.same_module or one.known_as.name == name:
-                store.queue.submit(partial(note_locked, store, one, ORIGIN))
+                records.store.write(partial(note_locked, left=one, origin=ORIGIN))
 
 
 def _left_by_others(records: "Records", args: argparse.Namespace) -> tuple["LeftActive", ...]:
     """What this run left is said by itself."""
 
-    def read(store: "Store") -> tuple["LeftActive", ...]:
-        left = left_here(store, args.port, clean((args.module or "").strip()))
+    def read(facts: "Facts") -> tuple["LeftActive", ...]:
+        left = left_here(facts, args.port, clean((args.module or "").strip()))
         return tuple(one for one in left if one.known_as.run != records.run)
 
     return _in_time(records, read) or ()
@@ -100,9 +113,9 @@ def _left_by_others(records: "Records", args: argparse.Namespace) -> tuple["Left
 def _is_it(conversation: "Conversation", records: "Records", name: str) -> bool:
     """Whether nothing speaks against the name; what does is said."""
     from app.terminal.connection import LinkTrouble
-    from app.terminal.stored_history import evidence_of, refuted
+    from app.terminal.stored_history import known_evidence, refuted
 
-    known = _in_time(records, lambda store: evidence_of(store, name))
+    known = _in_time(records, partial(known_evidence, name=name))
     against: list[str] | None = None
     with LinkTrouble():
         against = refuted(conversation, known)
@@ -112,15 +125,9 @@ def _is_it(conversation: "Conversation", records: "Records", name: str) -> bool:
     return against == []
 
 
-def _in_time(records: "Records", read: Callable[["Store"], Result]) -> Result | None:
+def _in_time(records: "Records", read: Callable[["Facts"], Result]) -> Result | None:
     """None where the store is in trouble, which is said at the end, or too slow."""
-    store = records.store
-    if store is None:
-        return None
     try:
-        return store.queue.submit(partial(read, store)).result(READ_LIMIT_S)
-    except TimeoutError:
-        return None
-    except UserError as error:
-        records.troubles.append(error.message)
+        return records.store.write(read).result(READ_LIMIT_S)
+    except (UserError, TimeoutError):
         return None

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import contextmanager
 
 from app.engine.device import DeviceView
 from app.engine.identity import UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
@@ -11,7 +11,7 @@ from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
 from app.settings.identity_words import identity_question
 from app.store.stream_memory import StreamMemory
-from app.terminal.command_journal import adapter_of, open_store_or_notify
+from app.terminal.command_journal import adapter_of, opened_store
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.terminal.console import note, notify
 from app.terminal.interruption import Interrupted
@@ -140,9 +140,11 @@ def _has_just_slept(conversation: Conversation) -> bool:
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
     """Remembers that the serial output is switched on; not for simulated modules."""
-    store = None if is_simulated(port) else open_store_or_notify()
-    with nullcontext() if store is None else closing(store):
-        memory = StreamMemory(store, "" if store is None else adapter_of(port) or port)
+    if is_simulated(port):
+        yield StreamMemory()
+        return
+    with opened_store() as (store, _troubles):
+        memory = StreamMemory(store, adapter_of(port) or port)
         try:
             yield memory
         finally:

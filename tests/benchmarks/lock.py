@@ -6,13 +6,14 @@ import statistics
 import tempfile
 import threading
 import time
+from concurrent.futures import wait
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.store.store import Store
+from app.store.fact_store import Store
 from tests.benchmarks.figures import Figure, measured
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.window import LIMIT_S, WARM_UP_S, turn_for, turn_until, window_apart
@@ -28,8 +29,7 @@ _STORES: Final = {"free": "the store free", "blocked": f"the store blocked for {
 def _block(store: Store, is_over: threading.Event) -> None:
     """Holds the writing connection, like a disk that takes 3 s per commit."""
     while not is_over.is_set():
-        with store.database.transaction():
-            is_over.wait(BLOCKED_S)
+        wait([store.write(lambda _facts: is_over.wait(BLOCKED_S))])
 
 
 def measure() -> dict[str, list[float]]:

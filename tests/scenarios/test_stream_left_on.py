@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 
 from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
-from app.store.store import Store, open_store
+from app.store.fact_store import Store
 from app.store.stream_memory import StreamMemory
 from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig, end_watch, settled_rig
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, ran, run_module, running
+from tests.support.records.stored import open_store
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
 ADAPTER = "10c4:ea60:0001"
@@ -47,7 +48,7 @@ def changes(rig: Rig) -> list[Request]:
 
 def wait_stored(store: Store, is_on: bool) -> None:
     deadline = time.monotonic() + PATIENCE_S
-    while (store.facts.state(f"stream:{ADAPTER}") is not None) is not is_on:
+    while (store.state(f"stream:{ADAPTER}") is not None) is not is_on:
         assert time.monotonic() < deadline
         time.sleep(0.005)
 
@@ -80,8 +81,8 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
         rig.session.step()
-    assert (store.facts.state(f"stream:{ADAPTER}") or {})["boot_count"] == 37
-    assert store.facts.state("stream:another adapter") is None
+    assert (store.state(f"stream:{ADAPTER}") or {})["boot_count"] == 37
+    assert store.state("stream:another adapter") is None
     end_watch(rig)
     assert changes(rig) == [ON, OFF]
     wait_stored(store, is_on=False)
@@ -91,7 +92,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     ("boots", "is_wanted"), [(37, True), (37, False), pytest.param(None, False, id="the adapter alone identifies it")]
 )
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
-    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": boots})
+    store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
     rig, memory = streaming_rig(), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=is_wanted)
     rig.step_for(LISTEN_FIRST_S + 3)
@@ -106,7 +107,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 
 @pytest.mark.parametrize("boots", [36, 38])
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
-    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
+    store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
     rig, memory = streaming_rig(boots=boots), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 30)
@@ -127,7 +128,7 @@ def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
 
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
-    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
+    store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
     rig, memory = settled_rig(), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
@@ -143,7 +144,7 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
         with running(*words) as first:
             deadline = time.monotonic() + PATIENCE_S
             with closing(open_store()) as store:
-                while store.facts.state(f"stream:{module.port}") is None:
+                while store.state(f"stream:{module.port}") is None:
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
             while json.loads(first.out.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
@@ -152,4 +153,4 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
         assert again.returncode == 0
         assert LEFT_ON in again.stderr
         with closing(open_store()) as store:
-            assert store.facts.state(f"stream:{module.port}") is None
+            assert store.state(f"stream:{module.port}") is None

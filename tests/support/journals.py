@@ -40,13 +40,13 @@ class FakeJournal:
         """Complete the writes that were held."""
         for entry, number in self._numbers.items():
             if not entry.done():
-                entry.set_result(number)
+                entry.set_result(str(number))
 
     def _entry(self, number: int) -> Entry:
         entry = Entry()
         self._numbers[entry] = number
         if not self.is_held:
-            entry.set_result(number)
+            entry.set_result(str(number))
         return entry
 
 

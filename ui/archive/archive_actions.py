@@ -41,16 +41,14 @@ class ArchiveLine(QToolButton):
         self.setVisible(self._exchange.server is not None and seen is not None)
         if seen is None:
             return
-        count, last = seen.status.not_shared, seen.status.last_at
+        count, last = seen.not_shared, seen.last_at
         text = tr("Not shared: {count}. Last: {time}.", count=count, time=last_time(last))
-        altered = self._exchange.altered
+        altered = 0 if seen.done is None else seen.done.left_out_count
         if altered:
             text = tr("Left out, unreadable or altered: {count}", count=altered)
-        elif seen.status.conflicts:
-            text = tr("{text} · conflicts: {count}", text=text, count=seen.status.conflicts)
         self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
         self.setText(text)
-        trouble = self._exchange.trouble
+        trouble = seen.trouble
         self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.translated(),)))))
         self.setAccessibleName(labelled(tr("Archive"), text))
 

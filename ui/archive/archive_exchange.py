@@ -1,15 +1,13 @@
 """Exchanges records in a background thread: automatically if a server is set, or on request."""
 
 import logging
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.store.store import Store
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.messages import UserMessage
@@ -19,14 +17,14 @@ from ui.services.storage import Storage
 
 if TYPE_CHECKING:
     from app.archive.archive import Archive
-    from app.archive.exchange import ArchiveStatus, Exchanged
+    from app.archive.sync import Synced
 
 _log = logging.getLogger(__name__)
 EVERY_MS: Final = 60_000
 """Interval at which new records are looked for."""
 AT_LEAST_EVERY_S: Final = 300.0
 """Interval at which records of other stations are fetched even if there is nothing to share."""
-Act = Callable[["Archive", Callable[["Exchanged"], None]], "Exchanged | None"]
+Act = Callable[["Archive", Callable[["Synced"], None]], "Synced | None"]
 
 
 class _Ended(Exception):
@@ -34,10 +32,12 @@ class _Ended(Exception):
 
 
 class Seen(NamedTuple):
-    """Result of one exchange. `trouble`: why the server or file could not be used."""
+    """What is known after an exchange. `done`: of the last one in this session; `trouble`: why the place could not be
+    used."""
 
-    status: "ArchiveStatus"
-    done: "Exchanged | None" = None
+    not_shared: int
+    last_at: str | None
+    done: "Synced | None" = None
     trouble: UserMessage | None = None
 
 
@@ -57,9 +57,6 @@ class ArchiveExchange(QObject):
         self.server: str | None = None
         """The configured server."""
         self.seen: Seen | None = None
-        self.trouble: UserMessage | None = None
-        self.altered = 0
-        """Number of altered rows on the server, at the last exchange."""
 
     @property
     def is_running(self) -> bool:
@@ -88,11 +85,15 @@ class ArchiveExchange(QObject):
             self.refresh()
             return
         self._timer.start()
-        self._sync(text)
+        self.sync_with(text, is_repeated=True)
 
     def sync(self) -> None:
         if self.server is not None:
-            self._sync(self.server)
+            self.sync_with(self.server, is_repeated=True)
+
+    def sync_with(self, place: str, *, is_repeated: bool = False) -> None:
+        """A server's address or a file, in both directions."""
+        self.run(lambda archive, on_page: _sync(archive, place, on_page), is_repeated=is_repeated)
 
     def refresh(self) -> None:
         """Count what is not shared, without contacting the server; a running exchange does so at its end."""
@@ -106,36 +107,32 @@ class ArchiveExchange(QObject):
             self._waiting.append(act)
             return
         self._is_repeated = is_repeated
-        server, storage = self.server, self._storage
+        storage, server = self._storage, self.server
         self._task.run(lambda running: _work(storage, server, act, running), self._on_exchanged, self._fail)
         self.changed.emit()
 
-    def _sync(self, url: str, *, is_due: Callable[["Archive", str], bool] = lambda _archive, _url: True) -> None:
-        def sync(archive: "Archive", on_page: Callable[["Exchanged"], None]) -> "Exchanged | None":
-            if not is_due(archive, url):
-                return None
-            from app.archive import exchange
-
-            done = exchange.sync(archive, url, on_page=on_page)
-            self.altered = done.refused_count  # read by the window afterwards
-            return done
-
-        self.run(sync, is_repeated=True)
-
     def _exchange_if_due(self) -> None:
-        if self.server is not None and not self._task.is_running:
-            self._sync(self.server, is_due=_is_due)
+        server = self.server
+        if server is None or self._task.is_running:
+            return
+
+        def act(archive: "Archive", on_page: Callable[["Synced"], None]) -> "Synced | None":
+            return _sync(archive, server, on_page) if _is_due(archive, server) else None
+
+        self.run(act, is_repeated=True)
 
     def _on_exchanged(self, seen: Seen) -> None:
-        self.seen, self.trouble = seen, seen.trouble
+        done = self.seen.done if seen.done is None and self.seen is not None else seen.done
+        self.seen = seen._replace(done=done)
         self._on_ended()
 
     def _fail(self, error: Exception) -> None:
-        if isinstance(error, UserError):
-            self.trouble = error.message
-        elif not isinstance(error, _Ended):
-            _log.error("The archive could not be used", exc_info=error)
-            self.trouble = UserMessage(type(error).__name__)
+        if isinstance(error, _Ended):
+            return
+        if not isinstance(error, UserError):
+            raise error
+        before = self.seen or Seen(0, None)
+        self.seen = before._replace(trouble=error.message)
         self._on_ended()
 
     def _on_ended(self) -> None:
@@ -152,43 +149,46 @@ def last_time(at: str | None) -> str:
     return f"{when:%H:%M}" if when.date() == datetime.now(UTC).astimezone().date() else f"{when:%Y-%m-%d}"
 
 
-def _is_due(archive: "Archive", server: str) -> bool:
-    from app.archive.exchange import status_of
-
-    status = status_of(archive, server)
-    if status.not_shared or status.last_at is None:
-        return True
-    age_s = (datetime.now(UTC) - datetime.fromisoformat(status.last_at)).total_seconds()
-    return not 0 <= age_s < AT_LEAST_EVERY_S
-
-
-@contextmanager
-def opened_archive(storage: Storage) -> Iterator["Archive"]:
+def archive_of(storage: Storage) -> "Archive":
     """In a background thread. Raises `UserError`."""
     from app.archive.archive import Archive
 
-    store = storage.open_store()
-    if not isinstance(store, Store):
-        raise store
-    with closing(Archive(store)) as archive:
-        yield archive
+    store = storage.begun
+    if store is None:
+        raise _Ended
+    store.opened.result()
+    return Archive(store)
+
+
+def _sync(archive: "Archive", place: str, on_page: Callable[["Synced"], None]) -> "Synced":
+    from app.archive.sync import sync
+
+    return sync(archive, place, on_page)
+
+
+def _is_due(archive: "Archive", server: str) -> bool:
+    last_at = archive.last_exchange(server)
+    if last_at is None or archive.not_shared(server):
+        return True
+    age_s = (datetime.now(UTC) - datetime.fromisoformat(last_at)).total_seconds()
+    return not 0 <= age_s < AT_LEAST_EVERY_S
 
 
 def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
     """Runs in a background thread; stops between two pages if the window closes."""
-    from app.archive.exchange import status_of
-
     rest = GilYield()
 
-    def on_page(_done: "Exchanged") -> None:
+    def on_page(_done: "Synced") -> None:
         rest.checkpoint()
         if running.is_cancelled():
             raise _Ended
 
-    with opened_archive(storage) as archive:
-        done, trouble = None, None
-        try:
-            done = act(archive, on_page)
-        except UserError as error:
-            trouble = error.message
-        return Seen(status_of(archive, server), done, trouble)
+    archive = archive_of(storage)
+    done, trouble = None, None
+    try:
+        done = act(archive, on_page)
+    except UserError as error:
+        trouble = error.message
+    if server is None:
+        return Seen(0, None, done, trouble)
+    return Seen(archive.not_shared(server), archive.last_exchange(server), done, trouble)

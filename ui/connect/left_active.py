@@ -8,9 +8,9 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.device import How
 from app.engine.worker import Batch
 from app.safety.last_known import Activation
-from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
-from app.store.store import Store
-from app.store.store_journal import new_run
+from app.store.fact_store import Facts, Store
+from app.store.left_active import LeftActive
+from app.store.store_journal import left_active, new_run, note_continued, note_locked, note_report
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
 from ui.services.port import Port, Ports
@@ -42,7 +42,7 @@ class LeftActiveWatch(QObject):
     def load(self) -> None:
         """Once the store is open."""
         self._is_loaded = True
-        self._update(lambda _store: None)
+        self._update(lambda _facts: None)
 
     def notice(self) -> Notice | None:
         """In the language in use; None while the module itself, or its LOCK or link, says it."""
@@ -73,12 +73,12 @@ class LeftActiveWatch(QObject):
         is_said = port.activation.state is Activation.ACTIVE or (port is self._connector.current and port.is_active)
         return is_said and left.known_as.name == port.module.name != ""
 
-    def _update(self, note: Callable[[Store], object]) -> None:
+    def _update(self, note: Callable[[Facts], object]) -> None:
         """Does this in the store's thread, and takes what is left ACTIVE then."""
         store = self._storage.store
         if isinstance(store, Store):
             # Where the store is in trouble, its own notice says it.
-            self._logging.run_in(store.queue, partial(_after, note, store), self._take, lambda _trouble: None)
+            self._logging.run_in(store, partial(_after, note), self._take, lambda _trouble: None)
 
     def _take(self, left: tuple[LeftActive, ...]) -> None:
         self._storage.left_active = left
@@ -123,6 +123,6 @@ class LeftActiveWatch(QObject):
         return was_active and is_broken and not connection.module.name and not is_locked
 
 
-def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, ...]:
-    note(store)
-    return left_active(store)
+def _after(note: Callable[[Facts], object], facts: Facts) -> tuple[LeftActive, ...]:
+    note(facts)
+    return left_active(facts)

@@ -3,13 +3,14 @@
 import logging
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 from typing import Generic, NamedTuple, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from app.store.database import StoreTrouble
-from app.store.write_queue import WriteQueue
+from app.store.fact_store import Facts, Store
+from app.store.trouble import StoreTrouble
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -49,7 +50,7 @@ class Running:
 class _Ended(NamedTuple):
     running: Running
     result: object
-    error: Exception | None
+    error: BaseException | None
 
 
 class BackgroundTask(QObject, Generic[Result]):
@@ -99,20 +100,26 @@ class BackgroundTask(QObject, Generic[Result]):
 
     def run_in(
         self,
-        queue: WriteQueue,
-        act: Callable[[], Result],
+        store: Store,
+        act: Callable[[Facts], Result],
         then: Callable[[Result], object],
         failed: Callable[[StoreTrouble], object] | None = None,
     ) -> None:
-        """As `run`, in the store's thread, after what was queued before. It runs even if it is replaced; once the
-        store is closed no result is delivered."""
+        """As `run`, as one transaction in the store's thread, after what was asked for before; its result comes once
+        that is on the disk. It runs even if it is replaced; once the store is closed no result is delivered."""
 
         def fail(error: Exception) -> None:
             if failed is None or not isinstance(error, StoreTrouble):
                 raise error
             failed(error)
 
-        queue.submit(partial(self._work, self._begin(then, fail), act))
+        running = self._begin(then, fail)
+
+        def end(written: "Future[Result]") -> None:
+            if not written.cancelled():
+                self._deliver(_Ended(running, None if written.exception() else written.result(), written.exception()))
+
+        store.write(act).add_done_callback(end)
 
     def stop(self) -> None:
         """Ask the function to end; its result is still delivered."""
@@ -149,6 +156,9 @@ class BackgroundTask(QObject, Generic[Result]):
             ended = _Ended(running, act(), None)
         except Exception as error:  # noqa: BLE001  delivered to the window's thread
             ended = _Ended(running, None, error)
+        self._deliver(ended)
+
+    def _deliver(self, ended: _Ended) -> None:
         try:
             self._ended.emit(ended)
         except RuntimeError:  # the window was closed meanwhile, and this object deleted
@@ -163,6 +173,8 @@ class BackgroundTask(QObject, Generic[Result]):
         self._clear()
         if ended.error is not None:
             if failed is None:
+                raise ended.error
+            if not isinstance(ended.error, Exception):
                 raise ended.error
             failed(ended.error)
         elif then is not None:

@@ -11,8 +11,10 @@ from app.engine.identity import UNKNOWN, Expected, IdentityEvidence, Trust, evid
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.settings.identity_words import known_by
-from app.store.database import StoreTrouble
-from app.store.store import Module, Store
+from app.store.fact_store import Facts, Store
+from app.store.modules import Module, module_named, modules, register_module, store_evidence
+from app.store.modules import evidence_of as kept_evidence
+from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import capitalised, join_sentences, labelled
@@ -72,7 +74,7 @@ class ModuleName(QObject):
         if store is None:
             return ()
         try:
-            return store.modules()
+            return store.read(modules)
         except StoreTrouble as trouble:
             _log.warning("The names of the modules cannot be read: %s", trouble)
             return ()
@@ -124,8 +126,8 @@ class ModuleName(QObject):
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and self.name:
             self._identifying.run_in(
-                store.queue,
-                partial(_register, store, self.name, self.adapter, evidence),
+                store,
+                partial(_register, name=self.name, adapter=self.adapter, evidence=evidence),
                 lambda _none: None,
                 lambda trouble: _log.warning("The adapter of a module cannot be kept: %s", trouble),
             )
@@ -153,7 +155,7 @@ class ModuleName(QObject):
         if before != UNKNOWN:
             self._read[name] = before
         if (store := self._store) is not None:
-            store.queue.submit(partial(_store_evidence, store, name, before))
+            store.write(partial(_store_evidence, name=name, evidence=before))
 
     # Which module it is
 
@@ -173,7 +175,7 @@ class ModuleName(QObject):
         if store is None or read != self._stored.get(name, UNKNOWN):
             return read
         try:
-            return store.evidence(name)
+            return store.read(lambda facts: kept_evidence(facts, name))
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return read
@@ -216,25 +218,24 @@ class ModuleName(QObject):
         store = self._store
         if store is not None and not self._saving.is_running:
             self._saving.run_in(
-                store.queue,
-                partial(_store_evidence, store, name, evidence),
+                store,
+                partial(_store_evidence, name=name, evidence=evidence),
                 lambda is_stored: self._stored.update({name: evidence} if is_stored else {}),
                 lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
             )
 
 
-def _register(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
-    """Runs in the store's thread, as one piece of work: the window may be closed afterwards."""
-    store.register_module(name, adapter)
+def _register(facts: Facts, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
+    register_module(facts, name, adapter)
     if evidence is not None:
-        store.store_evidence(name, evidence)
+        store_evidence(facts, name, evidence)
 
 
-def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool:
-    """Runs in the store's thread, after the module was stored; False if it was not."""
-    module = store.module_named(name)
+def _store_evidence(facts: Facts, name: str, evidence: IdentityEvidence) -> bool:
+    """After the module was stored; False if it was not."""
+    module = module_named(facts, name)
     if module is not None:
-        store.store_evidence(name, evidence)
+        store_evidence(facts, name, evidence)
     return module is not None
 
 

@@ -18,9 +18,10 @@ from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.safety.journal import Journal
+from app.store.fact_store import Store
 from app.store.fired import claim_fired, note_triggered
-from app.store.store import Store
-from app.store.store_journal import KnownAs
+from app.store.left_active import KnownAs
+from app.store.rows import Row
 from protocol.link_states import Presence
 from ui.core.module_memory import PortView
 from ui.core.port_connection import MakeWorker, PortConnection
@@ -95,11 +96,8 @@ class Port(PortConnection):
         if not isinstance(store, Store) or target is None or seen in self._triggered_as:
             return
         self._triggered_as.add(seen)
-
-        def note() -> None:
-            note_triggered(store.facts, name, port=target.device, adapter=target.identity)
-
-        store.queue.submit(note).add_done_callback(_log_trouble)
+        note = partial(note_triggered, module=name, port=target.device, adapter=target.identity)
+        store.write(note).add_done_callback(_log_trouble)
 
     def _claim_fired(self) -> None:
         """What fired here without a name was the module that a person names now."""
@@ -108,17 +106,14 @@ class Port(PortConnection):
             return
         if (self.kept.run, "") in self._triggered_as:
             self._triggered_as.add((self.kept.run, name))
+        claim = partial(claim_fired, module=name, port=target.device, adapter=target.identity)
+        store.write(claim).add_done_callback(_log_trouble)
 
-        def claim() -> None:
-            claim_fired(store.facts, name, port=target.device, adapter=target.identity)
-
-        store.queue.submit(claim).add_done_callback(_log_trouble)
-
-    def keep_as_found(self) -> Callable[[Snapshot], Future[int] | None] | None:
+    def keep_as_found(self) -> Callable[[Snapshot], Future[Row] | None] | None:
         """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
         kept, port, name = self.kept, self.connection.port, self.module.name
 
-        def keep(snapshot: Snapshot) -> Future[int] | None:
+        def keep(snapshot: Snapshot) -> Future[Row] | None:
             kept.as_found = snapshot
             return self._storage.store_snapshot(snapshot, port, name)
 

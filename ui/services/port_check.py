@@ -23,8 +23,7 @@ from app.safety.acts import is_deploy_in
 from app.safety.interlocks import interlock_inputs
 from app.safety.journal import Journal
 from app.settings.profiles import Profile
-from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.trouble import StoreTrouble
 from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -285,16 +284,17 @@ class PortCheck(QObject):
 
     def _file(self, evidence: Evidence, past: Past | None = None) -> None:
         """Judge the check; keep it, in the store's thread, unless it is void."""
-        store, target = self._storage.store, self.target
-        used = store if evidence.is_complete and isinstance(store, Store) else None
+        store, target = self._storage.begun, self.target
+        used = store if evidence.is_complete else None
+        trouble = self._storage.store if store is None else None
         work = partial(
             file_check, evidence, self.profile, self.person, store=used,
             adapter="" if target is None else target.identity, past=past,
         )  # fmt: skip
         if used is None:
-            self._end_filing(work(), store if isinstance(store, StoreTrouble) else None)
+            self._end_filing(work(), trouble if isinstance(trouble, StoreTrouble) else None)
         else:
-            self._filing.run_in(used.queue, work, self._end_filing)
+            self._filing.run(lambda _running: work(), self._end_filing)
 
     def _end_filing(self, filed: Filed, trouble: StoreTrouble | None = None) -> None:
         self.trouble = trouble or filed.trouble

@@ -3,8 +3,9 @@
 import logging
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,11 +18,13 @@ from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.markers import MarkerKind, MarkerTracker
 from app.safety.journal import Journal, NoJournal
-from app.store.database import StoreFault, StoreTrouble
-from app.store.left_active import LeftActive
-from app.store.store import Store, open_store
-from app.store.store_journal import UNNAMED, KnownAs, StoreJournal
+from app.store.fact_store import Store
+from app.store.left_active import KnownAs, LeftActive
+from app.store.modules import store_snapshot
+from app.store.rows import Row
+from app.store.store_journal import UNNAMED, StoreJournal
 from app.store.stream_memory import StreamMemory
+from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.events import BREAKS
@@ -154,17 +157,21 @@ RECORDER_LIMIT_S = 0.1
 """For the last lines of a recording, when the window closes."""
 
 
-class Storage:
-    """The store is opened by `open_store`, else when it is first asked for."""
+class Storage(QObject):
+    """The store opens in its own thread once it is first asked for, and nobody here waits for it. `opened`: it is open,
+    or there is none; emitted in the window's thread (`ui/main.py`)."""
+
+    opened = Signal()
 
     def __init__(self, folder: Path | None = None) -> None:
+        super().__init__()
         self.left_active: tuple[LeftActive, ...] = ()
         """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
         self._recorded: list[SessionRecording] = []
         self.recordings = RecordingJobs(None if folder is None else folder / RECORDINGS)
-        self._store: Store | StoreTrouble | None = None
-        self._opening = threading.Lock()
+        self._opening: Store | None = None
+        self._lock = threading.Lock()
         self._is_closed = False
 
     @property
@@ -174,29 +181,29 @@ class Storage:
 
     @property
     def store(self) -> Store | StoreTrouble:
-        """The store, or why there is none."""
-        return self.open_store()
+        """The store once it is open, or why there is none (yet). Never waits."""
+        store = self.begun
+        if self._is_closed or store is None:
+            return StoreTrouble(StoreFault.FAILED, self.folder, "closed")
+        if not store.opened.done():
+            return StoreTrouble(StoreFault.OPENING, store.path)
+        trouble = store.opened.exception()
+        return trouble if isinstance(trouble, StoreTrouble) else store
 
     def open_store(self) -> Store | StoreTrouble:
-        """Open, check and migrate the store, which may take long. Any thread may call. Idempotent; after `close` it
-        returns a `StoreTrouble`."""
-        with self._opening:
-            if self._store is None and not self._is_closed:
-                try:
-                    self._store = open_store(self._folder)
-                except StoreTrouble as trouble:
-                    _log.warning("There is no store: %s", trouble)
-                    self._store = trouble
-            if self._store is None or self._is_closed:
-                self._close_store()
-                return StoreTrouble(StoreFault.FAILED, self.folder, "closed")
-            return self._store
+        """Waits until it is open: not for the window's thread."""
+        store = self.begun
+        if store is not None:
+            wait([store.opened])
+        return self.store
 
     @property
     def notice(self) -> str | None:
-        """What a person should know about the store, in the language in use."""
+        """What a person should know about the store once it is open, in the language in use."""
         store = self.store
-        notice = store.database.notice if isinstance(store, Store) else store.message
+        if isinstance(store, StoreTrouble):
+            return store.sentence
+        notice = store.opened.result()
         return None if notice is None else notice.translated()
 
     def new_recording(self, port: PortConnection) -> SessionRecording:
@@ -205,35 +212,29 @@ class Storage:
         return self._recorded[-1]
 
     def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
-        store = self.store
-        if target is None or not isinstance(store, Store):
+        """Of a store that may still be opening: LOCK waits for no entry, and an act for its own."""
+        store = self.begun
+        if target is None or store is None or (isinstance(self.store, StoreTrouble) and store.opened.done()):
             return NoJournal()
         return StoreJournal(store, port=target.device, origin=ORIGIN, adapter=target.identity, known_as=known_as)
 
-    def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> Future[int] | None:
+    def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> "Future[Row] | None":
         """Any thread may call; the future is done when the snapshot is on disk. None if there is no store.
 
         `module`: its name, where it has one.
         """
-        store = self._store
-        if self._is_closed or not isinstance(store, Store):
+        store = self.begun
+        if store is None:
             return None
-        return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port, module=module))
+        return store.write(partial(store_snapshot, snapshot=snapshot, port=port, module=module))
 
     def stream_memory(self, target: Target) -> StreamMemory:
-        if target.is_simulated:
-            return StreamMemory()
-        store = self.store
-        return StreamMemory(store if isinstance(store, Store) else None, target.key)
+        return StreamMemory() if target.is_simulated else StreamMemory(self.begun, target.key)
 
     def copy_if_due(self) -> None:
-        if isinstance(self._store, Store) and not self._is_closed:
-            self._store.database.copy_if_due()
-
-    def keep_in_place(self) -> None:
-        """See `app.store.moved`. Returns at once."""
-        if isinstance(self._store, Store) and not self._is_closed:
-            self._store.queue.submit(self._store.database.keep_in_place)
+        store = self.begun
+        if store is not None:
+            store.copy_if_due()
 
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""
@@ -243,12 +244,18 @@ class Storage:
         stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self._recorded]
         if not all(stopped):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
-        self._is_closed = True
-        self._close_store()
+        with self._lock:
+            self._is_closed = True
+        if self._opening is not None:
+            self._opening.close()
 
-    def _close_store(self) -> None:
-        if isinstance(self._store, Store):
-            self._store.close()
+    @property
+    def begun(self) -> Store | None:
+        """None once it is closed. Any thread may call."""
+        with self._lock:
+            if self._opening is None and not self._is_closed:
+                self._opening = Store(self._folder)
+            return None if self._is_closed else self._opening
 
 
 class PendingEdits(QObject):

@@ -15,7 +15,8 @@ from PySide6.QtGui import QCursor
 from app.engine.snapshots import fresh_settings
 from app.records.labels import PAPERS, Label, Paper, write_labels
 from app.settings.fingerprint import Fingerprint, fingerprint
-from app.store.store import Store
+from app.store.fact_store import Store
+from app.store.modules import evidence_of, modules
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
@@ -67,8 +68,9 @@ class LabelActions(QObject):
         store, at = self._services.storage.store, _now()
         if not isinstance(store, Store):
             return []
-        names = sorted(module.name for module in store.modules())
-        return [Label(name, at, _code(fingerprint(store.evidence(name).settings))) for name in names]
+        names = sorted(module.name for module in store.read(modules))
+        evidence = store.read(lambda facts: {name: evidence_of(facts, name) for name in names})
+        return [Label(name, at, _code(fingerprint(evidence[name].settings))) for name in names]
 
     def _write(self, find: Callable[[], Sequence[Label]], paper: Paper, path: Path) -> None:
         from ui.files.report_printer import print_pages

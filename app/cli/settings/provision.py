@@ -24,16 +24,17 @@ from app.preflight.findings import Person
 from app.preflight.provision import await_gone
 from app.procedures.write_all import WriteContext
 from app.records.labels import PAPERS
-from app.store.database import StoreTrouble
-from app.store.store import Store, open_store
+from app.store.fact_store import Store
+from app.store.trouble import StoreTrouble
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_port, add_yes, any_name, batch_names
-from app.terminal.command_journal import closing_store, records_on
+from app.terminal.command_journal import opened_store, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import join_sentences, not_written
 from app.text.user_error import UserError
 
@@ -93,17 +94,19 @@ def run(args: argparse.Namespace) -> int:
     if not args.enable_triggers and not batch.enables_triggers:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
-    store = open_store()
-    with Interruption(), closing_store(store):  # after the last module a signal keeps nothing from being told
+    with (
+        Interruption(),
+        opened_store() as (store, troubles),
+    ):  # after the last module a signal keeps nothing from being told
         bench = Bench(batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new,
                       accepted=frozenset(batch.changes if args.accept_risk else ()))  # fmt: skip
         trouble: BaseException | None = None
         try:
             with Interruption() as interruption:
-                _Turns(bench, store, args, interruption).run()
+                _Turns(bench, store, troubles, args, interruption).run()
         except (KeyboardInterrupt, StoreTrouble, BrokenPipeError, console.OutputLost) as error:
             trouble = error
-        rows = store.queue.submit(bench.rows).result()  # behind what is still being kept
+        rows = store.write(bench.rows).result()  # behind what is still being kept
         is_written = _write_files(args, batch, rows)
         modules = [_provisioned(row) for row in rows]
         answer = ProvisionJson(modules=modules, complete=is_done(rows))
@@ -121,8 +124,16 @@ def run(args: argparse.Namespace) -> int:
 class _Turns:
     """Takes one module after the other at one port."""
 
-    def __init__(self, bench: Bench, store: Store, args: argparse.Namespace, interruption: Interruption) -> None:
+    def __init__(
+        self,
+        bench: Bench,
+        store: Store,
+        troubles: list[UserMessage],
+        args: argparse.Namespace,
+        interruption: Interruption,
+    ) -> None:
         self._bench, self._store, self._args, self._interruption = bench, store, args, interruption
+        self._troubles = troubles
         self._last_sentence = ""
         self._taken: set[str] = set()
 
@@ -133,7 +144,7 @@ class _Turns:
 
     def _next_name(self) -> str:
         """Another program may give some, too."""
-        names, taken = self._bench.left()
+        names, taken = self._store.read(self._bench.left)
         for name in taken:
             if name not in self._taken:
                 console.notify(tr(TAKEN, module=name))
@@ -160,14 +171,14 @@ class _Turns:
 
     def _provision(self, name: str, conversation: Conversation, evidence: Evidence) -> None:
         done = None
-        records = records_on(self._store, self._args.port, origin="provision")
+        records = records_on(self._store, self._troubles, self._args.port, origin="provision")
         try:
             with LinkTrouble():
                 done = conversation.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
         except KeyboardInterrupt:
             console.notify(tr("Interrupted; may have been carried out."))
             raise
-        keeping = self._store.queue.submit(lambda: self._bench.keep(name, evidence, done, records.adapter()))
+        keeping = self._store.write(lambda facts: self._bench.keep(facts, name, evidence, done, records.adapter()))
         with LinkTrouble():
             conversation.run(await_asking(keeping, inf))
         why = keeping.result()

@@ -3,19 +3,24 @@
 import json
 import logging
 import ssl
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from app.archive.exchange import Exchanged, exchange
-from app.archive.facts import FACT_COLUMNS
-from app.archive.postgres import TABLE, open_server, system_roots
+from app.archive.archive import Archive
+from app.archive.postgres import open_server, system_roots
 from app.archive.server_url import server_url
+from app.archive.sync import Synced, sync
+from app.store.fact_store import Store
+from app.store.kinds import SaidNew
 from app.text.user_error import UserError
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import run_here
+from tests.support.processes import running
 from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
@@ -24,108 +29,149 @@ from tests.support.records.archive_server import (
     ArchiveServer,
     write_certificate,
 )
-from tests.support.records.archive_stations import ArchiveStation, archive_station
+from tests.support.records.stored import open_store
 
 
 @pytest.fixture
-def stations(tmp_path: Path, server: ArchiveServer) -> Iterator[list[ArchiveStation]]:
-    server.run(f"DROP TABLE IF EXISTS {TABLE}")
+def stores(tmp_path: Path, server: ArchiveServer) -> Iterator[list[Store]]:
+    server.run("DROP TABLE IF EXISTS dps_s_facts")
     with ExitStack() as stack:
-        yield [stack.enter_context(archive_station(tmp_path / name)) for name in "AB"]
+        yield [stack.enter_context(closing(open_store(tmp_path / name))) for name in "AB"]
 
 
-def _sync(one: ArchiveStation, url: str) -> Exchanged:
-    one.archive.collect()
-    with closing(open_server(url)) as there:
-        return exchange(one.archive, there, page=5)
+def _say(store: Store, module: str) -> None:
+    store.add(SaidNew(is_new=True), module).result()
 
 
-def test_what_was_altered_on_the_server_is_named_and_not_taken_over(
-    stations: list[ArchiveStation], server: ArchiveServer
-) -> None:
-    one, other = stations
+def _sync(store: Store, url: str) -> Synced:
+    return sync(Archive(store), url)
+
+
+def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list[Store], server: ArchiveServer) -> None:
+    one, other = stores
     for number in range(3):
-        one.check("M-07", cell_v=3.937 + number)
-    one.act()
-    assert _sync(one, server.url()).sent == 6
-    assert _sync(one, server.url()) == Exchanged()
+        _say(one, f"M-{number}")
+    assert _sync(one, server.url()).sent == 4
+    assert _sync(one, server.url()) == Synced()
     server.run(
-        f"UPDATE {TABLE} SET payload = replace(payload, '3.937', '4.137')",
-        f"INSERT INTO {TABLE} SELECT repeat('f', 64), kind, station, made_at, payload, signature FROM {TABLE} "
-        "WHERE kind = 'module'",
-        f"INSERT INTO {TABLE} VALUES ('', '', '', '', '', ''), ('zz" + "9" * 100_000 + "', 'ü', '\x1b[2J', '', '', '')",
+        "UPDATE dps_s_facts SET content = replace(content, 'true', 'false') WHERE module = 'M-1'",
+        "INSERT INTO dps_s_facts SELECT repeat('f', 40), kind, module, station, made_at, content FROM dps_s_facts "
+        "WHERE module = 'M-2'",
     )
-    for station, received in ((other, 5), (other, 0), (one, 0)):
-        done = _sync(station, server.url())
-        assert (done.received, done.sent, done.refused_count) == (received, 0, 4)
-    assert {one.kind for one in done.refused} == {"preflight_check", "module", "", "ü"}
-    assert "was altered" in " ".join(one.sentence().translated() for one in done.refused)
-    assert max(len(one.sentence().translated()) for one in done.refused) < 250
-    server.run(f"DELETE FROM {TABLE} WHERE length(id) <> 64 OR id LIKE 'fff%' OR kind = 'preflight_check'")
-    assert _sync(one, server.url()).sent == 3
-    assert _sync(other, server.url()).received == 1
-    assert other.content() == one.content()
+    first = _sync(other, server.url())
+    assert (first.received, first.sent, first.left_out_count) == (3, 1, 2)
+    assert {one.why for one in first.left_out} == {"altered"}
+    again = _sync(other, server.url())
+    assert (again.received, again.left_out, again.left_out_count) == (0, [], 2)  # named once a day
+    server.run("DELETE FROM dps_s_facts WHERE module = 'M-1'")
+    assert _sync(one, server.url()).sent == 1
+    other.close()
+
+
+def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
+    stores: list[Store], server: ArchiveServer
+) -> None:
+    import psycopg
+
+    _sync(stores[0], server.url())
+    for values in (
+        f"'x', 'act', null, '{'a' * 64}', '2026', '{{}}'",
+        f"'{'f' * 40}', 'act', null, 'short', '2026', '{{}}'",
+        f"'{'f' * 40}', 'act', null, '{'a' * 64}', '2026', repeat('x', 1000001)",
+    ):
+        with pytest.raises(psycopg.errors.CheckViolation):
+            server.run(f"INSERT INTO dps_s_facts VALUES ({values})")
 
 
 @pytest.mark.parametrize("encoding", ["SQL_ASCII", "LATIN1"])
-def test_a_server_of_any_encoding_gives_what_it_was_sent(
-    stations: list[ArchiveStation], server: ArchiveServer, encoding: str
+def test_a_database_of_another_encoding_is_refused_in_one_sentence(
+    stores: list[Store], server: ArchiveServer, encoding: str
 ) -> None:
-    """Debian makes a server without an encoding where the system has no locale."""
-    one, other = stations
     database = encoding.lower()
     server.run(f"CREATE DATABASE {database} ENCODING '{encoding}' TEMPLATE template0")
-    one.check("M-中")
-    assert _sync(one, server.url(database)).sent == 2
-    assert _sync(other, server.url(database)).received == 2
-    assert other.content() == one.content()
-    assert _sync(other, server.url(database)) == Exchanged()
-
-
-@pytest.mark.parametrize("column", ["id", "kind", "payload"])
-def test_a_row_that_is_no_text_is_named_and_passed_over(
-    stations: list[ArchiveStation], server: ArchiveServer, column: str
-) -> None:
-    one, other = stations
-    server.run(f"CREATE DATABASE bytes_{column} ENCODING 'SQL_ASCII' TEMPLATE template0")
-    url = server.url(f"bytes_{column}")
-    for number in range(3):
-        one.check("M-07", cell_v=3.9 + number)
-    assert _sync(one, url).sent == 4
-    values = ", ".join("E'00\\xff'" if name == column else f"'00{name}'" for name in FACT_COLUMNS)
-    server.run(f"INSERT INTO {TABLE} VALUES ({values})", database=f"bytes_{column}")
-    for sent in (2, 0):
-        if sent:
-            other.act()
-        done = _sync(other, url)
-        assert (done.received, done.sent, done.refused_count) == (4 if sent else 0, sent, 1)
-    assert [row.sentence().translated().rsplit(": ")[-1] for row in done.refused] == ["cannot be read."]
+    with pytest.raises(UserError, match="UTF8"):
+        _sync(stores[0], server.url(database))
 
 
 def test_a_role_that_may_only_add_and_read_is_enough(
-    stations: list[ArchiveStation], server: ArchiveServer, url_of_stations: str
+    stores: list[Store], server: ArchiveServer, url_of_stations: str
 ) -> None:
-    one, other = stations
-    one.meet("M-07")
-    assert _sync(one, url_of_stations).sent == 1
-    assert _sync(other, url_of_stations).received == 1
+    one, other = stores
+    _say(one, "M-07")
+    assert _sync(one, url_of_stations).sent == 2
+    assert _sync(other, url_of_stations).received == 2
     import psycopg
 
     with psycopg.connect(url_of_stations, autocommit=True) as connection:
         for statement in ("DELETE FROM {}", "UPDATE {} SET kind = 'x'", "TRUNCATE {}", "DROP TABLE {}"):
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
-                connection.execute(statement.format(TABLE).encode())
+                connection.execute(statement.format("dps_s_facts").encode())
     server.run("CREATE DATABASE empty_one")
-    with pytest.raises(UserError, match="permission denied"):
+    with pytest.raises(UserError, match="GRANT SELECT, INSERT ON dps_s_facts TO dps_s_station"):
         _sync(one, server.url("empty_one", "dps_s_station"))
 
 
+def test_four_stations_that_write_and_exchange_at_once_and_are_killed_miss_nothing(
+    tmp_path: Path, server: ArchiveServer
+) -> None:
+    server.run("DROP TABLE IF EXISTS dps_s_facts")
+    told = set[str]()
+    for _ in range(3):
+        with ExitStack() as stack:
+            programs = [
+                stack.enter_context(running(sys.executable, "-c", _STATION, tmp_path / name, server.url()))
+                for name in "ABCD"
+            ]
+            for program in programs:
+                told.update(program.out.readline().strip() for _ in range(20))
+            for program in programs:
+                program.process.kill()
+            for program in programs:
+                told.update(line.strip() for line in program.out.readlines() if line.endswith("\n"))
+    for _ in range(2):
+        for name in "ABCD":
+            with closing(open_store(tmp_path / name)) as store:
+                _sync(store, server.url())
+    kept = {str(id_) for (id_,) in server.run("SELECT id FROM dps_s_facts")}
+    assert told - kept == set()
+    for name in "ABCD":
+        with closing(open_store(tmp_path / name)) as store:
+            rows = Archive(store).read(lambda facts: facts.connection.execute("SELECT id FROM facts").fetchall())
+            assert {id_ for (id_,) in rows} == kept
+
+
+_STATION = """
+import sys, threading
+from pathlib import Path
+from typing import Any
+from app.archive.archive import Archive
+from app.archive.sync import sync
+from app.store.kinds import SaidNew
+from app.text.user_error import UserError
+from tests.support.records.stored import open_store
+
+store = open_store(Path(sys.argv[1]))
+
+def write():
+    while True:
+        row = store.add(SaidNew(is_new=True), "M-07").result()
+        print(row.id, flush=True)
+
+threading.Thread(target=write, daemon=True).start()
+while True:
+    try:
+        sync(Archive(store), sys.argv[2])
+    except UserError as error:
+        print(error, file=sys.stderr)
+"""
+
+
 def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
-    stations: list[ArchiveStation], server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    stores: list[Store], server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:  # fmt: skip
     caplog.set_level(logging.DEBUG)
-    one = stations[0]
+    one = stores[0]
     plain = server.tcp_url(WITH_PASSWORD)
     with pytest.raises(UserError, match="no password was found") as caught:
         _sync(one, plain)
@@ -134,7 +180,7 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
         _sync(one, server.tcp_url(WITH_PASSWORD, "wrong-one"))
     assert "wrong-one" not in str(caught.value)
     with closing(open_server(server.tcp_url(WITH_PASSWORD, PASSWORD))) as there:
-        assert there.url.shown == plain
+        assert there.name == plain
     monkeypatch.setattr("app.archive.postgres.import_module", lambda _name: _Keyring)
     with closing(open_server(plain)):
         assert _Keyring.asked == ("dps-s archive", f"guarded@127.0.0.1:{server.port}/archive")
@@ -179,7 +225,8 @@ def guarded(server: ArchiveServer) -> str:
 
 def _is_encrypted(url: str) -> bool:
     with closing(open_server(url)) as there:
-        return bool(there._read("SELECT ssl FROM pg_stat_ssl WHERE pid = pg_backend_pid()")[0][0])
+        rows = there._connection.execute("SELECT ssl FROM pg_stat_ssl WHERE pid = pg_backend_pid()").fetchall()
+        return bool(rows[0][0])
 
 
 def test_a_server_is_trusted_by_the_root_that_the_address_names(
@@ -235,18 +282,20 @@ def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None
 
 
 def test_the_command_exchanges_and_says_what_was_altered(
-    stations: list[ArchiveStation], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
+    stores: list[Store], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    one = stations[0]
-    one.check("M-07")
+    one = stores[0]
+    _say(one, "M-07")
     _sync(one, server.url())
-    found = []
+    found: list[dict[str, Any]] = []
     for words, code in (([server.url(), "--remember"], 0), ([], 0), ([], 4)):
-        found.append(json.loads(run_here(capsys, ["archive", "sync", *words, "--json"], code).out))
         if len(found) == 2:
-            server.run(f"UPDATE {TABLE} SET made_at = '2020-01-01T00:00:00+00:00' WHERE kind = 'preflight_check'")
-    assert [fault for report in found for fault in faults("archive_exchange", report)] == []
-    assert [(report["received"], report["refused_count"]) for report in found] == [(2, 0), (0, 0), (0, 1)]
-    assert [(one["kind"], one["why"]) for one in found[2]["refused"]] == [("preflight_check", "it was altered")]
+            server.run("UPDATE dps_s_facts SET made_at = '2020-01-01T00:00:00.000000+00:00' WHERE module = 'M-07'")
+            server.run("UPDATE dps_s_facts SET id = '1' || substr(id, 2) WHERE module = 'M-07'")
+        found.append(json.loads(run_here(capsys, ["archive", "sync", *words, "--json"], code).out))
+    assert [fault for report in found for fault in faults("archive_sync", report)] == []
+    assert [(report["received"], report["left_out_count"]) for report in found] == [(2, 0), (0, 0), (0, 1)]
+    assert [one["why"] for one in found[2]["left_out"]] == ["altered"]
     status = json.loads(run_here(capsys, ["archive", "status", "--json"]).out)
+    assert faults("archive_status", status) == []
     assert (status["server"], status["not_shared"]) == (server_url(server.url()).shown, 0)

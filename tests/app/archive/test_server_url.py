@@ -1,12 +1,8 @@
 """The address of a server, and what is shown of it."""
 
-import re
-from typing import Any
-
 import pytest
 
 from app.archive import postgres
-from app.archive.facts import Fact
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
 from tests.support.processes import ran_code
@@ -76,41 +72,3 @@ def test_each_reason_of_libpq_is_told_once(attempts: list[str], why: str) -> Non
     raw = "\n".join(f'connection to server at "db" (10.1.2.3), port 5432 failed: {attempt}' for attempt in attempts)
     trouble = postgres._trouble(server_url("postgresql://db/x"), psycopg.OperationalError(f"connection failed: {raw}"))
     assert str(trouble) == f"The archive server postgresql://db/x cannot be used: {why}"
-
-
-class _Recorded:
-    """A connection that keeps what is executed; the table is missing at first."""
-
-    def __init__(self) -> None:
-        self.statements: list[str] = []
-        self.rowcount = 0
-
-    def execute(self, statement: str, _values: object = ()) -> "_Recorded":
-        self.statements.append(statement)
-        if statement.startswith("SELECT id FROM") and len(self.statements) == 1:
-            from psycopg.errors import UndefinedTable
-
-            raise UndefinedTable
-        return self
-
-    def fetchall(self) -> list[tuple[object, ...]]:
-        return []
-
-
-def test_the_sql_is_what_distributed_servers_take_too() -> None:
-    """CockroachDB, YugabyteDB and Citus: plain statements on a table whose key is the fact's own hash."""
-    asked = _Recorded()
-    connection: Any = asked
-    postgres._find_table(connection)
-    there = postgres.PostgresFacts(server_url("postgresql://db/x"), connection)
-    there.digests()
-    there.rows(["00", "ff"])
-    there.read(["0" * 64])
-    there.add([Fact(id="0" * 64, kind="module", station="", made_at="", payload="{}", signature="", content={})])
-    assert len(asked.statements) == 6
-    plain = r"SELECT [^;]+ FROM dps_s_facts\b[^;]*|INSERT INTO dps_s_facts [^;]+ VALUES [^;]+ ON CONFLICT DO NOTHING"
-    table = r"CREATE TABLE IF NOT EXISTS dps_s_facts \(id TEXT PRIMARY KEY(, \w+ TEXT NOT NULL)+\)"
-    assert [statement for statement in asked.statements if not re.fullmatch(f"{plain}|{table}", statement)] == []
-    words = set(re.findall(r"[a-z0-9]+(?=\()", " ".join(asked.statements)))
-    assert words <= {"count", "md5", "string", "substr", "agg", "length"}
-    assert not re.search(r"\b(SERIAL|SEQUENCE|RETURNING|LOCK|FOR UPDATE|UPDATE|DELETE)\b", " ".join(asked.statements))

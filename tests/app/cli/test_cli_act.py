@@ -11,11 +11,11 @@ from app.cli.act import exit_code
 from app.procedures.lock import Locked
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
-from app.store.store import open_store
 from app.system.folders import data_folder
 from tests.app.records.test_record import signed_record
 from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.flights import log_bytes as made
+from tests.support.records.stored import audit, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
@@ -29,7 +29,7 @@ def acts(wire: list[bytes]) -> list[bytes]:
 def recorded() -> list[tuple[Act, Outcome]]:
     store = open_store()
     try:
-        return [(entry.act, entry.outcome) for entry in store.audit()]
+        return [(entry.act, entry.outcome) for entry in audit(store)]
     finally:
         store.close()
 

@@ -13,14 +13,14 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
-from app.store.facts import FactKind
-from app.store.store import open_store
+from app.store.kinds import ModuleProvisioned
 from protocol.catalogue import BY_NAME, STATUS_CODE, Request
 from tests.adversary.program import PORT, Ran, Stage, write_at_once
 from tests.app.cli.test_cli_act import recorded
 from tests.support.cli_line import Program, bench_of, exchange, falls_after, falls_behind
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock
+from tests.support.records.stored import modules_in, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
@@ -215,8 +215,8 @@ def test_what_is_set_aside_of_a_batch_has_no_settings_of_another_module(stage: S
     with falls_after(stage.bench, 70, lambda: exchange(stage.bench)):
         run(stage, [*words, "--yes"])
     with closing(open_store()) as store:
-        aside, ready = (fact.content for fact in store.facts.select(FactKind.PROVISIONED, "ORDER BY number", ()))
-    assert (aside["boot_count"], aside["settings_code"], ready["boot_count"]) == (37, None, 90)
+        aside, ready = (kept.content for kept in store.read(lambda facts: facts.of_kind(ModuleProvisioned)))
+    assert (aside.boot_count, aside.code, ready.boot_count) == (37, "", 90)
 
 
 def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
@@ -332,4 +332,4 @@ def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(port: str, d
     assert json.loads(printed.out)["records"]
     assert "unplugged" in printed.err
     with closing(open_store()) as store:
-        assert store.modules() == ()
+        assert modules_in(store) == ()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from app.store.database import FILE_NAME
+from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, RunningModule, ran, ran_code, run_module

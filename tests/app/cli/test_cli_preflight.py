@@ -15,9 +15,9 @@ from app.preflight.verdict import CHECKS
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.store.database import FILE_NAME
-from app.store.facts import FactKind
-from app.store.store import Store, open_store
+from app.store.fact_store import Store
+from app.store.kinds import PreflightCheck
+from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
@@ -25,6 +25,7 @@ from protocol.round_trips import Timing
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import Printed, Program, bench_of, falls_after
 from tests.support.processes import PROGRAM, ran, run_module
+from tests.support.records.stored import audit, checks_of, open_store, records_of
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
@@ -112,11 +113,12 @@ def test_the_report_is_written_kept_chained_and_verified(
         encoding="utf-8",
     )
     assert dps_s(["verify", str(altered)], 1).out.startswith("ALTERED")
-    store = CheckStore(kept.database)
-    assert [one.verdict for one in store.checks("M-07")] == ["READY", "NO-GO"]
-    assert [one.verdict for one in store.checks(aircraft="B-1234")] == ["READY", "NO-GO"]
-    assert [check.measured["cell_voltage_v"] for check in store.checks("M-07")] == [3.9, 3.9]
-    assert [one.outcome for one in kept.audit(Act.WRITE)] == [Outcome.CONFIRMED] * 4
+    of_module = checks_of(kept, "M-07")
+    assert [one.verdict for one in of_module] == ["READY", "NO-GO"]
+    of_aircraft = kept.read(lambda facts: CheckStore(facts).checks(aircraft="B-1234"))
+    assert [one.verdict for one in of_aircraft] == ["READY", "NO-GO"]
+    assert [check.measured["cell_voltage_v"] for check in of_module] == [3.9, 3.9]
+    assert [one.outcome for one in audit(kept, Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 
 def test_a_new_trigger_and_another_module_are_noticed(port: str, dps_s: Program, kept: Store) -> None:
@@ -135,10 +137,10 @@ def test_a_new_trigger_and_another_module_are_noticed(port: str, dps_s: Program,
     bench.module.activate(is_active=False)
     bench.set_bay(is_open=False)
     assert result("trigger_records", code=1) == "fail"
-    assert len(CheckStore(kept.database).records("M-07")) == 3
+    assert len(records_of(kept, "M-07")) == 3
     other = [*words[:2], f"{port}other?boots=12", *words[3:]]
     assert result("boot_count", code=1, words=other) == "fail"
-    assert len(CheckStore(kept.database).records("M-07")) == 3
+    assert len(records_of(kept, "M-07")) == 3
     dps_s([*other, "--same-module"])
 
 
@@ -253,7 +255,7 @@ def test_history_keeps_what_it_reads_under_a_name(port: str, dps_s: Program, kep
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     assert dps_s(words).err == "M-07: 1 new; records: 10.\n"
-    records = CheckStore(kept.database).records("M-07")
+    records = records_of(kept, "M-07")
     assert len(records) == 10
     assert records[-1].raw[7] == 0x04
 
@@ -315,7 +317,7 @@ def test_where_nobody_reads_all_are_kept_and_reported(
         monkeypatch.setattr(sys, "stdout", out)
         assert program.main(["preflight", *ports, "--report", str(tmp_path / "r.pdf")]) == 4
         monkeypatch.undo()
-    assert len(kept.facts.select(FactKind.CHECK)) == count
+    assert len(kept.read(lambda facts: facts.of_kind(PreflightCheck))) == count
     assert (tmp_path / "r.pdf").exists()
 
 

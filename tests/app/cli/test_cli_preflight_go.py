@@ -6,16 +6,16 @@ from contextlib import closing
 
 import pytest
 
-from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
-from app.store.store import Store, open_store
+from app.store.fact_store import Store
 from app.system.folders import data_folder
 from protocol.catalogue import ACTIVATION, Request
 from protocol.frame import decode_request
 from tests.support.cli_line import Program, bench_of
 from tests.support.line.frames import at_each_frame
+from tests.support.records.stored import audit, checks_of, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
@@ -37,8 +37,8 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
     assert _sets(wire) == ["freefall_trigger", "attitude_trigger", "activation"]
     assert bench_of(port).state().is_active
     with closing(open_store()) as store:
-        kept = [check.verdict for check in CheckStore(store.database).checks("M-07")]
-        last = store.audit()[0]
+        kept = [check.verdict for check in checks_of(store, "M-07")]
+        last = audit(store)[0]
     assert kept == ["GO", "READY"]
     assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
 

@@ -1,6 +1,7 @@
 """`dps-s provision`: a batch of modules, one after the other at one port."""
 
 import csv
+import json
 import signal
 from collections.abc import Callable, Iterable
 from contextlib import closing
@@ -14,18 +15,18 @@ import pytest
 from app.cli.commands import BY_NAME
 from app.cli.settings import provision
 from app.fleet.batch import Bench
-from app.records.check_store import CheckStore
-from app.records.record import stored_record
 from app.simulator.bench import SimulatedBench
-from app.store.database import StoreFault, StoreTrouble
-from app.store.facts import FactKind, Facts
-from app.store.store import open_store
+from app.store.fact_store import Facts
+from app.store.kinds import Content, ModuleProvisioned, PreflightCheck
+from app.store.rows import Row
+from app.store.trouble import StoreFault, StoreTrouble
 from app.terminal import console
 from app.terminal.arguments import WrongUsage
 from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
 from tests.support.line.odd_module import forget_settings
+from tests.support.records.stored import checks_of, evidence_of, modules_in, open_store, register
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
@@ -92,7 +93,7 @@ def _sets(wire: list[bytes]) -> list[str]:
 
 def _verdicts(module: str | None) -> list[str]:
     with closing(open_store()) as store:
-        return [check.verdict for check in CheckStore(store.database).checks(module)]
+        return [check.verdict for check in checks_of(store, module)]
 
 
 def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
@@ -123,9 +124,10 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     ]  # fmt: skip
     assert all((tmp_path / name).read_bytes().startswith(b"%PDF-") for name in ("list.pdf", "labels.pdf"))
     with closing(open_store()) as store:
-        assert store.evidence("M-002").is_complete
-        named = store.facts.select(FactKind.CHECK, "AND module IS NOT NULL")
-    assert all(len(stored_record(check.content["document"]).record.frames) > 60 for check in named)
+        assert evidence_of(store, "M-002").is_complete
+        kept = store.read(lambda facts: facts.of_kind(PreflightCheck))
+    named = [check.content.document for check in kept if check.row.module is not None]
+    assert all(len(json.loads(document)["record"]["frames"]) > 60 for document in named)
 
 
 @pytest.mark.parametrize("boots", [5, 20])
@@ -161,7 +163,7 @@ def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
 ) -> None:
     def give() -> None:
         with closing(open_store()) as store:
-            store.register_module("M-002")
+            register(store, "M-002")
 
     lines = batch(*ALLOWED, "--names", "M-001..M-003", plugs=plugs, at=at, act=give, code=1)
     assert [line.split()[:2] for line in lines if line.startswith("M-002 ")] == [["M-002", "open"]]
@@ -233,7 +235,7 @@ def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: s
     assert any(line.startswith("SET ASIDE") for line in lines)
     assert _verdicts("M-001") == []
     with closing(open_store()) as store:
-        assert store.modules() == ()
+        assert modules_in(store) == ()
 
 
 def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
@@ -241,16 +243,16 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
 ) -> None:
     add = Facts.add
 
-    def full(self: Facts, kind: FactKind, *args: object, **values: object) -> int:
-        if kind is FactKind.PROVISIONED:
-            raise StoreTrouble(StoreFault.FULL, self.database.path)
-        return add(self, kind, *args, **values)  # type: ignore[arg-type]
+    def full(self: Facts, content: Content, *args: Any, **values: Any) -> Row:
+        if isinstance(content, ModuleProvisioned):
+            raise StoreTrouble(StoreFault.FULL, Path())
+        return add(self, content, *args, **values)
 
-    def unopened() -> None:
+    def unopened(_path: Path) -> None:
         raise StoreTrouble(StoreFault.FULL, Path())
 
     with monkeypatch.context() as patch:
-        patch.setattr(provision, "open_store", unopened)
+        patch.setattr("app.store.fact_store.open_file", unopened)
         assert batch(*ALLOWED, code=1) == []
     with monkeypatch.context() as patch:
         patch.setattr(Facts, "add", full)
@@ -287,7 +289,7 @@ def test_with_auto_the_modules_are_looked_for_at_the_rate_of_the_profile(batch: 
 
 def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     with closing(open_store()) as store:
-        store.register_module("M-001")
+        register(store, "M-001")
     assert batch(*ALLOWED, "--names", "M-001", code=1)[-1].split() == ["M-001", "open"]
     assert wire == []
 

@@ -12,14 +12,12 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import save_profile
 from app.settings.profiles import Profile
-from app.store.database import FILE_NAME
-from app.store.facts import FactKind
-from app.store.store import open_store
+from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of
-from tests.support.records.kept_facts import kept_settings
+from tests.support.records.stored import audit, kept_settings, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -60,9 +58,9 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, capsys: pytest.Ca
     assert program.main(["set", "freefall_time_s=1.2", "--port", port]) == 0
     store = open_store()
     try:
-        (entry,) = store.audit()
+        (entry,) = audit(store)
         assert (entry.act, entry.outcome, entry.port) == (Act.WRITE, Outcome.CONFIRMED, port)
-        assert store.facts.select(FactKind.ACT)[0].content["origin"] == "command line"
+        assert entry.origin == "command line"
         assert entry.frame == BY_NAME["freefall_time"].set(1.2).encode()
         assert entry.result["read_back"] == 1.2
         (kept,) = kept_settings(store)

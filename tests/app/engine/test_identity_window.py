@@ -17,12 +17,14 @@ from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.safety.acts import Act
 from app.simulator.hardware import BOOT_GAP_S
-from app.store.store import Store
+from app.store.fact_store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.link_states import Presence
 from tests.app.engine.test_identity import FOUND, NOT_PROVEN, with_setting
 from tests.app.engine.test_identity_of_a_name import OF_ANOTHER
 from tests.support.line.odd_module import end_faults
+from tests.support.records.stored import evidence_of as kept_evidence
+from tests.support.records.stored import keep_evidence, modules_in, register
 from tests.support.window.fakes_ui import EMPTY_PAGE
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import find, press
@@ -62,7 +64,7 @@ class Desk(Rig):
         self.naming.remember_adapter()
         store = self.assembly.storage.store
         assert isinstance(store, Store)
-        self.until(lambda: any(store.evidence(module.name).is_complete for module in store.modules()))
+        self.until(lambda: any(kept_evidence(store, module.name).is_complete for module in modules_in(store)))
 
     def answer(self, key: str) -> None:
         button = self.assembly.window.notice_bar.button(key)
@@ -125,8 +127,8 @@ def test_a_name_given_while_the_port_is_lost_is_of_the_one_that_is_plugged_in_ne
 ) -> None:
     store, port = one.assembly.storage.store, one.assembly.connector.current
     assert isinstance(store, Store)
-    store.register_module("M-12")
-    store.store_evidence("M-12", before)
+    register(store, "M-12")
+    keep_evidence(store, "M-12", before)
     port.kept.as_found, run = Snapshot(settings={"light_threshold_v": 1.8}), port.kept.run
     one.bench.unplug()
     one.until(lambda: not port.is_open)
@@ -287,8 +289,8 @@ def test_a_name_that_the_readings_refute_is_asked_about(
     """Typed for a module without a name, or as the answer to the question; nothing of the other one is overwritten."""
     store = one.assembly.storage.store
     assert isinstance(store, Store)
-    store.register_module("M-90")
-    store.store_evidence("M-90", before)
+    register(store, "M-90")
+    keep_evidence(store, "M-90", before)
     if was_asked:
         one.bench.restart()
         one.bench.module.memory.boot_count = 37
@@ -300,7 +302,7 @@ def test_a_name_that_the_readings_refute_is_asked_about(
     one.until(lambda: "another module" in one.asked)
     assert one.naming.name == ""
     one.wait(0.3)
-    assert store.evidence("M-90") == before
+    assert kept_evidence(store, "M-90") == before
     assert "It is M-90" in [button.text() for button in one.assembly.window.notice_bar.findChildren(QPushButton)]
     one.answer("identity_same")
     one.until(lambda: one.naming.name == "M-90" and one.asked == "")
@@ -313,8 +315,8 @@ def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, f
     store = one.assembly.storage.store
     assert isinstance(store, Store)
     for name, before in (("M-90", OF_ANOTHER), ("M-37", FOUND), ("M-38", FOUND)):
-        store.register_module(name)
-        store.store_evidence(name, before)
+        register(store, name)
+        keep_evidence(store, name, before)
     last = "M-37" if fits else "M-90"
     if first == "new module":
         one.naming.treat_as_new()
@@ -328,23 +330,23 @@ def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, f
     else:
         one.until(lambda: "boot count 37, was 90" in one.asked)
         assert one.naming.expected_name == last
-    assert store.evidence("M-90") == OF_ANOTHER
+    assert kept_evidence(store, "M-90") == OF_ANOTHER
 
 
 @pytest.mark.parametrize("is_kept", [True, False])
 def test_a_name_that_was_a_mistake_expects_what_it_did_before(one: Desk, is_kept: bool) -> None:
     store, other = one.assembly.storage.store, "M-08"
     assert isinstance(store, Store)
-    before = IdentityEvidence(5, store.evidence(NAME).settings) if is_kept else UNKNOWN
+    before = IdentityEvidence(5, kept_evidence(store, NAME).settings) if is_kept else UNKNOWN
     if is_kept:
-        store.register_module(other)
-        store.store_evidence(other, before)
+        register(store, other)
+        keep_evidence(store, other, before)
     one.naming.choose(other)
     one.wait(2.0)
     assert one.naming.name == other
     one.naming.choose(NAME)
     one.wait(2.0)
-    assert (one.naming.name, one.naming._evidence_of(other), store.evidence(other)) == (NAME, before, before)
+    assert (one.naming.name, one.naming._evidence_of(other), kept_evidence(store, other)) == (NAME, before, before)
 
 
 def test_what_a_command_read_of_it_since_is_what_is_expected(one: Desk) -> None:
@@ -355,7 +357,7 @@ def test_what_a_command_read_of_it_since_is_what_is_expected(one: Desk) -> None:
     port.disconnect_port()
     one.until(lambda: not port.is_open)
     one.bench.module.memory.attitude_threshold = 65
-    store.store_evidence(NAME, with_setting("attitude_threshold_deg", 65))
+    keep_evidence(store, NAME, with_setting("attitude_threshold_deg", 65))
     one.connect()
     one.until(lambda: one.asked != "")
     assert one.asked.startswith("M-07? Read its label.")

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import to_builtins
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -319,7 +320,9 @@ TODAY = date(2026, 11, 24)
 
 
 def repacked(due: date | None, on: date = date(2026, 5, 24)) -> dict[str, object]:
-    return Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
+    service = Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
+    plain: dict[str, object] = to_builtins(service)
+    return plain
 
 
 @pytest.mark.parametrize(

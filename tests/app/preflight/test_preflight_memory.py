@@ -16,7 +16,8 @@ from app.records.filing import file_check
 from app.records.report import report_html
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.database import FILE_NAME, StoreFault, trouble_of
+from app.store.opening import FILE_NAME
+from app.store.trouble import StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check

@@ -17,39 +17,34 @@ from app.records.filing import Filed, file_check
 from app.records.record import read_document
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
 from app.records.verification import RecordState, StationNames, verify
-from app.safety.acts import Act
-from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
 from app.settings.setting_texts import DEFAULTS
 from app.stations.station import KEY_FILE
-from app.store.database import FILE_NAME, StoreFault, StoreTrouble
-from app.store.facts import FactKind, fact_hash
-from app.store.station_names import introductions
-from app.store.store import Store, open_store
+from app.store.fact_store import Facts, Store
+from app.store.kinds import ModuleVisited, PreflightCheck
+from app.store.trouble import StoreFault, StoreTrouble
 from app.text.user_error import UserError
 from app.trigger_records.history import record_of
 from protocol.fields import Value
 from protocol.messages import TriggerRecord
 from tests.support.processes import running
-from tests.support.records.kept_facts import forge, tamper
 from tests.support.records.preflight_rig import FAULTS, Fault, check
+from tests.support.records.stored import checks_of, evidence_of, keep_evidence, open_store
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
 _FILER = """
 import sys
 from pathlib import Path
-from app import version
 from app.safety.acts import Act
-from app.store.station_names import introductions
-from app.store.store import open_store
 from tests.app.records.test_filing import FRAME, file_one
+from tests.support.records.stored import begin, open_store
 
 store = open_store(Path(sys.argv[1]))
 print("ready", flush=True)
 sys.stdin.readline()
 for _ in range(int(sys.argv[2])):
-    store.begin(Act.LOCK, FRAME, {}, port="p", origin="test")
+    begin(store, Act.LOCK, FRAME, {}, port="p", origin="test")
     print(file_one(store, "M-07").record.at.isoformat(), flush=True)
 """
 
@@ -82,8 +77,8 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
         assert one.process.wait(60) == 0
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
-        checks = CheckStore(store.database)
-        documents = [read_document(checks.document(line.id).encode()) for line in checks.checks("M-07")]
+        texts = [check.content.document for check in store.read(lambda facts: facts.of_module(PreflightCheck, "M-07"))]
+        documents = [read_document(text.encode()) for text in texts]
         kept = [verify(document, StationNames(None)) for document in documents]
         assert {found.state for found in kept} == {RecordState.INTACT}
         assert len(kept) >= len([line for line in told if line.endswith("\n")]) >= 9
@@ -93,14 +88,15 @@ def test_a_record_that_could_not_be_kept_is_still_signed(tmp_path: Path, monkeyp
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
 
-        def full(*_: object) -> int:
+        def full(*_: object, **__: object) -> int:
             raise StoreTrouble(StoreFault.FULL, tmp_path)
 
-        monkeypatch.setattr(store.facts.database, "write", full)
-        filed = file_one(store, "M-07")
+        with monkeypatch.context() as patch:
+            patch.setattr("app.store.fact_store.Facts.add", full)
+            filed = file_one(store, "M-07")
         assert filed.trouble is not None
         assert verify(read_document(filed.exported.text.encode()), StationNames(None)).state is RecordState.INTACT
-        assert len(CheckStore(store.database).checks("M-07")) == 1
+        assert len(checks_of(store, "M-07")) == 1
 
 
 @pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"])
@@ -112,7 +108,7 @@ def test_a_damaged_key_is_never_replaced_and_what_it_would_sign_is_not_kept(tmp_
         assert filed.signed is None
         with pytest.raises(UserError, match="key of this station"):
             _ = filed.exported
-        assert CheckStore(store.database).checks("M-07") == ()
+        assert checks_of(store, "M-07") == ()
     assert (tmp_path / KEY_FILE).read_bytes() == content
 
 
@@ -124,15 +120,6 @@ def test_a_fault_of_our_own_is_not_told_as_a_damaged_store(tmp_path: Path, monke
         monkeypatch.setattr("app.records.filing.service_due", wrong)
         with pytest.raises(TypeError, match="ours"):
             file_one(store, "M-07")
-
-
-def test_a_station_introduces_itself_once(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        for _ in range(3):
-            filed = file_one(store, "M-07")
-        ((key, name),) = introductions(store.facts)
-        assert key == filed.exported.station
-        assert name
 
 
 # Trigger records
@@ -156,7 +143,11 @@ def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_s
         return TriggersReading(History(found, is_confirmed=True, is_answered=True), boots, settings)
 
     with closing(open_store(tmp_path)) as store:
-        file = partial(file_triggers, store, name="M-07", port="p")
+
+        def file(reading: TriggersReading, *, is_same_module: bool) -> Visit | PossiblyOther:
+            work = partial(file_triggers, reading=reading, name="M-07", port="p", is_same_module=is_same_module)
+            return store.write(work).result()
+
         for before in (reading(7, settings, RECORD), reading(9, {}, RECORD)):  # the settings were not read last time
             assert isinstance(file(before, is_same_module=False), Visit)
         now = reading(boot_count, {**settings, **more}, *records)
@@ -169,27 +160,32 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         return filed.assessment.result("boot_count")
 
     with closing(open_store(tmp_path)) as store:
-        store.store_evidence("M-07", IdentityEvidence(36, file_one(store, "M-07").assessment.case.evidence.values))
+        keep_evidence(store, "M-07", IdentityEvidence(36, file_one(store, "M-07").assessment.case.evidence.values))
         changed = partial(file_one, store, "M-07", FAULTS["free-fall time"])
         assert boot_count(changed()) is CheckResult.FAIL, "other settings than last read"
         assert boot_count(changed()) is CheckResult.FAIL, "what may be another one is not what was last read"
         assert boot_count(changed(is_same_module=True)) is CheckResult.PASS
         assert boot_count(changed()) is CheckResult.PASS
-        assert store.evidence("M-07").settings["freefall_time_s"] == 0.2
+        assert evidence_of(store, "M-07").settings["freefall_time_s"] == 0.2
 
 
 def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_path: Path) -> None:
     reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 7, DEFAULTS)
     with closing(open_store(tmp_path)) as store:
-        file = partial(file_triggers, store, reading, is_same_module=False)
+
+        def file(name: str, *, port: str) -> Visit | PossiblyOther:
+            return store.write(
+                partial(file_triggers, reading=reading, name=name, port=port, is_same_module=False)
+            ).result()
+
         for name, first, other in (("M-07", "sim://", "/dev/ttyUSB0"), ("M-08", "/dev/ttyUSB0", "sim://x?seed=1")):
             assert isinstance(file(name, port=first), Visit)
             assert file(name, port=other) == PossiblyOther(("simulated",))
             assert isinstance(file(name, port=first), Visit)
         for module in ("M-07", "M-08"):
-            visits = len(store.facts.select(FactKind.VISIT, "AND module = ?", (module,)))
+            visits = len(store.read(partial(Facts.of_module, type_=ModuleVisited, module=module)))
             file_one(store, module, port="/dev/ttyUSB0" if module == "M-07" else "sim://", is_same_module=True)
-            assert len(store.facts.select(FactKind.VISIT, "AND module = ?", (module,))) == visits
+            assert len(store.read(partial(Facts.of_module, type_=ModuleVisited, module=module))) == visits
 
 
 @pytest.mark.parametrize(("boots", "result"), [(36, CheckResult.PASS), (50, CheckResult.FAIL)])
@@ -197,7 +193,7 @@ def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: 
     """By the window, or with the trigger records: it is newer than that of the last visit."""
     with closing(open_store(tmp_path)) as store:
         assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.WARN, "no earlier visit"
-        store.store_evidence("M-07", IdentityEvidence(boots))
+        keep_evidence(store, "M-07", IdentityEvidence(boots))
         assert file_one(store, "M-07").assessment.result("boot_count") is result
 
 
@@ -208,47 +204,7 @@ def test_settings_that_a_simulated_module_passed_with_are_approved_for_none_that
         assert [real().assessment.result("fingerprint") for _ in range(2)] == [CheckResult.WARN, CheckResult.PASS]
 
 
-# The audit log
-
-
-def _logged(folder: Path) -> None:
-    with closing(open_store(folder)) as store:
-        for act in (Act.ZERO, Act.LOCK, Act.ACTIVATE):
-            entry = store.begin(act, FRAME, {"tilt_deg": 3, "zh": "激活"}, port="p", origin="window")
-            if act is not Act.ACTIVATE:
-                store.settle(entry, Outcome.CONFIRMED, {"active": False})
-
-
-_COPY = "INSERT INTO facts (kind, made_at, payload, hash)"
-
-
-@pytest.mark.parametrize(
-    ("tampering", "expected"),
-    [
-        ("UPDATE facts SET payload = replace(payload, 'zero', 'lock') WHERE number = 1", [(1, "ALTERED")]),
-        ("UPDATE facts SET made_at = 'x' WHERE number = 5", [(5, "ALTERED")]),
-        ("UPDATE facts SET kind = 'x' WHERE number = 4", [(4, "ALTERED")]),
-        ("DELETE FROM facts WHERE number = 2", [(2, "MISSING")]),
-        ("DELETE FROM facts WHERE number = 5", [(5, "MISSING")]),
-        ("UPDATE facts SET number = 6 WHERE number = 2", [(2, "MISSING"), (6, "BROKEN")]),
-        ("UPDATE facts SET payload = '{}', hash = '7' WHERE number = 5", [(5, "ALTERED")]),
-        (f"{_COPY} SELECT kind, made_at, payload, hash FROM facts WHERE number = 2", [(6, "BROKEN")]),
-        (f"{_COPY} VALUES ('act', 't', '{{}}', '{fact_hash('act', 't', '{}')}')", [(6, "FOREIGN")]),
-    ],
-)
-def test_every_alteration_of_the_log_is_found(tmp_path: Path, tampering: str, expected: list[tuple[int, str]]) -> None:
-    _logged(tmp_path)
-    tamper(tmp_path / FILE_NAME, tampering)
-    with closing(open_store(tmp_path)) as store:
-        assert [(fault.entry, fault.fault.name) for fault in store.facts.faults()] == expected
-
-
-def test_a_replaced_entry_breaks_the_chain(tmp_path: Path) -> None:
-    """Also where whoever replaced it made its hash again."""
-    _logged(tmp_path)
-    forge(tmp_path / FILE_NAME, 3, lambda payload: payload.replace("lock", "zero"))
-    with closing(open_store(tmp_path)) as store:
-        assert [fault.entry for fault in store.facts.faults()] == [4]
+# Lists
 
 
 def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None:
@@ -260,6 +216,6 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
                 checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft),
                 store=store,
             )  # fmt: skip
-        checks = CheckStore(store.database)
-        assert checks.aircraft() == ("X8", "Q4", "H6")
-        assert [checks.aircraft_of(module) for module in ("A", "B", "C")] == ["X8", "H6", ""]
+        assert store.read(lambda facts: CheckStore(facts).aircraft()) == ("X8", "Q4", "H6")
+        of = store.read(lambda facts: [CheckStore(facts).aircraft_of(module) for module in ("A", "B", "C")])
+        assert of == ["X8", "H6", ""]

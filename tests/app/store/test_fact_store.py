@@ -84,8 +84,8 @@ def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
         SettingsSeen(port="p", boot_count=1, settings={"light_threshold_v": float("nan")}),
         SettingsSeen(port="p", boot_count=256, settings={}),
         ModuleVisited(port="p", boot_count=1, slots=["no hex"], is_confirmed=True, known=0),
-        Serviced(service="repack", on="yesterday", due=None, who=""),
-        Serviced(service="repack", on="2026-01-01", due=None, who="x" * 401),
+        Serviced(service="painted", on=NOON.date(), due=None, who=""),  # type: ignore[arg-type]
+        Serviced(service="repack", on=NOON.date(), due=None, who="x" * 401),
     ],
 )
 def test_what_could_not_be_read_again_is_refused_where_it_is_made(content: Serviced, folder: Path) -> None:

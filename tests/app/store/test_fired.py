@@ -1,28 +1,27 @@
 """A deploy that left, and a TRIGGERED that was seen, end every earlier verdict, in store, archive and check."""
 
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
 from app.archive.archive import Archive
-from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import module_history
-from app.archive.module_names import names_of
+from app.archive.report import ModuleToday, report
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
-from app.records.check_store import CheckStore
 from app.records.filing import Filed, file_check
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
-from app.store.facts import FactKind
+from app.store.fact_store import Facts, Kept, Store
 from app.store.fired import claim_fired, note_triggered
-from app.store.store import Store, open_store
-from app.store.store_journal import KnownAs, StoreJournal
+from app.store.kinds import MayHaveFired, Serviced
+from app.store.left_active import KnownAs
+from app.store.store_journal import StoreJournal
 from tests.support.records.preflight_rig import check
+from tests.support.records.stored import checks_of, open_store
 
 PORT, ADAPTER = "/dev/ttyUSB0", "0403:6001 A1"
 
@@ -52,28 +51,28 @@ class Bench:
         entry.result(5.0)
         if outcome is not None:
             journal.settle(entry, outcome, {})
-        self.store.queue.submit(lambda: None).result(5.0)
+        self.store.write(lambda _facts: None).result(5.0)
 
     def today(self) -> ModuleToday:
-        with closing(Archive(self.store)) as archive:
-            archive.collect()
-            (state,) = fleet_state(archive, names_of(archive), datetime.now(UTC))
-            return state
+        (state,) = report(Archive(self.store), datetime.now(UTC))
+        return state
 
     def told(self) -> list[str]:
-        with closing(Archive(self.store)) as archive:
-            archive.collect()
-            (module,) = names_of(archive).named("M-07")
-            return [event.text.in_english() for event in module_history(archive, module).events]
+        history = module_history(Archive(self.store), "M-07")
+        assert history is not None
+        return [event.text.in_english() for event in history.events]
 
     def repack(self, at: str | None = "later") -> None:
-        content = {"service": "repack", "on": datetime.now().astimezone().date().isoformat(), "due": None,
-                   "who": "Li Wei", "note": ""}  # fmt: skip
-        self.store.facts.add(FactKind.SERVICE, content, module="M-07", at=_later() if at else None)
+        today = datetime.now().astimezone().date()
+        done = Serviced(service="repack", on=today, due=None, who="Li Wei")
+        when = datetime.now(UTC) + timedelta(minutes=5) if at else None
+        self.store.write(lambda facts: facts.add(done, "M-07", at=when)).result(5.0)
 
+    def do(self, work: Callable[[Facts], object]) -> None:
+        self.store.write(work).result(5.0)
 
-def _later() -> str:
-    return (datetime.now(UTC) + timedelta(minutes=5)).isoformat(timespec="milliseconds")
+    def fired(self, name: str) -> list[Kept[MayHaveFired]]:
+        return self.store.read(lambda facts: facts.of_module(MayHaveFired, name))
 
 
 @pytest.fixture
@@ -98,7 +97,7 @@ def test_a_deploy_that_left_ends_the_verdict_whatever_came_of_it(bench: Bench, o
     assert not state.last_check.holds
     assert "READY" not in state.last_check.words.in_english().replace("READY (void", "")
     assert "no repack" in due_of(bench)
-    (line,) = CheckStore(bench.store.database).checks("M-07")
+    (line,) = checks_of(bench.store, "M-07")
     assert not line.holds
     assert any("READY (void" in text for text in bench.told())
 
@@ -114,7 +113,7 @@ def test_a_deploy_that_never_left_ends_nothing(bench: Bench) -> None:
 
 def test_a_triggered_that_was_seen_ends_the_verdict(bench: Bench) -> None:
     bench.file()
-    note_triggered(bench.store.facts, "M-07", port=PORT)
+    bench.do(lambda facts: note_triggered(facts, "M-07", port=PORT))
     state = bench.today()
     assert state.last_check is not None
     assert not state.last_check.holds
@@ -141,14 +140,14 @@ def test_what_fired_without_a_name_is_of_the_next_name_said_at_that_port(bench: 
     if is_deployed:
         bench.deploy(Outcome.UNKNOWN, name="")
     else:
-        note_triggered(bench.store.facts, "", port=PORT, adapter=ADAPTER)
+        bench.do(lambda facts: note_triggered(facts, "", port=PORT, adapter=ADAPTER))
     assert "repack" not in due_of(bench)
-    claim_fired(bench.store.facts, "M-07", port="/dev/ttyUSB5", adapter="another")
+    bench.do(lambda facts: claim_fired(facts, "M-07", port="/dev/ttyUSB5", adapter="another"))
     assert "repack" not in due_of(bench)
     assert bench.file().assessment.result("service") is CheckResult.FAIL  # it says the name
     assert "no repack" in due_of(bench)
-    claim_fired(bench.store.facts, "M-08", port=PORT, adapter=ADAPTER)
-    assert not bench.store.facts.select(FactKind.FIRED, "AND module = ?", ("M-08",))
+    bench.do(lambda facts: claim_fired(facts, "M-08", port=PORT, adapter=ADAPTER))
+    assert not bench.fired("M-08")
 
 
 def test_a_module_without_a_name_does_not_pass_where_one_may_have_fired(bench: Bench) -> None:
@@ -160,8 +159,8 @@ def test_a_module_without_a_name_does_not_pass_where_one_may_have_fired(bench: B
 
 def test_an_unnamed_deploy_that_never_left_is_of_nobody(bench: Bench) -> None:
     bench.deploy(Outcome.NOT_SENT, name="")
-    claim_fired(bench.store.facts, "M-07", port=PORT, adapter=ADAPTER)
-    assert not bench.store.facts.select(FactKind.FIRED)
+    bench.do(lambda facts: claim_fired(facts, "M-07", port=PORT, adapter=ADAPTER))
+    assert not bench.fired("M-07")
 
 
 def test_a_simulated_module_of_the_same_name_says_nothing_of_the_real_one(bench: Bench) -> None:

@@ -10,6 +10,7 @@ import pytest
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
+from app.store.fact_store import Store
 from app.terminal import command_journal
 from app.terminal.arguments import WrongUsage
 from tests.support.cli_line import Program
@@ -84,13 +85,11 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:
-    opened = command_journal.open_store_or_notify
-
-    def interrupted_open() -> object:
+    def interrupted_open() -> Store:
         os.kill(os.getpid(), signal.SIGTERM)
-        return opened()
+        return Store()
 
-    monkeypatch.setattr(command_journal, "open_store_or_notify", interrupted_open)
+    monkeypatch.setattr(command_journal, "Store", interrupted_open)
     dps_s([*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from app.limits.past import Past
 from app.records.check_store import CheckStore
 from app.records.trigger_archive import HEAD, write_archive
-from app.store.database import Database, open_database
-from app.store.facts import FactKind, Facts
-from app.store.former import STORE
+from app.store.fact_store import Facts
+from app.store.kinds import TriggerRecordSeen
 from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
 from protocol.frame import encode_long
+from tests.support.records.stored import plain_facts
 
 WORKED = bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E")
 
@@ -28,10 +28,9 @@ def raw(boot: int, uptime: int, source: int = 2, *, charge: int = 1, serial: int
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
-    opened = open_database(tmp_path, STORE)
-    yield opened
-    opened.close()
+def facts(tmp_path: Path) -> Iterator[Facts]:
+    with plain_facts(tmp_path) as one:
+        yield one
 
 
 # Sentences
@@ -129,36 +128,36 @@ def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
 # The store
 
 
-def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
-    store, number = CheckStore(database), "M-07"
+def test_the_tenth_trigger_removes_no_stored_record(facts: Facts) -> None:
+    store, number = CheckStore(facts), "M-07"
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
     assert first.new is None
     assert len(first.records) == 9
-    store.judge(first.records[0].id, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
+    store.judge(number, first.records[0].place, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
     life.append(raw(10, 3))
     second = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert [record.raw for record in second.records] == life
     assert second.new == {second.records[-1].id}
     assert second.records[0].judgement is Judgement.BENCH_TEST
     assert second.records[0].note == "on the table [U+202E]=1+1"
-    store.judge(second.records[0].id, None, "")
+    store.judge(number, second.records[0].place, None, "")
     assert store.records(number)[0].judgement is None
     third = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert third.new == frozenset()
 
 
-def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
-    store, number = CheckStore(database), "M-07"
+def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
+    store, number = CheckStore(facts), "M-07"
     store.store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
-    Facts(database).add(FactKind.TRIGGER_RECORD, {"place": 1, "raw": raw(2, 2).hex()}, module=number)
+    facts.add(TriggerRecordSeen(place=1, raw=raw(2, 2).hex()), number)
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     assert [record.raw for record in visit.records] == [raw(1, 1), raw(2, 2)]
     assert len(visit.new or ()) == 1
 
 
-def test_a_lossy_reading_removes_no_record(database: Database) -> None:
-    store, number = CheckStore(database), "M-07"
+def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
+    store, number = CheckStore(facts), "M-07"
     life = [raw(boot, 5) for boot in range(4)]
     store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
     store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
@@ -166,8 +165,8 @@ def test_a_lossy_reading_removes_no_record(database: Database) -> None:
     assert [record.raw for record in visit.records] == life
 
 
-def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> None:
-    store, one, other = CheckStore(database), "M-07", "M-08"
+def test_modules_with_and_without_a_name_are_kept_apart(facts: Facts) -> None:
+    store, one, other = CheckStore(facts), "M-07", "M-08"
     store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     store.store_visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     store.store_visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
@@ -182,11 +181,11 @@ def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> N
 # CSV
 
 
-def test_the_csv_contains_no_formulas(database: Database, tmp_path: Path) -> None:
-    store, number = CheckStore(database), "M-07"
+def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
+    store, number = CheckStore(facts), "M-07"
     visit = store.store_visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
-        store.judge(visit.records[0].id, Judgement.REAL, formula)
+        store.judge(number, visit.records[0].place, Judgement.REAL, formula)
         path = tmp_path / "all.csv"
         write_archive(path, formula, store.records(number), new=frozenset({visit.records[1].id}))
         data = path.read_bytes()

@@ -19,7 +19,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, Job, PortState
 from app.records.filing import Filed
 from app.safety.journal import NoJournal
-from app.store.database import StoreFault, StoreTrouble
+from app.store.trouble import StoreFault, StoreTrouble
 from protocol.events import Event
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -147,6 +147,10 @@ class FakeWorker:
 
 class NoStorage(Storage):
     """Keeps nothing, and has no journal."""
+
+    @property
+    def begun(self) -> None:
+        return None
 
     def open_store(self) -> StoreTrouble:
         return StoreTrouble(StoreFault.FAILED, Path(), "none")

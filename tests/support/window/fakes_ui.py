@@ -15,7 +15,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
-from app.store.store import Store
+from app.store.fact_store import Store
 from app.text.i18n import CHINESE, ENGLISH, language, set_language
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
@@ -106,6 +106,7 @@ def window(
         entries=entries,
     )
     try:
+        assembly.storage.open_store()  # so that a test finds it as after a moment
         start(assembly, options)
         yield assembly
     finally:
@@ -128,7 +129,7 @@ def close_window(assembly: Assembly) -> None:
 
 def store_of(storage: Storage) -> Store:
     """That of a folder which can be written."""
-    store = storage.store
+    store = storage.open_store()
     assert isinstance(store, Store)
     return store
 
@@ -136,8 +137,8 @@ def store_of(storage: Storage) -> Store:
 def wait_for_disk(assembly: Assembly, limit_s: float = PATIENCE_S) -> None:
     """Wait for what the store is still asked to write, if anything."""
     store = assembly.storage.store
-    if isinstance(store, Store) and store.queue._left:
-        wait([store.queue.submit(int)], limit_s)
+    if isinstance(store, Store) and store._left:
+        wait([store.write(lambda _facts: None)], limit_s)
 
 
 @contextmanager

@@ -15,9 +15,11 @@ from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
-from app.store.left_active import left_active, note_locked
-from app.store.store import Store, open_store
+from app.store.fact_store import Store
+from app.store.left_active import KnownAs
+from app.store.store_journal import note_locked
 from tests.support.patience import PATIENCE_S
+from tests.support.records.stored import begin, left_in, open_store, settle
 from tests.support.window.fake_ports import FakePorts, ports_alone
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import given, press, show_page
@@ -30,9 +32,9 @@ USB = "/dev/ttyUSB0"
 
 def activate(store: Store, module: str) -> None:
     """As before a `kill -9` in the tilt test: activated, and never locked."""
-    detail = {"module": module, "run": "before"}
-    entry = store.begin(Act.ACTIVATE, REQUESTS[Act.ACTIVATE].encode(), detail, port=USB, origin="window")
-    store.settle(entry, Outcome.CONFIRMED, {})
+    known_as = KnownAs(module, "before")
+    entry = begin(store, Act.ACTIVATE, REQUESTS[Act.ACTIVATE].encode(), {}, port=USB, known_as=known_as)
+    settle(store, entry, Outcome.CONFIRMED, {})
 
 
 def test_it_stands_first_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -48,7 +50,7 @@ def test_it_stands_first_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp
         press(qtbot, bar.button("left_active_locked"))
         qtbot.waitUntil(lambda: bar.notice is None or "ACTIVE" not in bar.notice.text)
     store = open_store()
-    assert left_active(store) == ()
+    assert left_in(store) == ()
     store.close()
 
 
@@ -68,9 +70,9 @@ class Bench:
         QApplication.processEvents()
 
     def left(self) -> list[str]:
-        self.store.queue.submit(lambda: None).result(PATIENCE_S)
-        self.store.queue.submit(lambda: None).result(PATIENCE_S)
-        return [one.known_as.name for one in left_active(self.store)]
+        self.store.write(lambda _facts: None).result(PATIENCE_S)
+        self.store.write(lambda _facts: None).result(PATIENCE_S)
+        return [one.known_as.name for one in left_in(self.store)]
 
 
 @pytest.fixture
@@ -131,7 +133,7 @@ def test_one_that_gets_its_name_while_it_is_active_is_left_under_it(qtbot: QtBot
 def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Bench, name: str, is_active: bool) -> None:
     """Left ACTIVE on purpose, it is met again: nobody has to claim that it is locked."""
     if not name:
-        note_locked(bench.store, bench.storage.left_active[0], "window")
+        bench.store.write(lambda facts: note_locked(facts, bench.storage.left_active[0], "window")).result(PATIENCE_S)
         activate(bench.store, "")
         bench.watch.load()
     qtbot.waitUntil(lambda: [one.known_as.name for one in bench.storage.left_active] == [name])

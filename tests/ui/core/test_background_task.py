@@ -7,8 +7,9 @@ import pytest
 from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from app.store.database import StoreFault, StoreTrouble
-from app.store.write_queue import WriteQueue
+from app.store.fact_store import Store
+from app.store.trouble import StoreFault, StoreTrouble
+from tests.support.patience import PATIENCE_S
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 
 
@@ -92,50 +93,50 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
     assert not task.is_running
 
 
-def test_what_was_for_once_is_freed_when_its_result_is_there(qtbot: QtBot) -> None:
-    window, told, queue = QObject(), Told(), WriteQueue()
+def test_what_was_for_once_is_freed_when_its_result_is_there(qtbot: QtBot, tmp_path: Path) -> None:
+    window, told, queue = QObject(), Told(), Store(tmp_path)
 
     def fail(_running: Running) -> int:
         raise OSError
 
     BackgroundTask[int]("dps-s test", window, for_once=True).run(lambda _running: 1, told.then, told.failed)
     BackgroundTask[int]("dps-s test", window, for_once=True).run(fail, told.then, told.failed)
-    BackgroundTask[int]("dps-s test", window, for_once=True).run_in(queue, lambda: 2, told.then, told.failed)
+    BackgroundTask[int]("dps-s test", window, for_once=True).run_in(queue, lambda _facts: 2, told.then, told.failed)
     kept = BackgroundTask[int]("dps-s test", window)
     kept.run(lambda _running: 3, told.then, told.failed)
     qtbot.waitUntil(lambda: len(told.results) + len(told.errors) == 4)
     qtbot.waitUntil(lambda: window.findChildren(BackgroundTask) == [kept])
-    queue.close(1.0)
+    queue.close(PATIENCE_S)
 
 
-def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot) -> None:
+def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot, tmp_path: Path) -> None:
     task, told, done = BackgroundTask[int]("dps-s test"), Told(), list[int]()
-    queue = WriteQueue()
+    queue = Store(tmp_path)
 
     def work(number: int) -> int:
         done.append(number)
         return number
 
-    task.run_in(queue, lambda: work(1), told.then, told.failed)
-    task.run_in(queue, lambda: work(2), told.then, told.failed)
+    task.run_in(queue, lambda _facts: work(1), told.then, told.failed)
+    task.run_in(queue, lambda _facts: work(2), told.then, told.failed)
     qtbot.waitUntil(lambda: not task.is_running)
     assert (done, told.results) == ([1, 2], [2])
-    queue.close(1.0)
+    queue.close(PATIENCE_S)
 
 
-def test_a_trouble_of_the_store_is_told_and_a_fault_of_ours_is_raised(qtbot: QtBot) -> None:
-    task, told, queue = BackgroundTask[None]("dps-s test"), Told(), WriteQueue()
+def test_a_trouble_of_the_store_is_told_and_a_fault_of_ours_is_raised(qtbot: QtBot, tmp_path: Path) -> None:
+    task, told, queue = BackgroundTask[None]("dps-s test"), Told(), Store(tmp_path)
 
     def fail(error: Exception) -> None:
         raise error
 
     trouble = StoreTrouble(StoreFault.FAILED, Path())
-    task.run_in(queue, lambda: fail(trouble), told.then, told.failed)
+    task.run_in(queue, lambda _facts: fail(trouble), told.then, told.failed)
     qtbot.waitUntil(lambda: not task.is_running)
     assert told.errors == [trouble]
     with qtbot.captureExceptions() as raised:
-        task.run_in(queue, lambda: fail(KeyError("ours")), told.then, told.failed)
+        task.run_in(queue, lambda _facts: fail(KeyError("ours")), told.then, told.failed)
         qtbot.waitUntil(lambda: not task.is_running)
     assert [kind for kind, _error, _trace in raised] == [KeyError]
     assert told.errors == [trouble]
-    queue.close(1.0)
+    queue.close(PATIENCE_S)

@@ -14,7 +14,8 @@ from app.procedures.history import History
 from app.records.check_store import CheckStore
 from app.records.trigger_filing import PossiblyOther, TriggersReading
 from app.settings.profiles import ManualLine, Profile
-from app.store.database import StoreFault, StoreTrouble
+from app.store.fact_store import Facts
+from app.store.trouble import StoreFault, StoreTrouble
 from app.trigger_records.history import Judgement, record_of
 from tests.support.line.link_bench import RECORD
 from tests.support.patience import PATIENCE_S
@@ -38,12 +39,12 @@ def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypa
     ):
         rig.show_a()
         gate = threading.Event()
-        store.queue.submit(gate.wait)
+        store.write(lambda _facts, gate=gate: gate.wait())
         act()
         rig.connector.connect_to(PORT_B)
         rig.answer(B)
         gate.set()
-        store.queue.submit(int).result(PATIENCE_S)
+        store.write(lambda _facts: None).result(PATIENCE_S)
         rig.settle()
         said = [notice.text for notice in (guided._notice(), triggers.notice()) if notice is not None]
         assert [text for text in said if "Not kept." in text and text.startswith(f"{NAME_A}: ")] == said != []
@@ -57,7 +58,7 @@ def test_what_was_read_before_a_break_gets_no_name_that_was_given_after_it(
     the one that is plugged in next."""
     filed: list[str] = []
 
-    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+    def file(_facts: Any, name: str, **_: Any) -> PossiblyOther:
         filed.append(name)
         return PossiblyOther()
 
@@ -80,7 +81,7 @@ def test_what_was_read_before_a_break_gets_no_name_that_was_given_after_it(
     rig.connector.current.module.choose("BETA")
     rig.settle()
     store: Any = rig.assembly.storage.store
-    store.queue.submit(int).result(PATIENCE_S)
+    store.write(lambda _facts: None).result(PATIENCE_S)
     assert filed == (["BETA"] if between == "nothing" else [])
     assert rig.pages["live"]._origin().module == ("" if between == "lost port" else "BETA")
 
@@ -90,7 +91,7 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
 ) -> None:
     filed: list[str] = []
 
-    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+    def file(_facts: Any, name: str, **_: Any) -> PossiblyOther:
         filed.append(name)
         return PossiblyOther()
 
@@ -109,7 +110,7 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     rig.settle()
     assert rig.connector.current.module.name == "BETA"
     store: Any = rig.assembly.storage.store
-    store.queue.submit(int).result(PATIENCE_S)
+    store.write(lambda _facts: None).result(PATIENCE_S)
     assert filed == [NAME_A]
 
 
@@ -177,7 +178,11 @@ def test_a_record_that_came_once_is_listed_behind_those_that_are_kept_and_as_oft
     rig.show_a()
     work, record = rig.pages["triggers"].work, record_of(RECORD)
     store: Any = rig.assembly.storage.store
-    CheckStore(store.database).store_visit(NAME_A, [RECORD], port="", boot_count=147, is_confirmed=True)
+
+    def keep(facts: Facts) -> None:
+        CheckStore(facts).store_visit(NAME_A, [RECORD], port="", boot_count=147, is_confirmed=True)
+
+    store.write(keep).result(PATIENCE_S)
     work.reading = TriggersReading(History(seen_once=(record, record), is_answered=True), 147)
     work._is_stored = True
     assert [(row.seen.place, row.is_stored) for row in work._rows()] == [(0, True), (1, False)]

@@ -9,7 +9,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 from pytestqt.qtbot import QtBot
 
-from app.store.store import Store
+from app.store.fact_store import Store
+from tests.support.records.stored import register
 from tests.support.window.fakes_ui import store_of, window
 from tests.support.window.steps import find, given
 from ui.files.file_dialogs import ThenPath
@@ -34,7 +35,7 @@ def with_modules(assembly: Assembly, qtbot: QtBot, *names: str) -> Store:
     qtbot.waitUntil(lambda: isinstance(assembly.storage.store, Store))
     store = store_of(assembly.storage)
     for name in names:
-        store.register_module(name)
+        register(store, name)
     return store
 
 
@@ -85,7 +86,7 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         qtbot.waitUntil(lambda: asked[-1].name in main.status_bar.passing.text())
         assert [path.name for path in asked] == ["M-07_b label.pdf", "DPS-S label.pdf"]
         assert all(path.read_bytes().startswith(b"%PDF-") for path in asked)
-        store.register_module("W" * 61)
+        register(store, "W" * 61)
         asked[-1].unlink()
         menus["label_A4"].trigger()
         refused = "Name: at most 60 characters"
@@ -100,14 +101,14 @@ def test_the_modules_are_counted_for_the_menu_only(
         store = with_modules(assembly, qtbot)
         reads: list[Store] = []
 
-        def none_of(read: Store) -> tuple[()]:
+        def none_of(read: Store, _work: object) -> dict[str, object]:
             reads.append(read)
-            return ()
+            return {}
 
-        monkeypatch.setattr(Store, "modules", none_of)
+        monkeypatch.setattr(Store, "read", none_of)
         assembly.connector.changed.emit()  # many times a second while a value changes
         assert reads == []
         menus = assembly.window.menus
         find(assembly.window, QMenu, "menu_label").aboutToShow.emit()
-        assert reads == [store]
+        assert set(reads) == {store}
         assert not menus["label_A4"].isEnabled()

@@ -18,6 +18,7 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
 from tests.support.line.odd_module import end_faults
+from tests.support.records.stored import audit
 from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
@@ -229,7 +230,7 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Ri
     one.wait(0.3)  # it has reported LOCKED several times
     assert (lock.confirmed, lock.failed is None) == (None, False)
     store = store_of(one.assembly.storage)
-    assert [entry.outcome for entry in store.audit(Act.LOCK)] == [Outcome.UNKNOWN], "it may still be ACTIVE"
+    assert [entry.outcome for entry in audit(store, Act.LOCK)] == [Outcome.UNKNOWN], "it may still be ACTIVE"
     say_which_module(one, "identity_same")
     one.until(lambda: lock.confirmed is not None)
 

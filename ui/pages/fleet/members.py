@@ -11,7 +11,7 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card, card_of
 from app.records.filing import local_now, service_due
-from app.store.store import Store
+from app.store.fact_store import Facts, Store
 from app.text.messages import UserMessage
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.core.background_task import BackgroundTask
@@ -100,7 +100,7 @@ class FleetMembers(QObject):
         self._due_of, store = due_of, self._services.storage.store
         if isinstance(store, Store):
             self._reading.run_in(
-                store.queue, partial(_due_by_name, store, names), self._show_due,
+                store, partial(_due_by_name, names=names), self._show_due,
                 lambda trouble: _log.warning("What is due of the modules cannot be read: %s", trouble),
             )  # fmt: skip
 
@@ -135,9 +135,9 @@ class FleetMembers(QObject):
         connection.invalidated.connect(partial(self.replaced.emit, connection))
 
 
-def _due_by_name(store: Store, names: Iterable[str]) -> Due:
+def _due_by_name(facts: Facts, names: Iterable[str]) -> Due:
     at = local_now()
-    return {name: tuple(service.text for service in service_due(store, name, at)) for name in names}
+    return {name: tuple(service.text for service in service_due(facts, name, at)) for name in names}
 
 
 def target_of(port: PortInfo) -> Target:

@@ -17,8 +17,8 @@ from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
 from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
-from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.fact_store import Store
+from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
@@ -270,8 +270,9 @@ class FleetPage(Page):
         store = self._services.storage.store
         if isinstance(store, Store):
             self.result.dismiss()
-            work = partial(say_new, store, silent)
-            self._wording.run_in(store.queue, work, lambda _none: self._check(), self._show_unworded)
+            self._wording.run_in(
+                store, partial(say_new, names=silent), lambda _none: self._check(), self._show_unworded
+            )
 
     def _show_unworded(self, trouble: StoreTrouble) -> None:
         self.result.notify(Meaning.DANGER, lambda: join_sentences((trouble.sentence, tr("Not kept."))))

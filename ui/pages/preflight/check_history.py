@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore, measuring
 from app.stations.station import fingerprint_of, own_station
-from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.fact_store import Facts, Store
+from app.store.trouble import StoreTrouble
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask, Running
+from ui.core.background_task import BackgroundTask
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
@@ -130,7 +130,7 @@ class CheckHistory(QWidget):
     """`print_wanted`: the id of a kept check."""
 
     closed = Signal()
-    print_wanted = Signal(int)
+    print_wanted = Signal(str)
 
     def __init__(self, services: Services) -> None:
         super().__init__()
@@ -178,12 +178,12 @@ class CheckHistory(QWidget):
         if not isinstance(store, Store):
             self._fail(store)
             return
-        kept = CheckStore(store.database)
 
-        def read(_running: Running) -> tuple[Sequence[str], Sequence[CheckLine]]:
+        def read(facts: Facts) -> tuple[Sequence[str], Sequence[CheckLine]]:
+            kept = CheckStore(facts)
             return kept.aircraft(), kept.checks(aircraft=which) if kind == "aircraft" else kept.checks(which)
 
-        self._loading.run(read, partial(self._show_read, chosen), self._fail)
+        self._loading.run(lambda _running: store.read(read), partial(self._show_read, chosen), self._fail)
 
     def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
         aircraft, checks = read

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolBut
 
 from app.records.check_store import CheckStore
 from app.settings.profiles import Profile
-from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.fact_store import Facts, Store
+from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, clean
 from app.text.sentences import labelled
@@ -73,11 +73,8 @@ class PreflightForm(QWidget):
         self.committed = self._entered()
         """Person and aircraft."""
         self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
-        store = services.storage.store
-        if isinstance(store, Store):
-            self._reading_aircraft.run_in(
-                store.queue, CheckStore(store.database).aircraft, self._offer_aircraft, lambda _trouble: None
-            )
+        services.storage.opened.connect(self._read_aircraft)
+        self._read_aircraft()
         self.enter_aircraft()
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
@@ -87,6 +84,12 @@ class PreflightForm(QWidget):
             (marked("Aircraft"), self.aircraft), (marked("Profile"), self.choose),
         ))  # fmt: skip
         self.show_profile()
+
+    def _read_aircraft(self) -> None:
+        """Once the store is open."""
+        store = self._services.storage.store
+        if isinstance(store, Store):
+            self._reading_aircraft.run_in(store, _aircraft, self._offer_aircraft, lambda _trouble: None)
 
     def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
@@ -108,7 +111,7 @@ class PreflightForm(QWidget):
         aircraft = self._aircraft_of.pop(module, "")
         if not aircraft and isinstance(store, Store):
             with suppress(StoreTrouble):
-                aircraft = CheckStore(store.database).aircraft_of(module)
+                aircraft = store.read(lambda facts: CheckStore(facts).aircraft_of(module))
         self.aircraft.setEditText(aircraft)
         self._commit()
 
@@ -183,3 +186,7 @@ class PreflightForm(QWidget):
         action = named(self.menu.addAction(text), name)
         action.setToolTip(text)
         action.triggered.connect(lambda _is_checked=False: act())
+
+
+def _aircraft(facts: Facts) -> tuple[str, ...]:
+    return CheckStore(facts).aircraft()

@@ -14,7 +14,7 @@ from app.records.check_store import CheckStore
 from app.records.record import stored_record
 from app.safety.acts import Act
 from app.settings.profile_file import save_or_say_why_not
-from app.store.store import Store
+from app.store.fact_store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
@@ -261,13 +261,13 @@ class PreflightPage(Page):
     def _show_result(self) -> None:
         self.strip.show_notice(self.result.result_notice())
 
-    def _export_stored(self, id_: int) -> None:
+    def _export_stored(self, id_: str) -> None:
         """Export a check of the store as it was kept."""
         store = self._services.storage.store
         if not isinstance(store, Store):
             return
         try:
-            signed = stored_record(CheckStore(store.database).document(id_))
+            signed = stored_record(store.read(lambda facts: CheckStore(facts).document(id_)))
         except UserError as error:
             self.result.notify(Meaning.DANGER, error.message.translated)
             return

@@ -12,7 +12,6 @@ from app.records.labels import Printer
 from app.records.record import SignedRecord
 from app.records.report_files import suggested_name, write_report
 from app.records.verification import RecordState, Verification, is_green, verify_file
-from app.store.store import Store
 from app.system.files import CANNOT_READ
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -68,10 +67,9 @@ class RecordFiles(QObject):
         storage = self._storage
 
         def work(_running: Running) -> Verification:
-            from app.archive.archive import station_names  # no start waits for it
+            from app.archive.archive import known_names  # no start waits for it
 
-            store = storage.store
-            return verify_file(path, station_names(store if isinstance(store, Store) else None, storage.folder))
+            return verify_file(path, known_names(storage.begun))
 
         self._verifying.run(work, partial(self._notify_verified, path), partial(self._notify_unread, path))
 

@@ -23,8 +23,9 @@ from app.guided.results import GuidedKind, GuidedResult, StoredTest
 from app.guided.status_watch import Measure, PersonSteps
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
-from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.fact_store import Facts, Store
+from app.store.modules import register_module
+from app.store.trouble import StoreTrouble
 from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.link_states import Presence
@@ -254,8 +255,8 @@ class GuidedController(QObject):
             self._loading.cancel()
             self._on_last_tests({})
             return
-        work = partial(last_tests, store.facts, name, counts_simulated=self._is_simulated)
-        self._loading.run_in(store.queue, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
+        work = partial(last_tests, module=name, counts_simulated=self._is_simulated)
+        self._loading.run_in(store, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
 
     def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
@@ -274,11 +275,11 @@ class GuidedController(QObject):
             return
         adapter = "" if target is None else target.key
         work = partial(
-            _store, store, result, name=name, adapter=adapter,
+            _store, result=result, name=name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
-        storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self, for_once=True)
-        storing.run_in(store.queue, work, lambda _number: self.load_last(), partial(self._show_trouble, name))
+        storing: BackgroundTask[None] = BackgroundTask("dps-s guided test", self, for_once=True)
+        storing.run_in(store, work, lambda _none: self.load_last(), partial(self._show_trouble, name))
 
     def _show_trouble(self, name: str, trouble: StoreTrouble) -> None:
         self.trouble = partial(not_kept, trouble, name)
@@ -303,9 +304,9 @@ def _why(error: BaseException) -> UserError:
             return _broken_off(FAILED)
 
 
-def _store(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
+def _store(facts: Facts, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> None:
     if name:
-        store.register_module(name)
-    return keep_test(
-        store.facts, result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
+        register_module(facts, name)
+    keep_test(
+        facts, result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
     )

@@ -36,9 +36,9 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
-from app.store.facts import object_in
 from app.system.files import write_whole
 from app.text.i18n import tr
+from app.text.json_objects import object_in
 from app.text.messages import clean
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow

@@ -13,8 +13,8 @@ from app.engine.worker import Job
 from app.preflight.module_checks import RecordsWord
 from app.records.check_store import CheckStore, SeenRecord, Visit
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
-from app.store.database import StoreTrouble, utc_now
-from app.store.store import Store
+from app.store.fact_store import Facts, Store, utc_now
+from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -121,9 +121,9 @@ class TriggersController(QObject):
         def fail(trouble: StoreTrouble) -> None:
             end(partial(self._offer_to_judge_again, trouble, module, record_id, judged))
 
-        work = partial(CheckStore(store.database).judge, record_id, judgement, note)
+        work = partial(_judge, module=module, place=record_id, judgement=judgement, note=note)
         keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
-        keeper.run_in(store.queue, work, lambda _none: end(), fail)
+        keeper.run_in(store, work, lambda _none: end(), fail)
         self._show_archive()
 
     @property
@@ -157,10 +157,10 @@ class TriggersController(QObject):
             self.job.dismiss()
             port = self._connector.current
             work = partial(
-                file_triggers, store, reading, name, adapter=port.module.adapter, port=port.connection.port,
+                file_triggers, reading=reading, name=name, adapter=port.module.adapter, port=port.connection.port,
                 is_same_module=is_same_module, is_compared=True,
             )  # fmt: skip
-            self._filing.run_in(store.queue, work, self._end_filing, partial(self._fail_filing, name))
+            self._filing.run_in(store, work, self._end_filing, partial(self._fail_filing, name))
         if reading is not None and not reading.history.is_confirmed:
             self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
@@ -190,7 +190,7 @@ class TriggersController(QObject):
         if store is None or not name:
             return plain
         try:
-            past = CheckStore(store.database).past(name)
+            past = store.read(lambda facts: CheckStore(facts).past(name))
         except StoreTrouble as trouble:
             return Notice(Meaning.DANGER, not_kept(trouble, name))
         if past.last_answer is not None:
@@ -210,7 +210,7 @@ class TriggersController(QObject):
         store = self._store
         if store is not None:
             self._wording.run_in(
-                store.queue, partial(say_new, store, [name]), lambda _none: self.changed.emit(),
+                store, partial(say_new, names=[name]), lambda _none: self.changed.emit(),
                 partial(self._fail_filing, name),
             )  # fmt: skip
 
@@ -278,7 +278,7 @@ class TriggersController(QObject):
         is_of_this_name = self._is_stored or self.reading is None
         if store is not None and name and is_of_this_name:
             try:
-                kept = CheckStore(store.database).records(name)
+                kept = store.read(lambda facts: CheckStore(facts).records(name))
             except StoreTrouble as trouble:
                 self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
         if not kept and self.reading is not None:
@@ -313,3 +313,7 @@ def _broken_off(error: BaseException) -> str:
         return error.sentence
     what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("Link lost.")
     return join_sentences((what, tr("Not kept.")))
+
+
+def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:
+    CheckStore(facts).judge(module, place, judgement, note)

@@ -16,7 +16,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLabel, QPushButton
 
 from app.records.trigger_archive import write_archive
-from app.store.database import StoreTrouble
+from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, saved_text
 from protocol.translatable import marked

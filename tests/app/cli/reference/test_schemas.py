@@ -16,10 +16,10 @@ from app.cli.commands import ENTRIES, complete_parser
 from app.cli.results import NAMES, schema_of
 from app.engine.device import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
-from app.store.facts import FactKind
-from app.store.store import open_store
+from app.store.kinds import PreflightCheck
 from protocol.catalogue import BAUD_RATES, BY_NAME
 from tests.support.cli_line import Printed, Program, run_here
+from tests.support.records.stored import open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty", "no_waiting")
@@ -89,7 +89,8 @@ def test_the_record_of_a_check_is_as_its_schema_says(port: str, capsys: pytest.C
     for _ in range(2):
         assert program.main(words) == 1
     store = open_store()
-    records = [json.loads(fact.content["document"]) for fact in store.facts.select(FactKind.CHECK)]
+    kept = store.read(lambda facts: facts.of_kind(PreflightCheck))
+    records = [json.loads(check.content.document) for check in kept]
     store.close()
     assert len(records) == 2
     assert [fault for record in records for fault in faults("record", record)] == []

@@ -17,8 +17,8 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.safety.ritual import Stage
-from app.store.database import StoreFault, StoreTrouble
-from app.store.store import Store
+from app.store.fact_store import Store
+from app.store.trouble import StoreFault, StoreTrouble
 from protocol.catalogue import STATUS
 from protocol.link_states import Presence
 from protocol.messages import Source

@@ -16,6 +16,7 @@ from app.safety.journal import Outcome
 from app.safety.ritual import Stage
 from protocol.messages import Source
 from tests.support.line.odd_module import end_faults
+from tests.support.records.stored import audit as audited
 from tests.support.window.fakes_ui import page_entries, simulated, store_of, window
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import await_child, given, notice_text, settle
@@ -43,8 +44,7 @@ def outcome(one: Desk) -> str:
 
 def audit(one: Desk) -> list[tuple[Act, Outcome]]:
     store = store_of(one.assembly.storage)
-    store.queue.submit(int).result(10)  # behind what is still to be written
-    return [(entry.act, entry.outcome) for entry in store.audit()]
+    return [(entry.act, entry.outcome) for entry in audited(store)]
 
 
 def arm(one: Desk, *, is_rehearsal: bool = False) -> RitualWidget:

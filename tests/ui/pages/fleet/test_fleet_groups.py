@@ -26,10 +26,11 @@ from app.records.labels import Printer
 from app.records.record import make_record
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.database import StoreFault, StoreTrouble
-from app.store.facts import FactKind
+from app.store.kinds import PreflightCheck
+from app.store.trouble import StoreFault, StoreTrouble
 from protocol.link_states import Presence
 from tests.support.records.preflight_rig import check
+from tests.support.records.stored import modules_in
 from tests.support.window.fake_ports import FakeWorker
 from tests.support.window.fakes_ui import speak_chinese, store_of
 from tests.support.window.steps import given, notice_text
@@ -225,7 +226,8 @@ def test_a_check_that_could_not_be_stored_says_why(
     full = StoreTrouble(StoreFault.FULL, tmp_path)
     filed = _filed(check().assessment.case, full if has_store else None)
     if not has_store:
-        desk.services.storage._store = full
+        monkeypatch.setattr(type(desk.services.storage), "begun", None)
+        monkeypatch.setattr(type(desk.services.storage), "store", full)
     monkeypatch.setattr("ui.services.port_check.file_check", lambda *_, **__: filed)
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
@@ -253,7 +255,7 @@ def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk)
     assert (member.name, member.verdict, member.trouble) == ("M-1", None, ENTRIES.message)  # void, as its card says
     assert connection.check.void == ENTRIES
     store = store_of(desk.services.storage)
-    assert store.facts.select(FactKind.CHECK) == []
+    assert store.read(lambda facts: facts.of_kind(PreflightCheck)) == []
 
 
 def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
@@ -268,7 +270,8 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     say.act()
     desk.wait(lambda: desk.page.checks.is_running)
     store = store_of(desk.services.storage)
-    known = {module.name: CheckStore(store.database).is_said_new(module.name) for module in store.modules()}
+    names = [module.name for module in modules_in(store)]
+    known = store.read(lambda facts: {name: CheckStore(facts).is_said_new(name) for name in names})
     assert known == {"M-1": True, "M-2": True}
 
 

@@ -21,7 +21,6 @@ from app.records.record import make_record
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import NO_PROFILE
-from app.store.facts import FactKind
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
 from tests.support.window.fake_ports import VALUES, stand
@@ -378,7 +377,7 @@ def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Des
     late = Service(kind=ServiceKind.REPACK, on=today - timedelta(days=200), due=today - timedelta(days=1))
     soon = Service(kind=ServiceKind.CELL, on=today, due=today + timedelta(days=12))
     for name, service in (("M-01", late), ("M-02", soon)):
-        store.facts.add(FactKind.SERVICE, service.content(), module=name)
+        store.add(service.content(), name).result()
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-01", "M-02"), strict=False):
         connection.module.choose(name)
@@ -388,11 +387,13 @@ def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Des
     def said() -> list[str]:
         return [card.need.text().removeprefix("Start the check.").strip() for card in cards]
 
-    due = [service_due(store, name, local_now())[0].text.translated() for name in ("M-01", "M-02")]
+    due = [
+        store.read(partial(service_due, name=name, at=local_now()))[0].text.translated() for name in ("M-01", "M-02")
+    ]
     assert ("overdue" in due[0], "days left: 12" in due[1]) == (True, True)
     desk.wait(lambda: said() == [*due, ""])
     repacked = Service(kind=ServiceKind.REPACK, on=today)
-    store.facts.add(FactKind.SERVICE, repacked.content(), module="M-01")
+    store.add(repacked.content(), "M-01").result()
     desk.ports.now_s += DUE_EVERY_S
     desk.settle()
     desk.wait(lambda: not cards[0].need.text().count("overdue"))

@@ -3,7 +3,6 @@
 import json
 import re
 import threading
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -350,7 +349,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         store = store_of(bench.assembly.storage)
         bench.beside_s = 0.05
         disk = threading.Event()
-        store.queue.submit(partial(disk.wait, 10))
+        store.write(lambda _facts: disk.wait(10))
         name_module(bench, "M-07")
         seen: list[object] = []
         bench.assembly.connector.batch.connect(seen.append)

@@ -5,6 +5,7 @@ port.
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,7 +91,7 @@ def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBe
 
 
 def test_a_name_under_which_something_is_against_it_ends_ready(quick: None, rig: OnBench) -> None:
-    note_triggered(store_of(rig.assembly.storage).facts, "M-08", port=rig.url)
+    store_of(rig.assembly.storage).write(partial(note_triggered, module="M-08", port=rig.url)).result()
     assert rig.check() is Standing.READY
     name_module(rig, "M-08")
     rig.wait_standing(Standing.NO_GO)
@@ -98,14 +99,14 @@ def test_a_name_under_which_something_is_against_it_ends_ready(quick: None, rig:
 
 
 def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(quick: None, rig: OnBench) -> None:
-    facts = store_of(rig.assembly.storage).facts
+    store = store_of(rig.assembly.storage)
     connector = rig.assembly.connector
     rig.bench.module.activate(is_active=True)
     rig.bench.set_tilt(90)
     rig.until(lambda: connector.current.device.reported[0] is True)
     name_module(rig, "M-08")
-    rig.until(lambda: bool(all_fired(facts, "M-08")))
-    assert len(all_fired(facts, "M-08")) == 1
+    rig.until(lambda: bool(store.read(partial(all_fired, module="M-08"))))
+    assert len(store.read(partial(all_fired, module="M-08"))) == 1
 
 
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
@@ -178,7 +179,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
             bench.click(page.buttons.run)
             bench.until(lambda: bench.last._job is not None)
             bench.beside_s = 0.05
-            store.queue.submit(lambda: release.wait(LIMIT_S))
+            store.write(lambda _facts: release.wait(LIMIT_S))
             bench.until(lambda: bench.last._filing.is_running)
             assert page.work.standing is Standing.CHECKING
             began = time.monotonic()

@@ -20,7 +20,7 @@ from app.text.i18n import CHINESE, ENGLISH, tr
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
 from protocol.link_states import Presence
 from tests.support.pseudo_language import PSEUDO
-from tests.support.records.kept_facts import kept_settings
+from tests.support.records.stored import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import page_entries, store_of, window

@@ -16,6 +16,7 @@ from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
+from tests.support.records.stored import modules_in
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
@@ -369,7 +370,7 @@ def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
         kept(bench, GuidedKind.LINK)
     bench.wait(0.3)
     store = store_of(bench.guided._services.storage)
-    assert [module.name for module in store.modules()] == [name] * bool(name)
+    assert [module.name for module in modules_in(store)] == [name] * bool(name)
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
     choose("M-08")
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)

@@ -1,0 +1,153 @@
+"""The audit log: intents, what came of them, and what they leave behind."""
+
+from contextlib import closing
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from app.engine.snapshots import Snapshot, restorable
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.fact_store import Store
+from app.store.kinds import SettingsSeen
+from app.store.left_active import KnownAs, LeftActive
+from app.store.modules import store_snapshot
+from app.store.store_journal import StoreJournal, note_continued, note_locked, note_report
+from tests.support.patience import PATIENCE_S
+from tests.support.records.stored import audit, begin, kept_settings, left_in, modules_in, open_store, register, settle
+
+FRAME = bytes.fromhex("42 61 25 01 00 26")
+PORT = "/dev/ttyUSB0"
+
+
+def noon() -> datetime:
+    return datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
+
+
+def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path, clock=noon)) as store:
+        first = begin(store, Act.ZERO, FRAME, {"tilt_deg": 3}, port="sim://", origin="command line")
+        second = begin(store, Act.LOCK, FRAME, {}, port="sim://")
+        settle(store, second, Outcome.CONFIRMED, {"active": False})
+    with closing(open_store(tmp_path)) as store:
+        newest, oldest = audit(store)
+    assert (oldest.id, oldest.outcome, oldest.origin) == (first, Outcome.UNKNOWN, "command line")
+    assert (oldest.act, oldest.frame, oldest.detail) == (Act.ZERO, FRAME, {"tilt_deg": 3})
+    assert oldest.at.startswith("2026-01-02T12:00:00.")
+    assert (newest.outcome, newest.result) == (Outcome.CONFIRMED, {"active": False})
+
+
+def test_an_outcome_is_written_once(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        entry = begin(store, Act.ZERO, FRAME, {}, port="p")
+        settle(store, entry, Outcome.UNKNOWN)
+        settle(store, entry, Outcome.CONFIRMED)
+        assert audit(store)[0].outcome is Outcome.UNKNOWN
+
+
+def test_modules_and_snapshots(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        register(store, "M-07", "usb 1")
+        register(store, "M-07", "usb 2")
+        register(store, "M-07")  # who does not know the adapter takes away nothing
+        assert modules_in(store) == (("M-07", "usb 2"),)
+        register(store, "M-08")
+        register(store, "M-07")
+        assert [module.name for module in modules_in(store)] == ["M-07", "M-08"]
+        found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
+        store.write(lambda facts: store_snapshot(facts, found, port="sim://", module="M-07")).result(PATIENCE_S)
+        assert kept_settings(store) == [found.settings]
+        (kept,) = store.read(lambda facts: facts.of_module(SettingsSeen, "M-07"))
+        assert kept.content.boot_count == 37
+
+
+def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
+    strange = {"freefall_time_s": 99, "attitude_threshold_deg": "60", "light_threshold_v": 1.8, "other": 1}
+    assert restorable(strange) == {"light_threshold_v": 1.8}
+
+
+@pytest.mark.parametrize(
+    ("acts", "left"),
+    [
+        ([(Act.ACTIVATE, Outcome.CONFIRMED)], [False]),
+        ([(Act.ACTIVATE, Outcome.UNKNOWN)], [False]),
+        ([(Act.ACTIVATE, None)], [False]),
+        ([(Act.ACTIVATE, Outcome.NOT_SENT)], []),
+        ([(Act.ACTIVATE, Outcome.REFUSED)], []),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.CONFIRMED)], []),
+        ([(Act.ACTIVATE, None), (Act.LOCK, Outcome.CONFIRMED)], []),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.UNKNOWN)], [True]),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.NOT_SENT)], [False]),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, None)], [True]),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.SHUTDOWN, Outcome.CONFIRMED)], []),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.SHUTDOWN, Outcome.UNKNOWN)], [False]),
+        ([(Act.ZERO, None), (Act.LOCK, Outcome.CONFIRMED)], []),
+    ],
+)
+def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[bool], tmp_path: Path) -> None:
+    for act, outcome in acts:
+        with closing(open_store(tmp_path)) as store:  # each by another run of the program
+            entry = begin(store, act, FRAME, {}, port=PORT, known_as=KnownAs("M-07", "run"))
+            if outcome is not None:
+                settle(store, entry, outcome)
+    with closing(open_store(tmp_path)) as store:
+        assert [one.is_lock_unconfirmed for one in left_in(store)] == left
+
+
+def test_a_lock_ends_only_what_is_of_the_same_module(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        for name, run, port in (("M-07", "a", PORT), ("M-08", "a", PORT), ("", "a", PORT), ("", "b", PORT)):
+            known_as = KnownAs(name, run)
+            settle(store, begin(store, Act.ACTIVATE, FRAME, {}, port=port, known_as=known_as), Outcome.CONFIRMED)
+        in_doubt = KnownAs("M-07", "a", is_in_doubt=True)
+        settle(store, begin(store, Act.LOCK, FRAME, {}, port=PORT, known_as=in_doubt), Outcome.CONFIRMED)
+        assert len(left_in(store)) == 4
+        known_as = KnownAs("M-07", "c")
+        settle(store, begin(store, Act.LOCK, FRAME, {}, port=PORT, known_as=known_as), Outcome.CONFIRMED)
+        assert sorted(one.known_as for one in left_in(store)) == [
+            ("", "a", False),
+            ("", "b", False),
+            ("M-08", "a", False),
+        ]
+
+
+def test_what_the_module_reports_and_a_person_says(tmp_path: Path) -> None:
+    here = LeftActive(KnownAs("M-07", "run"), PORT, "usb 1")
+    with closing(open_store(tmp_path)) as store:
+        for is_active, count in ((False, 0), (True, 1), (True, 1), (False, 0)):
+            store.write(partial(note_report, here=here, origin="window", is_active=is_active))
+            assert len(left_in(store)) == count
+        store.write(lambda facts: note_report(facts, here, "window", is_active=True))
+        (left,) = left_in(store)
+        store.write(lambda facts: note_locked(facts, left, "window"))
+        assert left_in(store) == ()
+        unnamed = LeftActive(KnownAs("", "before"), PORT, "usb 1")
+        store.write(lambda facts: note_report(facts, unnamed, "window", is_active=True))
+        (left,) = left_in(store)
+        store.write(lambda facts: note_continued(facts, left, here, "window"))
+        assert left_in(store) == ()
+
+
+def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    folder.write_text("in the way", encoding="utf-8")
+    troubles: list[object] = []
+    with closing(Store(folder)) as store:
+        journal = StoreJournal(store, port=PORT, origin="window", on_trouble=troubles.append)
+        entry = journal.begin(Act.LOCK, FRAME, {})
+        journal.settle(entry, Outcome.CONFIRMED, {})
+    assert entry.exception() is not None
+    assert troubles
+
+
+def test_an_intent_that_was_taken_back_has_no_outcome(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        journal = StoreJournal(store, port=PORT, origin="window")
+        blocking = store.write(lambda _facts: entry.cancel())  # it stands behind this
+        entry = journal.begin(Act.ACTIVATE, FRAME, {})
+        journal.settle(entry, Outcome.NOT_SENT, {})
+        assert blocking.result(PATIENCE_S)
+        assert audit(store) == ()
+        assert left_in(store) == ()
