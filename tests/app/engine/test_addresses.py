@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
@@ -111,8 +112,10 @@ def test_an_address_that_takes_no_more_bytes_is_stuck() -> None:
     with Line(Module(now=now())) as line, tcp_peers.rfc2217_server(line.port) as address:
         opened = open_line(f"rfc2217://{address}", 115200)
         try:
+            began_s = time.monotonic()
             with pytest.raises(PortError) as failed:
                 opened.write(bytes(50_000_000))
+            assert time.monotonic() - began_s < 4.0
         finally:
             opened.close()
     assert failed.value.trouble is PortTrouble.STUCK

@@ -24,16 +24,18 @@ TIOCGEXCL = 0x80045440  # Linux
 
 @pytest.fixture
 def line() -> Iterator[Line]:
-    """A terminal that another program left as badly as it could: breaks, XON/XOFF, RTS/CTS, two stop bits, an echo."""
     with Line() as made:
-        left = made.host_termios()
-        left[INPUT] |= termios.BRKINT | termios.IXON | termios.IXOFF | termios.ICRNL | termios.PARMRK | termios.ISTRIP
-        left[CONTROL] |= termios.CSTOPB | termios.CRTSCTS
-        left[LOCAL] |= termios.ICANON | termios.ECHO | termios.ISIG
-        descriptor = os.open(made.port, os.O_RDWR | os.O_NOCTTY)
-        termios.tcsetattr(descriptor, termios.TCSANOW, left)
-        os.close(descriptor)
+        spoil(made)
         yield made
+
+
+def spoil(line: Line) -> None:
+    """Leave it as badly as another program could: breaks, XON/XOFF, RTS/CTS, two stop bits, an echo."""
+    left = line.host_termios()
+    left[INPUT] |= termios.BRKINT | termios.IXON | termios.IXOFF | termios.ICRNL | termios.PARMRK | termios.ISTRIP
+    left[CONTROL] |= termios.CSTOPB | termios.CRTSCTS
+    left[LOCAL] |= termios.ICANON | termios.ECHO | termios.ISIG
+    termios.tcsetattr(line.slave, termios.TCSANOW, left)
 
 
 def is_plain(line: Line) -> bool:
@@ -57,6 +59,7 @@ def test_the_line_is_set_at_opening_and_at_a_change_of_rate(line: Line) -> None:
         assert is_plain(line)
         assert line.host_rate() == 115200
         for rate in (4800, 57600, 9600):
+            spoil(line)
             opened.use_rate(rate)
             assert is_plain(line)
             assert line.host_rate() == rate
