@@ -57,6 +57,8 @@ COPY_EVERY_MS = 10 * 60 * 1000
 PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
 _STORE_LIMIT_S = 5.0
+_LEFT_ON = marked("Serial output was left on; it is switched off when not needed.")
+"""A message that passes: it is soon over, and a person has nothing to do."""
 
 
 class WindowOptions(NamedTuple):
@@ -186,8 +188,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         assembly.ports.refresh()
 
     def make_pages() -> None:
-        left_on = partial(window.attention.queue_notice, _left_on_notice, is_of_module=True)
-        assembly.connector.stream_left_on.connect(left_on)
+        assembly.connector.stream_left_on.connect(lambda: window.show_message(tr(_LEFT_ON)))
         window.make_pages()
         # No port waits for it.
         opening.run(lambda _running: storage.open_store(), lambda _store: _on_store_opened(assembly))
@@ -210,10 +211,6 @@ def _on_store_opened(assembly: Assembly) -> None:
     assembly.left_active.load()
     storage.opened.emit()
     assembly.connector.changed.emit()  # names are known now
-
-
-def _left_on_notice() -> Notice:
-    return Notice(Meaning.INFORMATION, tr("Serial output was left on; it is switched off when not needed."))
 
 
 class _AfterPaint(QObject):

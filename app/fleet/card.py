@@ -36,6 +36,7 @@ class Need(Enum):
     NO_GO = marked("Not met: {names}")
     OUTSIDE = "outside"
     ACTIVE = marked("ACTIVE, not checked")
+    ACTIVE_READY = marked("ACTIVE; the check said READY")
     VOID = marked("Check again: {why}")
     CHECK = marked("Start the check.")
     ACTIVATE = "activate"
@@ -186,8 +187,10 @@ def _need_of(card: Card, now: float, *, has_low_cell: bool) -> Need:
         return Need.OUTSIDE
     if verdict is not None and verdict.verdict is Verdict.GO:
         return Need.NOTHING
-    if state is Activation.ACTIVE:
+    if state is Activation.ACTIVE and verdict is None:
         return Need.ACTIVE
+    if state is Activation.ACTIVE and verdict is not None and verdict.verdict is Verdict.READY:
+        return Need.ACTIVE_READY
     if verdict is None:
         return Need.CHECK
     return Need.VOID if verdict.verdict is None else Need.ACTIVATE

@@ -116,6 +116,10 @@
         <translation>已激活，未检查</translation>
     </message>
     <message>
+        <source>ACTIVE; the check said READY</source>
+        <translation>已激活；检查结论为“待激活”</translation>
+    </message>
+    <message>
         <source>ALTERED: this is not what was signed.</source>
         <translation>已被改动：内容与签名不符。</translation>
     </message>

@@ -25,6 +25,7 @@ from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
+from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.port_watcher import key_of
@@ -64,7 +65,7 @@ class PortChoice(NamedTuple):
 
 
 def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool) -> PortChoice:
-    name = port.device.removeprefix("/dev/")
+    name = _short(port.device)
     serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
     # Drivers often repeat the manufacturer in the product name.
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
@@ -141,6 +142,10 @@ def _spoken(choice: PortChoice) -> str:
     return ", ".join(filter(None, (choice.title, choice.product, choice.detail, choice.badge)))
 
 
+def _short(device: str) -> str:
+    return device.removeprefix("/dev/")
+
+
 def _listed(*parts: str) -> str:
     return " · ".join(filter(None, parts))
 
@@ -184,6 +189,8 @@ class ConnectPanel(QScrollArea):
         self._ports = ports = connector.ports
         self._texts = texts
         self._last: LastPort | None = None
+        self._connected: tuple[str, int] | None = None
+        """Key and rate of the open port that the list and the rate were set to."""
         self._focus = FocusBack(self)
         self.list = PortList()
         self.other = control(QLineEdit(), texts, "port_address", says="Other port")
@@ -242,6 +249,7 @@ class ConnectPanel(QScrollArea):
         badge = tr("connected") if is_simulating else ""
         choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), "", "", Icon.SIMULATOR, badge))
         self.list.show_choices(choices)
+        self._choose_connected()
         if self.list.chosen is None and not self.other.text():
             self._preselect()
         self.empty.setVisible(not self._ports.ports)
@@ -314,6 +322,22 @@ class ConnectPanel(QScrollArea):
 
     # Choosing
 
+    def _choose_connected(self) -> None:
+        """Once for each connection: the panel names the port and the rate that are in use."""
+        port = self._connector.current
+        target = port.target if port.is_open else None
+        connected = None if target is None else (target.key, port.connection.baud_rate)
+        if connected == self._connected:
+            return
+        self._connected = connected
+        if target is None or connected is None:
+            return
+        if not self.list.choose(target.key) and not self.list.choose(target.device):
+            self.other.setText(target.device)
+            self.list.clearSelection()
+        self.rate.setCurrentIndex(max(0, self.rate.findData(connected[1])))
+        self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
+
     def _preselect(self) -> None:
         last = self._last
         if last is not None and self.list.choose(last.identity or last.device):
@@ -339,7 +363,10 @@ class ConnectPanel(QScrollArea):
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
         next_step = tr("Connecting reads the module; Live also switches its serial output on.") if has_chosen else ""
-        self.state_label.setText(next_step if is_closed else f"{words.what} {words.next_step}".strip())
+        target = self._connector.current.target
+        name = "" if target is None else tr("Simulated module") if target.is_simulated else _short(target.device)
+        said = join_sentences((words.what, words.next_step))
+        self.state_label.setText(next_step if is_closed else labelled(name, said) if name else said)
         self.state_label.setVisible(bool(self.state_label.text()))
         self.disconnect_button.setVisible(self._connector.current.is_requested)
         self.flights.setVisible(not self._connector.current.is_requested)
@@ -367,6 +394,7 @@ class ConnectPanel(QScrollArea):
         self._ports.watch(False)
         if self.isHidden():  # not only minimised
             self._ports.settle()
+            self._connected = None
         self.shown.emit()
 
     def _restyle(self) -> None:

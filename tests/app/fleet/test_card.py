@@ -74,7 +74,8 @@ TABLE = {
     "NO-GO": (replace(member(), verdict=NO_GO), Need.NO_GO),
     "NO-GO while lost": (replace(member(Phase.LOST), verdict=NO_GO), Need.LINK),
     "active and never checked": (member(state=Activation.ACTIVE), Need.ACTIVE),
-    "active, the check void": (replace(member(state=Activation.ACTIVE), verdict=VOID), Need.ACTIVE),
+    "active, the check void": (replace(member(state=Activation.ACTIVE), verdict=VOID), Need.VOID),
+    "active after READY": (replace(member(state=Activation.ACTIVE), verdict=READY), Need.ACTIVE_READY),
     "being checked": (replace(member(), is_checking=True, verdict=NO_GO), Need.WAIT),
     "never checked": (member(), Need.CHECK),
     "the check void": (replace(member(), verdict=VOID), Need.VOID),
@@ -93,6 +94,15 @@ def test_what_it_needs_next(name: str) -> None:
     assert card.need is need
     assert card.next_step(NOW)
     assert "{" not in card.next_step(NOW)
+
+
+@pytest.mark.parametrize("state", [Activation.LOCKED, Activation.ACTIVE])
+@pytest.mark.parametrize("verdict", [GO, READY, NO_GO, VOID])
+def test_a_module_that_was_checked_is_never_called_not_checked(state: Activation, verdict: HeldVerdict) -> None:
+    """Pre-flight said READY where Fleet said "not checked" of the same module."""
+    card = card_of(replace(member(state=state), verdict=verdict), NOW, LimitsInUse())
+    assert "not checked" not in card.next_step(NOW)
+    assert card.need is not Need.CHECK
 
 
 def test_what_is_due_stands_below_what_it_needs_and_never_beside_nothing() -> None:

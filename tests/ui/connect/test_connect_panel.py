@@ -17,6 +17,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Silence
 from protocol.link_states import Presence
+from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
     EMPTY_PAGE,
@@ -257,3 +258,31 @@ def test_joined_batches_end_with_the_latest_state() -> None:
     last = Batch(2.0, Connection(), DeviceView(restarts=2), None, identity=Identity(Trust.REFUTED))
     assert joined([first, last]) == last
     assert joined([last, first]) == first
+
+
+@pytest.mark.parametrize("rate", [57600, 115200])
+def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, rate: int
+) -> None:
+    """It showed 115200 while connected at 57600, and "the module answers" below another port's row."""
+    with fake_window(qapp, tmp_path, ADAPTER, SECOND_ADAPTER) as (ports, assembly):
+        panel = assembly.window.panel
+        panel.prefer(LastPort(ADAPTER.device, ADAPTER.identity, 115200))
+        qtbot.waitUntil(lambda: len(rows(assembly)) == 3)
+        port = assembly.connector.current
+        port.connect_to(Target(SECOND_ADAPTER.device, rate, SECOND_ADAPTER.identity))
+        ports.workers[0].say(**VALUES)
+        qtbot.waitUntil(lambda: port.is_open and port.device.presence is Presence.ONLINE)
+        for _ in range(2):
+            panel.show()
+            qtbot.waitUntil(panel.isVisible)
+            assert given(panel.list.chosen).device == SECOND_ADAPTER.device
+            assert panel.rate.currentData() == rate
+            assert panel.state_label.text() == "ttyACM0: The module answers."
+            panel.list.choose(ADAPTER.identity)  # another one may be chosen
+            panel.rate.setCurrentIndex(panel.rate.findData(9600))
+            panel.refresh()
+            assert given(panel.list.chosen).device == ADAPTER.device
+            assert panel.rate.currentData() == 9600
+            assert panel.state_label.text() == "ttyACM0: The module answers."  # not that of the row
+            panel.hide()

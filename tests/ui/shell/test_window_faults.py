@@ -109,13 +109,23 @@ def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplicati
         shown.panel.hide()
         for _ in range(3):
             shown.recording_sign.troubled.emit(UserMessage("Not recording."))
-            assembly.connector.stream_left_on.emit()
         qtbot.waitUntil(lambda: shown.notice_bar.notice is not None)
-        for _ in range(2):
-            notice = given(shown.notice_bar.notice)
-            given(notice.dismiss)()
+        given(given(shown.notice_bar.notice).dismiss)()
         left = given(shown.notice_bar.notice)
         assert [choice.key for choice in left.choices] == ["choose_port"], "that of the link"
+
+
+def test_what_passes_by_itself_leaves_no_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """ "Serial output was left on" stood for four minutes over nothing."""
+    with window(qapp, tmp_path) as assembly:
+        shown = assembly.window
+        qtbot.waitSignal(shown.pages_made).wait()
+        before = shown.notice_bar.notice
+        assembly.connector.stream_left_on.emit()
+        assert "left on" in shown.status_bar.passing.text()
+        assert shown.notice_bar.notice == before
+        assembly.connector.invalidated.emit()  # another module
+        assert shown.status_bar.passing.text() == ""
 
 
 TIMES = 8
