@@ -2,8 +2,7 @@
 
 `setup` prepares Windows: a Debian 13 with Wine in build/windows, with the Python for Windows and the locked packages.
 `test WORDS` runs pytest there with these words, as `tests/protocol`. `package` builds bundle and installer, and uses
-them in a fresh Windows. What is in that folder is kept, so an interrupted preparation continues. Needs root, as Wine
-runs in a chroot with the checkout in it.
+them in a fresh Windows. Needs root, as Wine runs in a chroot. An interrupted preparation continues at the next call.
 """
 
 import os
@@ -225,7 +224,7 @@ def run_tests(words: Sequence[str]) -> int:
 def make_package() -> int:
     """Build the bundle by the Python for Windows and the installer by NSIS; then tests/windows use them."""
     copy_source()
-    say("Building bundle and installer ...")
+    say("Building bundle and installer, then using them ...")
     shutil.rmtree(PLACE / "wheel", ignore_errors=True)
     wheel = Path(shutil.copy(build_wheel(PLACE / "wheel"), DRIVE))
     command = ["wine", PYTHON, "packaging/package.py", "--only-from", f"C:\\{wheel.name}"]
@@ -237,8 +236,7 @@ def make_package() -> int:
     done = inside(["makensis", "-DTARGET=amd64-unicode", *installer_words(bundle, SOURCE / "build/package/icons")])
     if done.returncode != 0:
         raise SetupError(f"{done.stdout}{done.stderr}\nNSIS failed.")
-    say("Using them, and a COM port ...")
-    words = [sys.executable, "-m", "pytest", "-n", "0", "tests/windows"]
+    words = [sys.executable, "-m", "pytest", "-n", "0", "-o", "faulthandler_timeout=1500", "tests/windows"]
     return subprocess.run(words, cwd=ROOT, env={**os.environ, "DPS_S_UNDER_WINE": "1"}, check=False).returncode
 
 
