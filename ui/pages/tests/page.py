@@ -223,7 +223,8 @@ class TestsPage(Page):
         if exported is not None:
             return exported
         if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
-            return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
+            # No success beside a test that was cancelled or has failed.
+            return Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, work.trouble())
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):

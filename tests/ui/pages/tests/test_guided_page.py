@@ -292,6 +292,9 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ge
     bench.guided.work.cancel()
     reported = "The module reports LOCKED."
     bench.until(lambda: said(bench) == reported)
+    # What was cancelled stood beside a success bar.
+    assert "cancelled" in bench.guided.result.verdict.text()
+    assert given(bench.guided.notice_bar.notice).meaning is not Meaning.GOOD
     bench.bench.change(drop=1.0, direction="both")
     bench.wait(8.0)
     assert said(bench) != reported
