@@ -10,7 +10,7 @@ from app.guided.guided_store import told_test
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS
 from app.limits.service import service_of
-from app.records.check_store import check_line, measuring, noted
+from app.records.checks import check_line, measuring, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY

@@ -17,7 +17,7 @@ from app.engine.setting_changes import BOOTS
 from app.guided.guided_store import told_test
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.limits.service import ServiceKind, due_services, repack_due
-from app.records.check_store import CheckLine, check_line
+from app.records.checks import CheckLine, check_line
 from app.store.fact_store import Facts, Kept
 from app.store.fired import Fired, all_fired
 from app.store.kinds import (

@@ -30,7 +30,7 @@ from app.cli.results import (
     SyncJson,
 )
 from app.limits.service import Service, ServiceKind
-from app.records.check_store import CheckLine
+from app.records.checks import CheckLine
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of
 from app.store.fact_store import Store

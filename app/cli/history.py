@@ -17,7 +17,6 @@ from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of
 from app.procedures.settings_reading import read_settings
-from app.records.trigger_filing import ANOTHER, TriggersReading, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module
@@ -29,6 +28,7 @@ from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
 from app.text.user_error import ErrorCode, UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
+from app.trigger_records.filing import ANOTHER, TriggersReading, read_triggers
 from app.trigger_records.history import cell_text, uptime_message
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent

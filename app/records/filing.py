@@ -4,6 +4,7 @@ Used by the window and the command line. Where the store fails, the verdict and 
 """
 
 import logging
+from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import CancelledError
 from dataclasses import replace
@@ -22,19 +23,20 @@ from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
-from app.records.check_store import CheckStore
+from app.records.checks import checks_in, keep_record
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.stations.station import own_station
 from app.store.fact_store import Facts, Store
 from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
 from app.store.kinds import Serviced
-from app.store.modules import evidence_of, register_module, store_evidence
+from app.store.modules import evidence_of, last_booted, register_module, store_evidence
 from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
 from app.text.messages import clean
 from app.text.user_error import UserError
+from app.trigger_records.kept import KeptTriggers
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -112,7 +114,8 @@ def judge_check(
 def keep_check(facts: Facts, filed: Filed) -> None:
     """Within `Store.write`."""
     signed, assessment = filed.exported, filed.assessment
-    name, checks = assessment.case.person.module, CheckStore(facts)
+    name = assessment.case.person.module
+    triggers = KeptTriggers(facts)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
@@ -120,19 +123,19 @@ def keep_check(facts: Facts, filed: Filed) -> None:
     is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
     if name is not None:
         register_module(facts, name)
-        is_one_module &= not checks.is_kept_apart(name, evidence.port)
-    checks.add_check(signed)
+        is_one_module &= not triggers.is_kept_apart(name, evidence.port)
+    keep_record(facts, signed)
     if name is not None and is_one_module:
         claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
     if history is None or not is_one_module:
         return
     now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
     slots = [record.raw for record in history.records]
-    checks.store_visit(name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed)
+    triggers.store_visit(name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed)
     if name is not None:
         if assessment.case.person.is_same_module and now.is_complete:
             store_evidence(facts, name, now)
-        _keep_word(checks, name, assessment.case)
+        _keep_word(triggers, name, assessment.case)
 
 
 def service_due(
@@ -163,23 +166,34 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
     tests = last_tests(facts, name, counts_simulated=counts_simulated)
     known = evidence_of(facts, name)
-    past = CheckStore(facts).past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated)
-    has_newer = None not in (past.boot_count, known.boot_count) and not went_back(past.boot_count, known.boot_count)
-    return replace(
-        past,
-        boot_count=known.boot_count if has_newer else past.boot_count,
+    triggers = KeptTriggers(facts)
+    booted = last_booted(facts, name)
+    boot_count = None if booted is None else booted.boot_count
+    has_newer = None not in (boot_count, known.boot_count) and not went_back(boot_count, known.boot_count)
+    counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
+    passed = next((check for check in counted if check.has_passed), None)
+    judged = [record.raw for record in triggers.records(name) if record.judgement is not None]
+    return Past(
+        module=name,
+        boot_count=known.boot_count if has_newer else boot_count,
+        reviewed=Counter(judged),
+        has_check=passed is not None,
+        do_records_follow=slots is None or triggers.do_follow(name, slots, is_confirmed=is_confirmed),
+        last_answer=triggers.last_answer(name),
+        is_said_new=triggers.is_said_new(name),
+        fingerprint=None if passed is None else passed.code,
         settings=known.settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
         due=service_due(facts, name, at, simulated=counts_simulated, more=fired),
     )
 
 
-def _keep_word(checks: CheckStore, name: str, case: Case) -> None:
+def _keep_word(triggers: KeptTriggers, name: str, case: Case) -> None:
     """Keeps what a person said of the records: they are reviewed, or the module is new, until it reports a trigger."""
     history, word = case.evidence.history, records_word(case) if case.person.are_records_reviewed else None
     if any(status.triggered for status in case.evidence.statuses):
-        checks.say_new(name, is_new=False)
+        triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:
-        checks.say_new(name)
+        triggers.say_new(name)
     if history is not None and word is RecordsWord.REVIEWED:
-        checks.mark_reviewed(name, [record.raw for record in history.records])
+        triggers.mark_reviewed(name, [record.raw for record in history.records])

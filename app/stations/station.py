@@ -1,4 +1,4 @@
-"""This station's key pair (Ed25519), which signs pre-flight records and facts.
+"""This station's key pair (Ed25519), which signs pre-flight records and names the station in facts.
 
 The private key is a file beside the store that only this user can read. A keyring is not used: on Linux it may be
 locked, missing or ask for a password during a check, and the file is as safe as the records that it signs.
@@ -24,11 +24,8 @@ if TYPE_CHECKING:  # imported on first use, to keep the start fast
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 KEY_FILE: Final = "station.key"
-KEY_BYTES: Final = 32
-SIGNATURE_BYTES: Final = 64
-_MAX_KEY_FILE_LENGTH: Final = 4096
-_GROUPS: Final = 5
-_GROUP: Final = 4
+_KEY_BYTES: Final = 32
+_LARGEST_FILE: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +43,7 @@ class Station:
 def fingerprint_of(public: bytes) -> str:
     """80 bits of the key's SHA-256 for comparison by people: "3F9A-11C0-…"."""
     digits = hashlib.sha256(public).hexdigest().upper()
-    return "-".join(digits[place : place + _GROUP] for place in range(0, _GROUPS * _GROUP, _GROUP))
-
-
-def shown_station(public: str) -> str:
-    """The fingerprint of the station with this key, as it is in facts."""
-    return fingerprint_of(decoded(public, KEY_BYTES) or b"")
+    return "-".join(digits[place : place + 4] for place in range(0, 20, 4))
 
 
 def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
@@ -88,7 +80,7 @@ def find_station(folder: Path) -> Station | None:
 def _troubles() -> Iterator[None]:
     try:
         yield
-    except (OSError, ImportError, ValueError, TypeError) as error:
+    except (OSError, ImportError) as error:
         raise _unusable(error_text(error)) from error
 
 
@@ -97,14 +89,18 @@ def _unusable(why: str | UserMessage) -> UserError:
 
 
 def _station(path: Path) -> Station:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
     with suppress(OSError):
         path.chmod(0o600)
     with path.open("rb") as file:
-        seed = decoded(file.read(_MAX_KEY_FILE_LENGTH).decode("utf-8", "replace").strip(), KEY_BYTES)
-    if seed is None:
+        text = file.read(_LARGEST_FILE).strip()
+    try:
+        seed = base64.b64decode(text, validate=True)
+    except binascii.Error:
+        seed = b""
+    if len(seed) != _KEY_BYTES:
         raise _unusable(message(marked("{file} is damaged"), file=path))
-    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-
     private = Ed25519PrivateKey.from_private_bytes(seed)
     return Station(private.public_key().public_bytes_raw(), private)
 
@@ -113,26 +109,11 @@ def _make(path: Path) -> None:
     """Atomic; if another process creates a key at the same time, the first one counts."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-    seed = encoded(Ed25519PrivateKey.generate().private_bytes_raw())
+    seed = base64.b64encode(Ed25519PrivateKey.generate().private_bytes_raw())
     with suppress(FileExistsError), draft_of(path, is_private=True) as draft:
-        write_whole(draft, f"{seed}\n".encode(), is_private=True)
+        write_whole(draft, seed + b"\n", is_private=True)
         try:
             os.link(draft, path)
         except OSError:  # it exists already, or the file system has no hard links
             if path.exists():
                 raise FileExistsError from None
-
-
-def encoded(data: bytes) -> str:
-    return base64.b64encode(data).decode()
-
-
-def decoded(text: object, length: int) -> bytes | None:
-    """None unless it is base64 of exactly `length` bytes."""
-    if not isinstance(text, str):
-        return None
-    try:
-        data = base64.b64decode(text, validate=True)
-    except (binascii.Error, ValueError):
-        return None
-    return data if len(data) == length else None

@@ -35,7 +35,8 @@ def has_fired_since(at: str, fired: Iterable[Fired], *, simulated: bool) -> bool
 
 def all_fired(facts: Facts, module: str) -> list[Fired]:
     """Of the module of this name, the oldest first."""
-    fired = [Fired(kept.at, is_simulated(kept.content.port)) for kept in facts.of_module(MayHaveFired, module)]
+    seen = facts.of_module(MayHaveFired, module)
+    fired = [Fired(kept.content.seen_at or kept.at, is_simulated(kept.content.port)) for kept in seen]
     deploys = facts.of_module(DeployIntended, module)
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}

@@ -5,7 +5,6 @@ from functools import partial
 
 from app.engine.identity import IdentityEvidence
 from app.procedures.settings_reading import read_settings
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 from app.store.fact_store import Facts, Store
 from app.store.modules import evidence_of, module_named
 from app.store.trouble import StoreTrouble
@@ -15,6 +14,7 @@ from app.terminal.console import note, notify
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, join_sentences
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 
 
 def may_be_another(conversation: Conversation, store: Store, module: str) -> bool:

@@ -11,11 +11,11 @@ import pytest
 from app.archive.archive import OTHERS_FILE, Archive
 from app.archive.places import FilePlace
 from app.archive.sync import sync
-from app.records.check_store import CheckStore
 from app.store.fact_store import Store
 from app.store.kinds import ModuleNamed, PreflightCheck, SaidNew, StationNamed
 from app.store.rows import COLUMNS, content_text, make_row
 from app.text.user_error import UserError
+from app.trigger_records.kept import KeptTriggers
 from tests.app.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
 from tests.support.records.kept_facts import tamper
@@ -235,7 +235,7 @@ def test_what_comes_from_outside_decides_nothing_here_whatever_station_it_names(
     assert sync(Archive(other), str(stick)).left_out_count == 0
     assert own.id in ids(other)
     assert checks_of(other, "M-07") == ()
-    assert other.read(lambda facts: CheckStore(facts).is_said_new("M-07")) is False
+    assert other.read(lambda facts: KeptTriggers(facts).is_said_new("M-07")) is False
     assert other.read(lambda facts: facts.of_module(ModuleNamed, "M-07")) == []
 
 

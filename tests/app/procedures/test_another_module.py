@@ -17,12 +17,12 @@ from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.light_calibration import measure_light
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
-from app.records.trigger_filing import read_triggers
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.settings.profiles import NO_PROFILE
 from app.text.user_error import UserError
+from app.trigger_records.filing import read_triggers
 from protocol.catalogue import BY_NAME, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig

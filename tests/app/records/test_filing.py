@@ -12,10 +12,9 @@ from app.engine.identity import IdentityEvidence
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
-from app.records.check_store import CheckStore, Visit
+from app.records.checks import aircraft_in, aircraft_of
 from app.records.filing import Filed, file_check
 from app.records.record import read_document
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.setting_texts import DEFAULTS
@@ -24,7 +23,9 @@ from app.store.fact_store import Facts, Store
 from app.store.kinds import ModuleVisited, PreflightCheck
 from app.store.trouble import StoreFault, StoreTrouble
 from app.text.user_error import UserError
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers
 from app.trigger_records.history import record_of
+from app.trigger_records.kept import Visit
 from protocol.fields import Value
 from protocol.messages import TriggerRecord
 from tests.support.processes import running
@@ -216,6 +217,6 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
                 checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft),
                 store=store,
             )  # fmt: skip
-        assert store.read(lambda facts: CheckStore(facts).aircraft()) == ("X8", "Q4", "H6")
-        of = store.read(lambda facts: [CheckStore(facts).aircraft_of(module) for module in ("A", "B", "C")])
+        assert store.read(aircraft_in) == ("X8", "Q4", "H6")
+        of = store.read(lambda facts: [aircraft_of(facts, module) for module in ("A", "B", "C")])
         assert of == ["X8", "H6", ""]

@@ -18,7 +18,7 @@ from app import version
 from app.engine.target import is_simulated
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
-from app.records.check_store import measured_in
+from app.records.checks import measured_in
 from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import report_html

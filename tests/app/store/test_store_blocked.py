@@ -14,7 +14,6 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.identity import IdentityEvidence
 from app.engine.target import Target
-from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.fact_store import Store
@@ -22,6 +21,7 @@ from app.store.modules import modules
 from app.store.opening import Opened, open_file
 from app.store.trouble import StoreTrouble
 from app.trigger_records.history import Judgement
+from app.trigger_records.kept import KeptTriggers
 from tests.support.patience import MACHINE_S
 from tests.support.records.stored import audit, evidence_of, records_of
 from tests.support.window.fakes_ui import simulated, window
@@ -97,7 +97,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
             page.refresh()
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
-            assert store.read(lambda facts: CheckStore(facts).records(module.name))[0].judgement is None
+            assert store.read(lambda facts: KeptTriggers(facts).records(module.name))[0].judgement is None
             release()
         bench.until(lambda: not page.work._judging)
         assert records_of(store, module.name)[0].judgement is Judgement.BENCH_TEST

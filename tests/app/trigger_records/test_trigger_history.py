@@ -10,12 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.limits.past import Past
-from app.records.check_store import CheckStore
-from app.records.trigger_archive import HEAD, write_archive
 from app.store.fact_store import Facts
 from app.store.kinds import TriggerRecordSeen
+from app.trigger_records.csv_file import HEAD, write_archive
 from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
+from app.trigger_records.kept import KeptTriggers
 from protocol.frame import encode_long
 from tests.support.records.stored import plain_facts
 
@@ -129,7 +128,7 @@ def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
 
 
 def test_the_tenth_trigger_removes_no_stored_record(facts: Facts) -> None:
-    store, number = CheckStore(facts), "M-07"
+    store, number = KeptTriggers(facts), "M-07"
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
     assert first.new is None
@@ -148,7 +147,7 @@ def test_the_tenth_trigger_removes_no_stored_record(facts: Facts) -> None:
 
 
 def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
-    store, number = CheckStore(facts), "M-07"
+    store, number = KeptTriggers(facts), "M-07"
     store.store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     facts.add(TriggerRecordSeen(place=1, raw=raw(2, 2).hex()), number)
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
@@ -157,7 +156,7 @@ def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
 
 
 def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
-    store, number = CheckStore(facts), "M-07"
+    store, number = KeptTriggers(facts), "M-07"
     life = [raw(boot, 5) for boot in range(4)]
     store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
     store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
@@ -166,23 +165,21 @@ def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
 
 
 def test_modules_with_and_without_a_name_are_kept_apart(facts: Facts) -> None:
-    store, one, other = CheckStore(facts), "M-07", "M-08"
+    store, one, other = KeptTriggers(facts), "M-07", "M-08"
     store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     store.store_visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     store.store_visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
     assert [record.raw for record in store.records(one)] == [raw(1, 1)]
     assert [record.raw for record in store.records(other)] == [raw(2, 2)]
-    assert store.past(None) == Past()
-    past = store.past(one, [raw(9, 9)])
-    assert past.boot_count == 1
-    assert not past.do_records_follow
+    assert not store.do_follow(one, [raw(9, 9)], is_confirmed=True)
+    assert store.do_follow(one, [raw(1, 1), raw(9, 9)], is_confirmed=True)
 
 
 # CSV
 
 
 def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
-    store, number = CheckStore(facts), "M-07"
+    store, number = KeptTriggers(facts), "M-07"
     visit = store.store_visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
         store.judge(number, visit.records[0].place, Judgement.REAL, formula)

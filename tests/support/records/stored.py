@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from app.engine.identity import IdentityEvidence
-from app.records.check_store import CheckLine, CheckStore, SeenRecord
+from app.records.checks import CheckLine, checks_in
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store import acts, modules
@@ -16,6 +16,7 @@ from app.store.kinds import SettingsSeen
 from app.store.left_active import KnownAs, LeftActive
 from app.store.opening import connect
 from app.store.store_journal import UNNAMED, left_active
+from app.trigger_records.kept import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
 
 
@@ -75,11 +76,11 @@ def keep_evidence(store: Store, name: str, evidence: IdentityEvidence) -> None:
 
 
 def records_of(store: Store, name: str) -> tuple[SeenRecord, ...]:
-    return store.write(lambda facts: CheckStore(facts).records(name)).result(PATIENCE_S)
+    return store.write(lambda facts: KeptTriggers(facts).records(name)).result(PATIENCE_S)
 
 
 def checks_of(store: Store, name: str | None) -> tuple[CheckLine, ...]:
-    return store.write(lambda facts: CheckStore(facts).checks(name)).result(PATIENCE_S)
+    return store.write(lambda facts: checks_in(facts, name)).result(PATIENCE_S)
 
 
 def kept_settings(store: Store) -> list[dict[str, object]]:

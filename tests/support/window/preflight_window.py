@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.records.check_store import CheckStore
+from app.records.checks import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
@@ -103,7 +103,7 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *pages: 
 def kept(bench: OnBench, module: str = "") -> list[str]:
     """Without waiting for what is still to be written."""
     store = store_of(bench.assembly.storage)
-    return store.read(lambda facts: [check.verdict for check in CheckStore(facts).checks(module or None)])
+    return store.read(lambda facts: [check.verdict for check in checks_in(facts, module or None)])
 
 
 def said(bench: OnBench) -> str:

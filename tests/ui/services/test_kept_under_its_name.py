@@ -11,12 +11,12 @@ from app.engine.procedure import Pause, Procedure
 from app.engine.worker import Job
 from app.guided.results import GuidedKind, GuidedResult
 from app.procedures.history import History
-from app.records.check_store import CheckStore
-from app.records.trigger_filing import PossiblyOther, TriggersReading
 from app.settings.profiles import ManualLine, Profile
 from app.store.fact_store import Facts
 from app.store.trouble import StoreFault, StoreTrouble
+from app.trigger_records.filing import PossiblyOther, TriggersReading
 from app.trigger_records.history import Judgement, record_of
+from app.trigger_records.kept import KeptTriggers
 from tests.support.line.link_bench import RECORD
 from tests.support.patience import PATIENCE_S
 from tests.support.two_modules import NAME_A, PORT_A, PORT_B, A, B, Rig
@@ -29,7 +29,7 @@ def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypa
 
     monkeypatch.setattr("ui.pages.tests.controller.keep_test", fail)
     monkeypatch.setattr("ui.pages.triggers.controller.say_new", fail)
-    monkeypatch.setattr("app.records.check_store.CheckStore.judge", fail)
+    monkeypatch.setattr("app.trigger_records.kept.KeptTriggers.judge", fail)
     store: Any = rig.assembly.storage.store
     guided, triggers = rig.pages["tests"], rig.pages["triggers"].work
     for act in (
@@ -180,7 +180,7 @@ def test_a_record_that_came_once_is_listed_behind_those_that_are_kept_and_as_oft
     store: Any = rig.assembly.storage.store
 
     def keep(facts: Facts) -> None:
-        CheckStore(facts).store_visit(NAME_A, [RECORD], port="", boot_count=147, is_confirmed=True)
+        KeptTriggers(facts).store_visit(NAME_A, [RECORD], port="", boot_count=147, is_confirmed=True)
 
     store.write(keep).result(PATIENCE_S)
     work.reading = TriggersReading(History(seen_once=(record, record), is_answered=True), 147)

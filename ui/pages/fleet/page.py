@@ -15,12 +15,12 @@ from app.fleet.check_set import SetMember, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
-from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
+from app.trigger_records.filing import say_new
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile

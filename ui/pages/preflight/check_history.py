@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.check_store import CheckLine, CheckStore, measuring
+from app.records.checks import CheckLine, aircraft_in, checks_in, measuring
 from app.stations.station import fingerprint_of, own_station
 from app.store.fact_store import Facts, Store
 from app.store.trouble import StoreTrouble
@@ -180,8 +180,8 @@ class CheckHistory(QWidget):
             return
 
         def read(facts: Facts) -> tuple[Sequence[str], Sequence[CheckLine]]:
-            kept = CheckStore(facts)
-            return kept.aircraft(), kept.checks(aircraft=which) if kind == "aircraft" else kept.checks(which)
+            checks = checks_in(facts, aircraft=which) if kind == "aircraft" else checks_in(facts, which)
+            return aircraft_in(facts), checks
 
         self._loading.run(lambda _running: store.read(read), partial(self._show_read, chosen), self._fail)
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
-from app.records.check_store import CheckStore
+from app.records.checks import aircraft_in, aircraft_of
 from app.settings.profiles import Profile
 from app.store.fact_store import Facts, Store
 from app.store.trouble import StoreTrouble
@@ -111,7 +111,7 @@ class PreflightForm(QWidget):
         aircraft = self._aircraft_of.pop(module, "")
         if not aircraft and isinstance(store, Store):
             with suppress(StoreTrouble):
-                aircraft = store.read(lambda facts: CheckStore(facts).aircraft_of(module))
+                aircraft = store.read(lambda facts: aircraft_of(facts, module))
         self.aircraft.setEditText(aircraft)
         self._commit()
 
@@ -189,4 +189,4 @@ class PreflightForm(QWidget):
 
 
 def _aircraft(facts: Facts) -> tuple[str, ...]:
-    return CheckStore(facts).aircraft()
+    return aircraft_in(facts)

@@ -10,7 +10,7 @@ from typing import Final
 from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 
 from app.preflight.findings import Person
-from app.records.check_store import CheckStore
+from app.records.checks import document_of
 from app.records.record import stored_record
 from app.safety.acts import Act
 from app.settings.profile_file import save_or_say_why_not
@@ -267,7 +267,7 @@ class PreflightPage(Page):
         if not isinstance(store, Store):
             return
         try:
-            signed = stored_record(store.read(lambda facts: CheckStore(facts).document(id_)))
+            signed = stored_record(store.read(lambda facts: document_of(facts, id_)))
         except UserError as error:
             self.result.notify(Meaning.DANGER, error.message.translated)
             return

@@ -10,16 +10,17 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.identity import Trust
 from app.engine.procedure import Cancelled, TwoModules
 from app.engine.worker import Job
+from app.limits.past import LastAnswer
 from app.preflight.module_checks import RecordsWord
-from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
 from app.store.fact_store import Facts, Store, utc_now
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
 from app.trigger_records.history import Judgement, in_order, record_of
+from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
 from protocol.link_states import Presence
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
@@ -190,15 +191,13 @@ class TriggersController(QObject):
         if store is None or not name:
             return plain
         try:
-            past = store.read(lambda facts: CheckStore(facts).past(name))
+            last_answer, is_said_new = store.read(lambda facts: _answers(facts, name))
         except StoreTrouble as trouble:
             return Notice(Meaning.DANGER, not_kept(trouble, name))
-        if past.last_answer is not None:
-            had = tr(
-                "It had {count} on {date}.", count=past.last_answer.count, date=local_time(past.last_answer.at, DAY)
-            )
+        if last_answer is not None:
+            had = tr("It had {count} on {date}.", count=last_answer.count, date=local_time(last_answer.at, DAY))
             return plain._replace(text=join_sentences((text, had)))
-        if past.is_said_new:
+        if is_said_new:
             sentence = join_sentences((text, tr("A person said that it is new.")))
             return Notice(Meaning.INFORMATION, sentence)
         if self._connector.current.device.reported[0] is not False:
@@ -278,7 +277,7 @@ class TriggersController(QObject):
         is_of_this_name = self._is_stored or self.reading is None
         if store is not None and name and is_of_this_name:
             try:
-                kept = store.read(lambda facts: CheckStore(facts).records(name))
+                kept = store.read(lambda facts: KeptTriggers(facts).records(name))
             except StoreTrouble as trouble:
                 self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
         if not kept and self.reading is not None:
@@ -315,5 +314,11 @@ def _broken_off(error: BaseException) -> str:
     return join_sentences((what, tr("Not kept.")))
 
 
+def _answers(facts: Facts, name: str) -> tuple[LastAnswer | None, bool]:
+    """When it last answered the query, and whether a person said that it is new."""
+    kept = KeptTriggers(facts)
+    return kept.last_answer(name), kept.is_said_new(name)
+
+
 def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:
-    CheckStore(facts).judge(module, place, judgement, note)
+    KeptTriggers(facts).judge(module, place, judgement, note)

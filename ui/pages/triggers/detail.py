@@ -7,11 +7,11 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
-from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.text.sentences import capitalised, with_units
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
+from app.trigger_records.kept import MAX_NOTE_LENGTH
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import FactRows

@@ -15,10 +15,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLabel, QPushButton
 
-from app.records.trigger_archive import write_archive
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, saved_text
+from app.trigger_records.csv_file import write_archive
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows

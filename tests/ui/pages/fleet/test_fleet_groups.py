@@ -20,7 +20,6 @@ from app.preflight.verdict import assess
 from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import SettingChange, WriteContext
-from app.records.check_store import CheckStore
 from app.records.filing import Filed, local_now
 from app.records.labels import Printer
 from app.records.record import make_record
@@ -28,6 +27,7 @@ from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.kinds import PreflightCheck
 from app.store.trouble import StoreFault, StoreTrouble
+from app.trigger_records.kept import KeptTriggers
 from protocol.link_states import Presence
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import modules_in
@@ -271,7 +271,7 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     desk.wait(lambda: desk.page.checks.is_running)
     store = store_of(desk.services.storage)
     names = [module.name for module in modules_in(store)]
-    known = store.read(lambda facts: {name: CheckStore(facts).is_said_new(name) for name in names})
+    known = store.read(lambda facts: {name: KeptTriggers(facts).is_said_new(name) for name in names})
     assert known == {"M-1": True, "M-2": True}
 
 

@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app.records.check_store import SeenRecord
+from app.trigger_records.kept import SeenRecord
 from protocol.messages import TriggerRecord
 from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import COLUMNS, Column

@@ -10,13 +10,13 @@ from app.engine.procedure import EngineView, Inspect, Procedure
 from app.procedures.history import History, read_history
 from app.procedures.settings_reading import is_another
 from app.procedures.write import read_back
-from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
 from app.store.fact_store import Facts
 from app.store.fired import claim_fired
-from app.store.modules import evidence_of, module_named, register_module, store_evidence
+from app.store.modules import evidence_of, last_booted, module_named, register_module, store_evidence
 from app.text.i18n import tr
 from app.text.user_error import UserError
+from app.trigger_records.kept import KeptTriggers, Visit
 from protocol.catalogue import BOOT_COUNT
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -29,7 +29,7 @@ def say_new(facts: Facts, names: Iterable[str]) -> None:
     """Keeps a person's word that these modules are new and have no records. Within `Store.write`."""
     for name in names:
         register_module(facts, name)
-        CheckStore(facts).say_new(name)
+        KeptTriggers(facts).say_new(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,24 +77,26 @@ def file_triggers(
 ) -> Visit | PossiblyOther:
     """`is_same_module`: confirmed by a person. `is_compared`: boot count and settings were compared when it got its
     name; only its records are. Within `Store.write`."""
-    history, checks = reading.history, CheckStore(facts)
+    history, kept = reading.history, KeptTriggers(facts)
     slots = [record.raw for record in history.records]
     now = IdentityEvidence(reading.boot_count, reading.settings)
-    if checks.is_kept_apart(name, port):
+    if kept.is_kept_apart(name, port):
         return PossiblyOther((tr("simulated"),))
     if history.may_be_of_two and not is_same_module:
         return PossiblyOther((tr("readings differ"),))
     if module_named(facts, name) is not None and not is_same_module:
-        past = checks.past(name, slots, is_confirmed=history.is_confirmed)
-        befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), evidence_of(facts, name))
-        against = [refuted_by(before, now, do_records_follow=past.do_records_follow) for before in befores]
+        do_follow = kept.do_follow(name, slots, is_confirmed=history.is_confirmed)
+        booted = last_booted(facts, name)
+        of_visit = IdentityEvidence(None if booted is None else booted.boot_count)
+        befores = (now,) if is_compared else (of_visit, evidence_of(facts, name))
+        against = [refuted_by(before, now, do_records_follow=do_follow) for before in befores]
         if any(against):
             return PossiblyOther(tuple(dict.fromkeys(chain(*against))))
     register_module(facts, name, adapter)
     claim_fired(facts, name, port=port, adapter=adapter)
     if now.is_complete:
         store_evidence(facts, name, now)
-    return checks.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
+    return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
 
 
 def refuted_by(before: IdentityEvidence, now: IdentityEvidence, *, do_records_follow: bool = True) -> list[str]:

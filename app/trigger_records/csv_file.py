@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from app.records.check_store import SeenRecord
 from app.system.files import write_whole
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
 from app.text.messages import clean
 from app.trigger_records.fields import FIELDS, fields_of
 from app.trigger_records.history import record_of, sentence
+from app.trigger_records.kept import SeenRecord
 
 HEAD = ("module", "place", "first_seen_at", "new", "confirmed", *FIELDS, "told", "judgement", "note")
 _NONE: frozenset[int] = frozenset()

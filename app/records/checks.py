@@ -1,0 +1,156 @@
+"""Pre-flight checks in the store: kept as signed documents, listed without opening one."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from app.preflight.verdict import Verdict, verdict_named
+from app.records.record import Record, SignedRecord
+from app.store.fact_store import Facts, Kept
+from app.store.fired import Fired, all_fired, has_fired_since
+from app.store.kinds import PreflightCheck
+from app.text.messages import UserMessage, clean, message
+from protocol.translatable import marked
+
+RECENT = 100
+"""Number of checks that the list of aircraft is made from."""
+LISTED = 200
+MEASURED = {
+    "cell_voltage": "cell_voltage_v",
+    "light": "light_v",
+    "tilt": "tilt_deg",
+    "tilt_spread": "tilt_spread_deg",
+    "acceleration": "acceleration_g",
+    "acceleration_spread": "acceleration_spread_g",
+    "round_trip": "round_trip_ms",
+    "link_loss": "heartbeats_lost",
+    "boot_count": "boot_count",
+}
+"""Checks whose measured value is kept over time, with the name of the value."""
+
+
+def noted(word: UserMessage, note: str) -> UserMessage:
+    """A word with what limits it: English, marked."""
+    return message(marked("{tip} ({key})"), tip=word, key=message(note))
+
+
+class CheckLine(NamedTuple):
+    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the
+    settings; `station`: who made it, "" here."""
+
+    id: str
+    at: str
+    module: str | None
+    verdict: str
+    is_void: bool
+    is_simulated: bool
+    who: str
+    aircraft: str
+    code: str | None
+    measured: Mapping[str, float]
+    station: str = ""
+    is_fired_since: bool = False
+    """A deploy left or a TRIGGERED was seen after it: what it said of the module is no longer so."""
+
+    def after(self, fired: Iterable[Fired]) -> "CheckLine":
+        """What is left of it after its module may have fired."""
+        return self._replace(is_fired_since=has_fired_since(self.at, fired, simulated=self.is_simulated))
+
+    @property
+    def words(self) -> UserMessage:
+        """Its verdict and what limits it."""
+        word = message(verdict_named(self.verdict).value)
+        if self.is_simulated:
+            return noted(word, marked("simulated"))
+        if self.is_fired_since:
+            return noted(word, marked("void: fired since"))
+        return noted(word, marked("void")) if self.is_void else word
+
+    @property
+    def has_passed(self) -> bool:
+        """When it was made; its settings stay approved."""
+        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+
+    @property
+    def holds(self) -> bool:
+        return self.has_passed and not self.is_fired_since
+
+
+def keep_record(facts: Facts, signed: SignedRecord) -> None:
+    """Keeps a record: the signed document, and beside it what lists show. Within `Store.write`."""
+    record = signed.record
+    check = PreflightCheck(
+        verdict=record.verdict.value,  # type: ignore[arg-type]
+        is_void=record.void is not None,
+        is_simulated=record.is_simulated,
+        who=record.who,
+        aircraft=record.aircraft,
+        adapter=record.adapter,
+        code=record.settings_code,
+        measured=measured_in(record),
+        document=signed.text,
+    )
+    facts.add(check, record.module, at=record.at)
+
+
+def document_of(facts: Facts, id_: str) -> str:
+    """Of one check that is listed."""
+    check = facts.by_id(PreflightCheck, id_)
+    return "" if check is None else check.content.document
+
+
+def checks_in(facts: Facts, module: str | None = None, *, aircraft: str | None = None) -> tuple[CheckLine, ...]:
+    """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
+    each: not for the window's thread."""
+    if aircraft is None:
+        kept = facts.of_module(PreflightCheck, module, is_newest_first=True, limit=LISTED)
+    else:
+        every = facts.of_kind(PreflightCheck, is_newest_first=True)
+        kept = [check for check in every if check.content.aircraft == aircraft][:LISTED]
+    lines = [check_line(check) for check in kept]
+    fired = {name: all_fired(facts, name) for name in {line.module for line in lines} if name is not None}
+    return tuple(line.after(fired.get(line.module or "", ())) for line in lines)
+
+
+def aircraft_in(facts: Facts) -> tuple[str, ...]:
+    """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
+    recent = facts.of_kind(PreflightCheck, is_newest_first=True, limit=RECENT)
+    return tuple(dict.fromkeys(check.content.aircraft for check in recent if check.content.aircraft))
+
+
+def aircraft_of(facts: Facts, module: str) -> str:
+    """In the last check of this module that names one; else empty."""
+    checks = facts.of_module(PreflightCheck, module, is_newest_first=True, limit=RECENT)
+    return next((check.content.aircraft for check in checks if check.content.aircraft), "")
+
+
+def check_line(check: Kept[PreflightCheck]) -> CheckLine:
+    content = check.content
+    return CheckLine(
+        id=check.row.id,
+        at=check.at,
+        module=check.row.module,
+        verdict=content.verdict,
+        is_void=content.is_void,
+        is_simulated=content.is_simulated,
+        who=clean(content.who),
+        aircraft=clean(content.aircraft),
+        code=content.code,
+        measured=content.measured,
+        station=check.row.station,
+    )
+
+
+def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:
+    """Those whose measured values are the module's: of a simulated one only where there is no other."""
+    sound = [check for check in checks if not check.is_void]
+    return [check for check in sound if not check.is_simulated] or sound
+
+
+def measured_in(record: Record) -> dict[str, float]:
+    """The values of `MEASURED` in a record."""
+    values: dict[str, float] = {}
+    for check in record.checks:
+        name, value = MEASURED.get(check.id), check.measured
+        if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
+            values[name] = float(value)
+    return values
