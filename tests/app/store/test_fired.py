@@ -150,6 +150,18 @@ def test_what_fired_without_a_name_is_of_the_next_name_said_at_that_port(bench: 
     assert not bench.fired("M-08")
 
 
+def test_a_check_after_it_fired_is_not_void_where_the_name_was_said_later(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.now = datetime.now(UTC) - timedelta(minutes=10)
+    try:
+        bench.do(lambda facts: note_triggered(facts, "", port=PORT, adapter=ADAPTER))
+        bench.file()
+        (line,) = checks_of(bench.store, "M-07")
+        assert (line.verdict, line.is_fired_since) == ("NO-GO", False)
+    finally:
+        bench.store.close()
+
+
 def test_a_module_without_a_name_does_not_pass_where_one_may_have_fired(bench: Bench) -> None:
     """It may be this one, restarted."""
     assert bench.file(None).assessment.result("service") is CheckResult.PASS
