@@ -261,6 +261,7 @@ def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
         assert problems(log)[0] == f"The clock jumps back; samples left out: {left_out:,}."
         assert log.duration_s == pytest.approx(199.98)
         assert first_fires(log) == []
+        assert coverage_of(log).left_out_share == pytest.approx(left_out / 10_000)
 
 
 def test_two_samples_of_one_time_are_no_jump() -> None:
@@ -415,3 +416,11 @@ def test_of_a_tenth_that_is_missing_nothing_is_said() -> None:
         force = Channel(TIMES[is_logged], REST[is_logged])
         limits = TriggerLimits(attitude_is_enabled=False)
         assert coverage_of(assembled(raw_log(force))).is_enough(limits) is is_enough
+
+
+def test_samples_that_were_left_out_are_missing_although_there_is_no_pause() -> None:
+    """Every seventh sample is invalid."""
+    tilt = np.where(np.arange(len(TIMES)) % 7 == 0, np.nan, LEVEL)
+    found = coverage_of(assembled(raw_log(tilt=Channel(TIMES, tilt))))
+    assert not found.has_tilt_gap
+    assert not found.is_enough(TriggerLimits())

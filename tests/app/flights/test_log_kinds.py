@@ -12,10 +12,12 @@ from hypothesis import settings
 
 from app.flights.answer import Answer, coverage_of
 from app.flights.curves import judge_flight
+from app.flights.dataflash_text import DataflashText
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.read_log import SUFFIXES, distinct_names, find_logs, is_table, read_flight_log
 from app.flights.summary import summarise
+from app.flights.ulog import UlogFile
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import recorded_reports
@@ -261,3 +263,46 @@ def test_a_lost_end_is_not_judged(tmp_path: Path) -> None:
         log = read(tmp_path / "log", data[:half] + bytes(len(data) - half))
         assert answer(log) is Answer.NOT_JUDGED
         assert 2.0 < log.not_judged_s < 5.0
+
+
+def samples_of(data: bytes) -> int:
+    return sum(len(topic.places) for topic in UlogFile(data).topics)
+
+
+def test_a_damaged_size_in_a_ulog_costs_its_own_record() -> None:
+    rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
+    data = made.ulog_bytes(rows)
+    whole = samples_of(data)
+    attitude = data.index(rows[50][1])
+    for size in (1, 90, 28, 27 + 256):
+        changed = bytearray(data)
+        changed[attitude : attitude + 2] = size.to_bytes(2, "little")
+        assert samples_of(bytes(changed)) >= whole - 1
+    text = made.ulog_record("L", b"6" + bytes(8) + b"a message of the flight controller")
+    for size in (2, 60, 4000):
+        damaged = size.to_bytes(2, "little") + text[2:]
+        assert samples_of(made.ulog_bytes([*rows, (4.001, damaged)])) == whole
+
+
+def test_rubbish_in_a_ulog_is_not_taken_for_records() -> None:
+    rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
+    whole = samples_of(made.ulog_bytes(rows))
+    for rubbish in (b"\x40\x1fI" * 20, b"\x00\x02L" * 7 + b"\xff", bytes(range(256))):
+        assert samples_of(made.ulog_bytes([*rows, (4.001, rubbish)])) == whole
+
+
+def test_a_damaged_message_of_telemetry_is_no_measurement(tmp_path: Path) -> None:
+    rows = made.telemetry_attitude(TIMES, LEVEL) + made.telemetry_force(TIMES, REST)
+    data = bytearray(made.telemetry_bytes(rows))
+    place = data.index(rows[60][1]) + 8 + 10 + 4  # the roll, behind stamp, head and time
+    data[place : place + 4] = np.float32(1.5).tobytes()
+    log = read(tmp_path / "a.tlog", bytes(data))
+    assert answer(log) is Answer.DOES_NOT_FIRE
+    assert float(np.nanmax(log.tilt_deg)) < 10
+
+
+def test_a_line_of_a_text_log_that_was_cut_off_is_no_measurement() -> None:
+    data = dataflash_text(LEVEL, REST)
+    whole = DataflashText(data).tables["IMU"].column("AccZ")
+    cut = DataflashText(data[:-4]).tables["IMU"].column("AccZ")
+    assert len(cut) == len(whole) - 1
