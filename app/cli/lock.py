@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """LOCK is sent before any file is opened, and its exit code does not depend on one."""
-    with Interruption(), records_of(args.port, STORE_LIMIT_S) as records:
+    with Interruption(), records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
         try:
             with connected(args.port, args.baud, is_greeted=False) as conversation:
                 done = conversation.run(lock(records.journal, is_attended=False))

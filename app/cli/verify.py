@@ -14,7 +14,7 @@ from app.cli.results import VerifyJson
 from app.records.verification import RecordState, Verification, shown_key, verify_file
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
-from app.terminal.command_journal import existing_store
+from app.terminal.command_journal import existing_store, notice_of
 from app.text.messages import message
 from app.text.sentences import error_text
 from app.text.user_error import ErrorCode, UserError
@@ -33,6 +33,9 @@ def run(args: argparse.Namespace) -> int:
     store = existing_store()
     names = known_names(store)
     if store is not None:
+        notice = notice_of(store)
+        if notice is not None:
+            console.notify(notice.translated())
         store.close()
     try:
         verification = verify_file(args.file, names)

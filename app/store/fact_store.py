@@ -157,7 +157,8 @@ class Store:
     """Made at once. Any thread may call. Its thread is a daemon, so a disk that never answers does not keep the program
     from ending."""
 
-    def __init__(self, folder: Path | None = None, *, clock: Clock = utc_now) -> None:
+    def __init__(self, folder: Path | None = None, *, clock: Clock = utc_now, starts_late: bool = False) -> None:
+        """`starts_late`: it opens only when it is first used, so that nothing competes with LOCK's first frame."""
         self.folder = (folder or data_folder()).absolute()
         self.path = self.folder / FILE_NAME
         self.opened: Future[UserMessage | None] = Future()
@@ -170,8 +171,16 @@ class Store:
         self._left = 0
         self._is_closed = False
         self._copier = Copier(self.path, clock)
-        self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
+        if not starts_late:
+            self.start()
+
+    def start(self) -> None:
+        """Begin to open it, where that has not begun. Returns at once."""
+        with self._lock:
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
+                self._thread.start()
 
     @property
     def station(self) -> str:
@@ -207,6 +216,7 @@ class Store:
         """`work` is one transaction, in the store's thread. Its future has the result once that is on the disk; it
         raises `StoreTrouble`, or what `work` raises. A future that is cancelled in time is never written."""
         future: Future[Result] = Future()
+        self.start()
         with self._lock:
             if self._is_closed:
                 future.cancel()
@@ -217,6 +227,7 @@ class Store:
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
+        self.start()
         self.opened.result()
         try:
             with closing(sqlite3.connect(f"{self.path.as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
@@ -239,7 +250,8 @@ class Store:
             if not self._is_closed:
                 self._is_closed = True
                 self._work.put(None)
-        self._thread.join(limit_s)
+        if self._thread is not None:
+            self._thread.join(limit_s)
         self._copier.close()
         with self._lock:
             left = self._left

@@ -43,21 +43,19 @@ class Records(NamedTuple):
 
 
 @contextmanager
-def opened_store(limit_s: float = CLOSE_LIMIT_S) -> Iterator[tuple[Store, list[UserMessage]]]:
+def opened_store(
+    limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False
+) -> Iterator[tuple[Store, list[UserMessage]]]:
     """The store, at once, and a list for why entries are missing. At the end, at most `limit_s` later, what a person
     should know of the store is said, and whether anything was not written."""
-    store = Store()
+    store = Store(starts_late=starts_late)
     troubles: list[UserMessage] = []
     try:
         yield store, troubles
     finally:
         ends_at = time.monotonic() + limit_s
-        try:
-            notice = store.opened.result(limit_s)
-        except UserError as error:
-            notice = error.message
-        except TimeoutError:
-            notice = None  # said as what is missing
+        store.start()
+        notice = notice_of(store, limit_s)
         left = store.close(max(0.0, ends_at - time.monotonic()))
         for said in dict.fromkeys([notice, *troubles]):
             if said is not None:
@@ -66,10 +64,20 @@ def opened_store(limit_s: float = CLOSE_LIMIT_S) -> Iterator[tuple[Store, list[U
             notify(tr("The audit log is incomplete."))
 
 
+def notice_of(store: Store, limit_s: float = CLOSE_LIMIT_S) -> UserMessage | None:
+    """What a person should know of it, or why there is none; None where that is not known in time."""
+    try:
+        return store.opened.result(limit_s)
+    except UserError as error:
+        return error.message
+    except TimeoutError:
+        return None
+
+
 @contextmanager
-def records_of(port: str, limit_s: float = CLOSE_LIMIT_S) -> Iterator[Records]:
+def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
     """With a store of its own."""
-    with opened_store(limit_s) as (store, troubles):
+    with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
         yield records_on(store, troubles, port)
 
 

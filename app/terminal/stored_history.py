@@ -18,12 +18,12 @@ from app.trigger_records.filing import PossiblyOther, TriggersReading, file_trig
 
 
 def may_be_another(conversation: Conversation, store: Store, module: str) -> bool:
-    """Whether its readings refute that it is the module of this name, which is reported. Sends queries only."""
+    """Whether its readings refute that it is the module of this name, which is reported. Sends queries only. Of a store
+    that cannot be used nothing is known, so nothing speaks against it."""
     try:
         known = store.read(partial(known_evidence, name=clean(module.strip())))
-    except StoreTrouble as error:
-        notify(error.sentence)
-        return True
+    except StoreTrouble:
+        return False  # why is said at the end
     against = refuted(conversation, known)
     if against:
         _notify_other_module(against)

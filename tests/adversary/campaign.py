@@ -112,7 +112,7 @@ class Desk:
             folder.mkdir(parents=True)
             self._opened.enter_context(mock.patch.dict("os.environ", home_variables(folder)))
             self._bench = self._opened.enter_context(gesture_bench(application, folder))
-            self._opened.enter_context(mock.patch("app.store.write_queue.WriteQueue.submit", write_at_once))
+            self._opened.enter_context(mock.patch("app.store.fact_store.Store.write", write_at_once))
         bench, began_s = self._bench, self._bench.clock()
         bench.disconnect()
         bench.exchange(_options(plan, {"rate": 20, **gestures.module}))

@@ -5,7 +5,7 @@ import queue
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +16,7 @@ import app.__main__ as program
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Job
 from app.simulator.bench import SimulatedBench
+from app.store.fact_store import Facts, Store
 from app.terminal.connection import link_trouble
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
@@ -132,7 +133,7 @@ class Stage:
             mock.patch.multiple("app.terminal.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
             mock.patch("app.engine.worker.open_line", self._open_line),
             mock.patch("app.engine.worker.report_uncaught_error", self._mishaps.append),
-            mock.patch("app.store.write_queue.WriteQueue.submit", write_at_once),
+            mock.patch("app.store.fact_store.Store.write", write_at_once),
             mock.patch.object(program, "_explain", self._explain),
             mock.patch.dict("os.environ", home_variables(self.home)),
             mock.patch.object(time, "monotonic", self.clock),
@@ -175,13 +176,13 @@ class TurnedQueue:
         return self._items.pop(0)
 
 
-def write_at_once(_queue: object, work: Callable[[], Any]) -> "Future[Any]":
-    """Stands in for the disk thread: takes no time of the fake clock."""
-    future: Future[Any] = Future()
-    try:
-        future.set_result(work())
-    except Exception as error:  # noqa: BLE001  as the queue: whoever handed it over decides
-        future.set_exception(error)
+_write = Store.write
+
+
+def write_at_once(store: Store, work: Callable[[Facts], Any]) -> "Future[Any]":
+    """Waits for the disk's thread, which takes no time of the fake clock."""
+    future = _write(store, work)
+    wait([future])
     return future
 
 

@@ -13,6 +13,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
+from app.store.fact_store import Facts, Store
 from app.store.kinds import ModuleProvisioned
 from protocol.catalogue import BY_NAME, STATUS_CODE, Request
 from tests.adversary.program import PORT, Ran, Stage, write_at_once
@@ -270,8 +271,8 @@ def test_nothing_is_sent_to_another_module_that_came_while_the_disk_was_slow(
 ) -> None:
     """Their boot counts are the same."""
 
-    def write_slowly(queue: object, work: Callable[[], object]) -> "Future[object]":
-        future, ends_at_s = write_at_once(queue, work), stage.clock() + 0.8
+    def write_slowly(store: Store, work: Callable[[Facts], object]) -> "Future[object]":
+        future, ends_at_s = write_at_once(store, work), stage.clock() + 0.8
         monkeypatch.setattr(future, "done", lambda: stage.clock() >= ends_at_s)
         return future
 

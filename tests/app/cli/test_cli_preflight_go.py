@@ -110,5 +110,5 @@ def test_an_audit_log_that_is_not_written_in_time_is_said(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     close = Store.close
-    monkeypatch.setattr(Store, "close", lambda store: close(store) + 1)
+    monkeypatch.setattr(Store, "close", lambda store, *limit: close(store, *limit) + 1)
     assert "The audit log is incomplete." in dps_s([*ACTIVATE, "--port", port]).err
