@@ -97,9 +97,9 @@ def test_a_search_backwards_selects_what_it_found_alone(qtbot: QtBot, qapp: QApp
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.go_to("traffic")
         traffic = page.traffic
-        traffic.model.append([*streamed(3), sent("light"), *streamed(3)])
+        traffic.model.append([sent("light"), *streamed(3), sent("light"), *streamed(3)])
         traffic.draw()
         traffic.table.selectRow(traffic.model.rowCount() - 1)
         traffic.search.field.setText("query: light")
         qtbot.keyPress(traffic.search.field, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
-        assert [index.row() for index in traffic.table.selectionModel().selectedRows()] == [3]
+        assert [index.row() for index in traffic.table.selectionModel().selectedRows()] == [4]
