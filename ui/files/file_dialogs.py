@@ -36,6 +36,7 @@ from ui.widgets.controls import named, without_key
 _ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
                   "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
 """Of Qt's file dialog."""
+_SHARE_OF_WINDOW: Final = 0.75
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 ThenPath = Callable[[Path], object]
@@ -135,6 +136,9 @@ def _make_folder(parent: Path, name: str) -> Path:
 
 def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
     name = "save_dialog" if dialog.acceptMode() is QFileDialog.AcceptMode.AcceptSave else "open_dialog"
+    window = dialog.parentWidget()
+    if window is not None:  # Qt's own size is higher than a small screen
+        dialog.resize(window.window().size() * _SHARE_OF_WINDOW)
     open_dialog(dialog, name, lambda: then([Path(chosen) for chosen in dialog.selectedFiles()]))
 
 

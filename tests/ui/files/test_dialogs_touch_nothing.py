@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QToolButton
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QPushButton, QToolButton
 from pytestqt.qtbot import QtBot
 
 from tests.support.processes import ran
 from tests.support.window.fakes_ui import window
-from tests.support.window.steps import find
+from tests.support.window.steps import find, let_lay_out
 from tests.support.x_server import x_server
 from tests.ui.files.hands_in_dialogs import ACTS, ASKS, files_of, fill
 from ui.files import file_dialogs
@@ -95,4 +95,18 @@ def test_a_dialog_that_opens_makes_no_folder(assembly: Assembly, folder: Path, n
     dialog = find(assembly.window, QFileDialog)
     assert dialog.findChild(QToolButton, "new_folder") is None
     assert not find(dialog, QToolButton, "newFolderButton").isVisible()
+    dialog.reject()
+
+
+@pytest.mark.parametrize("name", ASKS)
+def test_a_dialog_is_no_larger_than_a_small_window(qtbot: QtBot, assembly: Assembly, folder: Path, name: str) -> None:
+    """At 1024x600 its Save was below the screen."""
+    assembly.window.resize(1024, 600)
+    ASKS[name](assembly.window, folder)
+    dialog = find(assembly.window, QFileDialog)
+    let_lay_out(dialog)
+    assert dialog.height() <= 500
+    assert dialog.width() <= 1000
+    for button in (one for one in dialog.findChildren(QPushButton) if one.isVisible()):
+        assert dialog.rect().contains(QRect(button.mapTo(dialog, QPoint()), button.size())), button.text()
     dialog.reject()
