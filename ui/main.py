@@ -104,7 +104,7 @@ def _load_libraries() -> None:
     Qt's while the event loop runs, PySide6 6.11 ends the program now and then (null `TypeUserData` in
     `SignalManager::retrieveMetaObject`)."""
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
-    for module in ("app.recordings.recording", "app.records.trigger_archive"):
+    for module in ("app.recordings.recording", "app.trigger_records.csv_file"):
         import_module(module)
 
 

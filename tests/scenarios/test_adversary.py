@@ -126,7 +126,7 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
         records = tuple(message for message in messages if isinstance(message, TriggerRecord))
         return History(records, is_confirmed=True, is_answered=True)
 
-    patch.setattr("app.records.trigger_filing.read_history", once)
+    patch.setattr("app.trigger_records.filing.read_history", once)
 
 
 def zero_first(patch: pytest.MonkeyPatch) -> None:
@@ -144,7 +144,7 @@ def never_ends(patch: pytest.MonkeyPatch) -> None:
         while True:
             yield Pause(1.0)
 
-    patch.setattr("app.records.trigger_filing.read_history", waiting)
+    patch.setattr("app.trigger_records.filing.read_history", waiting)
 
 
 def breaks(patch: pytest.MonkeyPatch) -> None:
@@ -152,7 +152,7 @@ def breaks(patch: pytest.MonkeyPatch) -> None:
         yield Inspect()
         raise KeyError("a bug")
 
-    patch.setattr("app.records.trigger_filing.read_history", broken)
+    patch.setattr("app.trigger_records.filing.read_history", broken)
 
 
 def all_is_well(patch: pytest.MonkeyPatch) -> None:

@@ -247,7 +247,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
         yield Inspect()
         return History((), 1, is_answered=True)
 
-    monkeypatch.setattr("app.records.trigger_filing.read_history", read_history)
+    monkeypatch.setattr("app.trigger_records.filing.read_history", read_history)
     printed = dps_s(["history", "--port", port, "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
