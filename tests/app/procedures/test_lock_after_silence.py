@@ -80,6 +80,26 @@ def test_it_is_never_said_of_another_module_that_does_not_report_it(gap_s: float
     assert is_done or locked.is_locked is not True
 
 
+@pytest.mark.parametrize("frame", [2, 3])
+def test_what_a_locked_module_in_its_place_reports_clears_nothing(frame: int) -> None:
+    """The first one heard LOCK, and perhaps reported once; the one that answers then is asked for both reports."""
+    rig, journal = active_rig(), FakeJournal()
+    other = Module(Options(delay_s=0.001), name="other", now=rig.clock())
+    rig.module.at_frame = lambda _question: (
+        rig.module.be_silent(rig.clock(), 60.0) if len(rig.module.log.got()) + 1 == frame else None
+    )
+    run = press(rig, journal)
+    rig.step_until(lambda: len(rig.module.log.got()) >= frame)
+    other.be_silent(rig.clock(), 0.5)
+    rig.line.modules = (other,)
+    locked = rig.end(run)
+    assert locked.is_locked
+    assert locked.sentence == "The module that answers now reports LOCKED."
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+    assert other.log.sent(0x30)
+    assert other.log.sent(0x32)
+
+
 def test_what_never_answers_again_is_not_locked() -> None:
     rig = active_rig()
     run = press(rig)
