@@ -13,10 +13,19 @@ from app.procedures.history import History, read_history
 from app.procedures.light_calibration import measure_light
 from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything, undisturbed
-from app.procedures.settings_reading import SettingsReading, is_another, read_one_module, read_settings
+from app.procedures.settings_reading import Seen, SettingsReading, is_another, look, read_one_module, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.who_is_there import who_is_there
-from app.procedures.write import ReadBack, SetReply, Written, read_back, restarted_since, write_verified
+from app.procedures.write import (
+    ReadBack,
+    SetReply,
+    Written,
+    await_flags_free,
+    await_flags_known,
+    read_back,
+    restarted_since,
+    write_verified,
+)
 from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Refusal
@@ -79,6 +88,26 @@ def _is_another() -> Procedure[bool]:
     begin: EngineView = yield Inspect()
     yield from who_is_there()
     return (yield from is_another(begin))
+
+
+def _look() -> Procedure[Seen]:
+    begin: EngineView = yield Inspect()
+    return (yield from look(begin))
+
+
+def _trigger() -> Procedure[object]:
+    """Disable a trigger; what is known of it once its answer counts."""
+    request = BY_NAME["freefall_trigger"].set(False)
+    yield from await_flags_free(request)
+    yield Ask(request)
+    yield from await_flags_known()
+    view: EngineView = yield Inspect()
+    return view.device.fresh("freefall_trigger", view.now)
+
+
+def _no_trigger_lie(known: object, cell: Cell) -> list[str]:
+    is_enabled = cell.bench.module.state.freefall_is_enabled
+    return [] if known in (None, is_enabled) else [f"known as {known}, and the module says {is_enabled}"]
 
 
 def _permit(act: Act) -> Permit:
@@ -180,6 +209,9 @@ def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
 ROWS: tuple[Row, ...] = (
     Row("handshake.handshake", handshake, lambda _result, _cell: []),
     Row("who_is_there.who_is_there", who_is_there, lambda _result, _cell: []),
+    Row("settings_reading.look", _look, lambda _result, _cell: []),
+    Row("write.await_flags_free", _trigger, _no_trigger_lie),
+    Row("write.await_flags_known", _trigger, _no_trigger_lie),
     Row(
         "find.answers_here",
         lambda: answers_here(WAITS_S, proofs()),
