@@ -3,11 +3,14 @@
 import argparse
 
 from app.cli.results import FindJson
+from app.engine.address_lock import sets_rate
 from app.procedures.find import find_rate
+from app.safety.interlocks import RATE_SET_ELSEWHERE
 from app.terminal import console
 from app.terminal.arguments import USUAL_RATE, add_json, add_port
 from app.terminal.connection import connected, no_module_found
 from app.text.i18n import tr
+from app.text.messages import message
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,6 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    if not sets_rate(args.port):
+        # Whatever rate the port is opened with, the module would answer: the result would be a lie.
+        raise console.Refused(message(RATE_SET_ELSEWHERE))
     first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
         result = conversation.run(find_rate(first))

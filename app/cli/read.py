@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from app.engine.address_lock import sets_rate
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
 from app.engine.procedure import TwoModules
 from app.engine.worker import Batch
@@ -140,12 +141,16 @@ def _findings(
     unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
     missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)
     blamed = {"status" if key in STATUS_KEYS and key not in errors else key for key in missing}
+    if sets_rate(port):
+        values["baud_rate"] = conversation.connection.baud_rate
+    else:
+        values.pop("baud_rate", None)  # behind a plain socket nobody here knows it
     link = conversation.link
     return Findings(
         port,
         conversation.connection.baud_rate,
         link.round_trip_median_s if link is not None else None,
-        values | {"baud_rate": conversation.connection.baud_rate},
+        values,
         {key: errors.get(key, why_missing) for key in sorted(blamed)},
         link.lag_s if link is not None else None,
         has_damaged=link is not None and link.counters.rejected > 0,

@@ -33,6 +33,11 @@ def is_network_address(port: str) -> bool:
     return port.startswith(NETWORK_SCHEMES)
 
 
+def sets_rate(port: str) -> bool:
+    """Whether this program sets the baud rate: behind a plain socket somebody else did."""
+    return not port.startswith("socket://")
+
+
 def lock_address(port: str) -> IO[bytes] | None:
     """Hold the address of this URL until the returned file is closed, or the process ends; raises `AddressHeld`.
 

@@ -126,6 +126,8 @@ class EngineView(NamedTuple):
     """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
     is_settled: bool
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
+    sets_rate: bool = True
+    """False: the port's baud rate is set at its other end."""
     flags: FlagAnswers | None = None
     """When 16 and 17 may be set, and whether their answers count."""
     told: ToldValues | None = None

@@ -338,6 +338,7 @@ class Session:
             is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
             overtaken_at=self._overtaken_at,
             is_settled=self.identity.identity.is_settled,
+            sets_rate=self.line.sets_rate,
             flags=self._link.flags,
             told=self._link.told,
         )

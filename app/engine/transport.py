@@ -30,7 +30,7 @@ from typing import IO, NamedTuple, Protocol
 
 import serial
 
-from app.engine.address_lock import AddressHeld, is_network_address, lock_address
+from app.engine.address_lock import AddressHeld, is_network_address, lock_address, sets_rate
 
 _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
 if sys.platform != "win32":
@@ -89,6 +89,9 @@ class Line(Protocol):
 
     @property
     def baud_rate(self) -> int: ...
+
+    @property
+    def sets_rate(self) -> bool: ...
 
     def read(self, longest_s: float, gather_s: float) -> bytes: ...
 
@@ -171,6 +174,10 @@ class SerialLine:
     @property
     def baud_rate(self) -> int:
         return int(self._serial.baudrate)
+
+    @property
+    def sets_rate(self) -> bool:
+        return sets_rate(self.port)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         """Return the bytes that arrive within `longest_s`, b"" if none do. A socket, and any port on Windows, is

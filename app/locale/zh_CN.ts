@@ -2924,6 +2924,10 @@
         <translation>波特率不随配置文件应用。</translation>
     </message>
     <message>
+        <source>The baud rate of a plain socket is set at its other end.</source>
+        <translation>普通套接字的波特率在对端设置。</translation>
+    </message>
+    <message>
         <source>The charger hides the cell's voltage.</source>
         <translation>充电时读到的不是电芯电压。</translation>
     </message>

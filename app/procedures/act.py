@@ -250,6 +250,7 @@ def _conditions_open(
         opened_at=view.opened_at,
         armed=armed.act if armed is not None else None,
         is_audit_ready=journal.is_ready,
+        sets_rate=view.sets_rate,
     )
     return refusals(act, inputs)
 

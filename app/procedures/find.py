@@ -50,8 +50,10 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
 
 def find_rate(first: int | None = None) -> Procedure[RateSearch]:
     """Try `first`, then all rates from the fastest down; the port stays at the first that answers, else at the old one.
-    Only questions are sent."""
+    A plain socket is only asked whether a module answers. Only questions are sent."""
     view: EngineView = yield Inspect()
+    if not view.sets_rate:
+        return (yield from _search([(view.baud_rate, WAITS_S)], view.baud_rate))
     rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
     return (yield from _search([(rate, WAITS_S) for rate in rates], view.baud_rate))
 

@@ -39,6 +39,8 @@ class Interlock(Enum):
     """The tilt is small enough to be a mounting error."""
     IS_STILL = auto()
     """It did not move for two seconds."""
+    RATE_FOLLOWS = auto()
+    """The port's rate can be changed with the module's: behind a plain socket the link would be cut."""
     NOTHING_ELSE_ARMED = auto()
     CONFIRMED = auto()
     """A person confirmed this act a moment ago, and the permit is unused."""
@@ -64,11 +66,12 @@ CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
     Act.FORBID_DEPLOY: (*_ALWAYS, *_EXPLICIT),
     Act.DEPLOY: (*_ALWAYS, Interlock.IS_ACTIVE, Interlock.NOT_TRIGGERED,
                  Interlock.NOTHING_ELSE_ARMED, Interlock.RITUAL_DONE, Interlock.INTENT_DURABLE),
-    Act.CHANGE_BAUD: (*_ALWAYS, Interlock.IS_LOCKED, *_EXPLICIT),
+    Act.CHANGE_BAUD: (*_ALWAYS, Interlock.IS_LOCKED, Interlock.RATE_FOLLOWS, *_EXPLICIT),
     Act.WRITE: (*_PRESENT, Interlock.MAY_WRITE, Interlock.NOTHING_ELSE_ARMED),
 })  # fmt: skip
 
 
+RATE_SET_ELSEWHERE = marked("The baud rate of a plain socket is set at its other end.")
 LEVEL_WITHIN_DEG = 10.0
 """Our choice: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold."""
 STILL_WITHIN_DEG = 2.0
@@ -113,6 +116,8 @@ class InterlockInputs:
     is_unlocked: bool = False
     """A person allowed this one write to a module that is or may be active."""
     is_audit_ready: bool = True
+    sets_rate: bool = True
+    """False: the port's baud rate is set at its other end."""
 
 
 def interlock_inputs(device: DeviceView, now: float, *, must_be_proven: bool) -> InterlockInputs:
@@ -250,6 +255,10 @@ def _is_still(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
     return message(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
 
 
+def _rate_follows(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
+
+
 def _nothing_else_armed(act: Act, inputs: InterlockInputs) -> UserMessage | None:
     armed = inputs.armed
     if armed is None or armed is act:
@@ -320,6 +329,7 @@ _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
     Interlock.BELOW_TILT: _below_tilt,
     Interlock.IS_LEVEL: _is_level,
     Interlock.IS_STILL: _is_still,
+    Interlock.RATE_FOLLOWS: _rate_follows,
     Interlock.NOTHING_ELSE_ARMED: _nothing_else_armed,
     Interlock.CONFIRMED: _confirmed,
     Interlock.RITUAL_DONE: _ritual_done,

@@ -38,6 +38,7 @@ class _CannedLine:
     """A port with an endless stream."""
 
     baud_rate = 115200
+    sets_rate = True
 
     def __init__(self) -> None:
         self._data = stream(LINE_HZ)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
+from app.engine.address_lock import sets_rate
 from app.procedures.act import Performed
 from app.procedures.lock import Locked
 from app.safety.acts import Act
@@ -31,6 +32,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         is_identity_settled=port.identity.is_settled,
         armed=services.armed.act,
         is_audit_ready=port.journal().is_ready,
+        sets_rate=sets_rate(port.connection.port),
     )
     return tuple(refusal for refusal in refusals(act, inputs) if refusal.condition not in _ASKED_ANYWAY)
 

@@ -53,6 +53,23 @@ def test_the_rate_is_found_through_rfc2217() -> None:
     assert json.loads(found.stdout)["baud_rate"] == 19200, found.stderr
 
 
+def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
+    """Whatever rate the port is opened with, the module answers; changing it would cut the link for good."""
+    module = Module(now=now())
+    with Line(module) as line, tcp_peers.raw_bridge(line.port) as address:
+        port = f"socket://{address}"
+        found = ran(*PROGRAM, "find", "--json", "--port", port)
+        read = ran(*PROGRAM, "read", "--json", "--port", port)
+        changed = ran(*PROGRAM, "set", "baud_rate=9600", "--accept-risk", "--port", port)
+    assert found.returncode == 2
+    assert read.returncode == 0
+    assert json.loads(read.stdout)["settings"]["baud_rate"] is None
+    assert "other end" in found.stderr
+    assert changed.returncode == 1
+    assert "other end" in changed.stdout + changed.stderr
+    assert module.log.sets(0x24) == []
+
+
 PEERS: dict[str, Callable[[], AbstractContextManager[str]]] = {
     "silent": partial(tcp_peers.serving, tcp_peers.silent),
     "closing": partial(tcp_peers.serving, tcp_peers.closing),

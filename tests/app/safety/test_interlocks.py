@@ -153,6 +153,12 @@ def test_every_act_has_its_conditions_and_words() -> None:
         assert (Interlock.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
 
 
+def test_the_rate_is_changed_only_where_the_port_follows() -> None:
+    for act in Act:
+        refused = {one.condition for one in refusals(act, InterlockInputs(now=NOW, sets_rate=False))}
+        assert (Interlock.RATE_FOLLOWS in refused) is (act is Act.CHANGE_BAUD)
+
+
 def test_only_the_ritual_deploys() -> None:
     for origin in Origin:
         inputs = InterlockInputs(

@@ -22,6 +22,7 @@ class ModuleLine:
     def __init__(self, clock: FakeClock, *modules: Module) -> None:
         self.clock, self.modules = clock, modules
         self.baud_rate = 115200
+        self.sets_rate = True
         self.is_closed = False
 
     def read(self, longest_s: float, gather_s: float) -> bytes:

@@ -63,6 +63,8 @@ class SimulatedLine:
         other.wire.host_baud, self.bench = self._rate, other
         self._silent_until_s = self.clock.now_s + silent_s
 
+    sets_rate = True
+
     @property
     def baud_rate(self) -> int:
         return self._rate
