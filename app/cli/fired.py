@@ -145,7 +145,7 @@ def json_of(log: SummarisedLog, answer: Answer) -> dict[str, object]:
     """Always in English. `fires` is null where nobody can know whether it fires."""
     line: dict[str, object] = {
         "log": str(log.path), "fires": None, "tilt_max_deg": None, "longest_fall_s": None, "not_judged_s": None,
-        "problems": [problem.in_english() for problem in _problems(log)],
+        "problems": [problem.in_english() for problem in _problems(log, answer)],
         "answer": answer.value,
     }  # fmt: skip
     flight = log.flight
@@ -173,14 +173,17 @@ def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def _problems(log: SummarisedLog) -> list[UserMessage]:
-    """Includes why it cannot be read, and a difference between the readings of the vendor's rule."""
+def _problems(log: SummarisedLog, answer: Answer) -> list[UserMessage]:
+    """Includes why it cannot be read or not be judged, and a difference between the readings of the vendor's rule."""
     if log.why_not is not None:
         return [log.why_not]
     if log.flight is None:
         return []
     direct, damped = log.judged
     problems = list(log.flight.problems)
+    why_not = log.flight.coverage.why_not_enough(direct.limits)
+    if answer is Answer.NOT_JUDGED and why_not is not None:
+        problems.append(why_not)
     first_s, other_s = (judged.firings[0].at_s if judged.firings else math.inf for judged in (direct, damped))
     if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
         text = _NEVER if other_s == math.inf else _LATER
@@ -198,9 +201,9 @@ def _page(logs: Sequence[SummarisedLog], answers: Sequence[Answer], *, is_must: 
     if Answer.NOT_JUDGED in answers:
         counted.append(tr("{count} of {total} not judged.", count=answers.count(Answer.NOT_JUDGED), total=len(logs)))
     problems: list[str] = []
-    for log, name in zip(logs, names, strict=True):
+    for log, name, answer in zip(logs, names, answers, strict=True):
         if log.flight is not None:
-            problems += [labelled(name, problem.translated()) for problem in _problems(log)]
+            problems += [labelled(name, problem.translated()) for problem in _problems(log, answer)]
     lines = [*console.columns([head, *rows]), "", join_sentences(counted)]
     return [*lines, "", *problems] if problems else lines
 

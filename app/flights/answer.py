@@ -11,7 +11,9 @@ from app.flights.flight_log import GAP_TOLERANCE_S, TILT_GAP_S, FlightLog, Float
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading, freefall_view
 from app.flights.samples import runs
+from app.text.messages import UserMessage, message
 from protocol.catalogue import TENTH_G
+from protocol.translatable import marked
 
 FALL_MARGIN_S: Final = 0.1
 """A pause in which a fall that is shorter by this than the free-fall time fits may hide one that fires."""
@@ -42,16 +44,27 @@ class Coverage:
 
     def is_enough(self, limits: TriggerLimits) -> bool:
         """Whether a flight in which nothing fires with these thresholds may be said not to fire."""
-        if not self.has_plausible_length or self.left_out_share > MAX_MISSING_SHARE:
-            return False
-        if limits.attitude_is_enabled and (self.has_tilt_gap or self.tilt_missing_share > MAX_MISSING_SHARE):
-            return False
+        return self.why_not_enough(limits) is None
+
+    def why_not_enough(self, limits: TriggerLimits) -> UserMessage | None:
+        """Why a flight in which nothing fires with these thresholds is not judged."""
+        if not self.has_plausible_length:
+            return message(marked("No flight has the length of this log."))
+        if self.left_out_share > MAX_MISSING_SHARE:
+            return message(marked("More than a tenth of the samples was left out."))
+        if limits.attitude_is_enabled:
+            if self.has_tilt_gap:
+                return message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
+            if self.tilt_missing_share > MAX_MISSING_SHARE:
+                return message(marked("More than a tenth of the attitude is missing."))
         if limits.freefall_is_enabled:
             step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
             longest_s = limits.freefall_time_s - FALL_MARGIN_S + GAP_TOLERANCE_S
-            if self.force_missing_share > MAX_MISSING_SHARE or float(self.hidden_fall_s[step]) > longest_s:
-                return False
-        return True
+            if float(self.hidden_fall_s[step]) > longest_s:
+                return message(marked("A pause of the acceleration may hide a fall."))
+            if self.force_missing_share > MAX_MISSING_SHARE:
+                return message(marked("More than a tenth of the acceleration is missing."))
+        return None
 
 
 def coverage_of(log: FlightLog) -> Coverage:

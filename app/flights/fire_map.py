@@ -13,6 +13,7 @@ from app.flights.curves import MAX_ACCELERATION_STEPS, MAX_TIME_STEPS, steps_of
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading
 from app.flights.summary import FirstFire, FlightSummary
+from app.text.messages import UserMessage
 from protocol.catalogue import CENTISECOND, TENTH_G
 from protocol.translatable import marked
 
@@ -41,6 +42,7 @@ class FlightOutcome(NamedTuple):
     direct: FirstFire
     damped: FirstFire
     answer: Answer
+    why_not_judged: UserMessage | None
 
     @property
     def is_different(self) -> bool:
@@ -52,7 +54,8 @@ class FlightOutcome(NamedTuple):
 def outcome_of(flight: FlightSummary, group: FlightGroup, limits: TriggerLimits) -> FlightOutcome:
     """Raises LookupError for an acceleration above 1.5 g."""
     direct, damped = (flight.first_fire(limits, reading) for reading in RuleReading)
-    return FlightOutcome(flight, group, direct, damped, flight.answer(limits))
+    why_not = flight.coverage.why_not_enough(limits)
+    return FlightOutcome(flight, group, direct, damped, flight.answer(limits), why_not)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -80,6 +80,14 @@
         <translation>降落伞、弹射装置和电芯会老化。</translation>
     </message>
     <message>
+        <source>A pause of the acceleration may hide a fall.</source>
+        <translation>加速度中断期间可能坠落过。</translation>
+    </message>
+    <message>
+        <source>A pause of the attitude of more than 0.2 s may hide a tilt.</source>
+        <translation>姿态中断超过 0.2 s，其间可能倾斜过。</translation>
+    </message>
+    <message>
         <source>A person said that it is new.</source>
         <translation>已由人员确认为新模块。</translation>
     </message>
@@ -1628,6 +1636,18 @@
         <translation>光线越强，读数越低。</translation>
     </message>
     <message>
+        <source>More than a tenth of the acceleration is missing.</source>
+        <translation>缺少超过十分之一的加速度。</translation>
+    </message>
+    <message>
+        <source>More than a tenth of the attitude is missing.</source>
+        <translation>缺少超过十分之一的姿态。</translation>
+    </message>
+    <message>
+        <source>More than a tenth of the samples was left out.</source>
+        <translation>略去了超过十分之一的采样。</translation>
+    </message>
+    <message>
         <source>Mouse or space bar</source>
         <translation>鼠标或空格键</translation>
     </message>
@@ -1770,6 +1790,10 @@
     <message>
         <source>No current status.</source>
         <translation>没有有效的状态数据。</translation>
+    </message>
+    <message>
+        <source>No flight has the length of this log.</source>
+        <translation>没有飞行会是此日志的时长。</translation>
     </message>
     <message>
         <source>No flight log.</source>
@@ -1942,10 +1966,6 @@
     <message>
         <source>Not connected</source>
         <translation>未连接</translation>
-    </message>
-    <message>
-        <source>Not judged: the log does not hold {seconds:.1f} s of it.</source>
-        <translation>未判断：日志缺少其中 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Not judged: {names}</source>

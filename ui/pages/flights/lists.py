@@ -162,9 +162,8 @@ def fire_text(fire: FirstFire) -> str:
 def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
     """One line, or one per reading where they disagree."""
     if not outcome.is_different:
-        if outcome.answer is Answer.NOT_JUDGED:
-            missing_s = outcome.flight.not_judged_s
-            return (tr("Not judged: the log does not hold {seconds:.1f} s of it.", seconds=missing_s),)
+        if outcome.answer is Answer.NOT_JUDGED and outcome.why_not_judged is not None:
+            return (labelled(capitalised(tr("not judged")), outcome.why_not_judged.translated()),)
         return (fire_text(outcome.direct),)
     return (
         tr("The readings of the rule differ:"),
