@@ -160,7 +160,10 @@ def _boots(facts: Facts, name: str, now: datetime) -> list[Boot]:
     since, until = time_text(now - timedelta(days=DOUBT_DAYS)), time_text(now + AHEAD)
     found = []
     for at, station, content in facts.connection.execute(query, (KIND_OF[ModuleVisited], name, since, until)):
-        count = _BOOTED.decode(content).boot_count  # checked where it came in
+        try:
+            count = _BOOTED.decode(content).boot_count
+        except msgspec.DecodeError:
+            continue  # changed in place
         if count is not None:
             found.append(Boot(at, station, count))
     return found

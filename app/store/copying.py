@@ -52,7 +52,7 @@ class Copier:
         target = self._path.parent / COPIES / copy_name(self._path, self._clock())
         draft = target.with_suffix(".part")
         try:
-            if target.exists():
+            if target.exists() or not self._is_worth_it():
                 return
             target.parent.mkdir(exist_ok=True)
             self._copy(draft)
@@ -61,6 +61,11 @@ class Copier:
                 old.unlink(missing_ok=True)
         except (sqlite3.Error, OSError) as error:
             _log.warning("The store could not be copied: %s", error)
+
+    def _is_worth_it(self) -> bool:
+        """A store that holds nothing but the name of its station waits until it is opened again."""
+        with closing(sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
+            return len(connection.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) > 1
 
     def _copy(self, draft: Path) -> None:
         """Whole and on the disk. Raises `sqlite3.Error`, also where the copy is not good, or OSError."""

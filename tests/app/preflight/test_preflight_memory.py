@@ -62,7 +62,7 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, dps_s: Progra
 
 
 def _damaged(kind: str, key: str, value: str) -> str:
-    return f"UPDATE facts SET payload = json_set(payload, '$.{key}', {value}) WHERE kind = '{kind}'"
+    return f"UPDATE facts SET content = json_set(content, '$.{key}', {value}) WHERE kind = '{kind}'"
 
 
 DAMAGES = (
@@ -70,7 +70,7 @@ DAMAGES = (
     _damaged("visit", "slots", "json('[\"zz\"]')"), _damaged("visit", "boot_count", "10000000"),
     _damaged("preflight_check", "verdict", "3"), _damaged("preflight_check", "document", "'{'"),
     _damaged("preflight_check", "measured", "json('[3]')"), _damaged("trigger_record", "raw", "'zz'"),
-    "UPDATE facts SET payload = '{'", "UPDATE facts SET payload = '[]'", "UPDATE state SET value = '{'",
+    "UPDATE facts SET content = '{'", "UPDATE facts SET content = '[]'", "UPDATE state SET value = '{'",
     "DROP TABLE facts", "DROP TABLE state",
 )  # fmt: skip
 

@@ -173,6 +173,8 @@ def copied(folder: Path, at: datetime = NOON) -> Path:
 
 
 def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
+    with opened(folder) as store:
+        store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
     for day in range(9):
         copied(folder, NOON + timedelta(days=day))
         copied(folder, NOON + timedelta(days=day, hours=1))
