@@ -1,1 +1,1 @@
-"""The module's trigger records: fields, merged history, sentences."""
+"""The module's trigger records: read, merged, kept, judged, exported."""
