@@ -30,7 +30,7 @@ from tests.support.window import walk
 from tests.support.window.contrast import style_all
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child, choosing, find, let_lay_out
+from tests.support.window.steps import await_child, choosing, drop, find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
@@ -103,6 +103,20 @@ def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suff
     opener = FileOpener(window, lambda: [page], said.append, preferences=preferences, say=said.append)
     assert not opener.open(path)
     assert (opened, said) == ([], [f"pipe{suffix} cannot be read: unknown kind of file."])
+
+
+def test_several_files_that_are_dropped_are_all_opened_and_what_is_not_is_named(qtbot: QtBot, tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("a.csv", "b.xyz", "c.csv")]
+    for path in paths:
+        path.touch()
+    opened, said = list[Path](), list[str]()
+    window, page = QWidget(), FilePage("any", (".csv",), opened.append)
+    qtbot.addWidget(window)
+    preferences = Preferences(tmp_path / "settings.ini")
+    FileOpener(window, lambda: [page], lambda _key: None, preferences=preferences, say=said.append)
+    assert drop(window, *paths)
+    assert opened == [paths[0], paths[2]]
+    assert said == ["b.xyz cannot be read: unknown kind of file."]
 
 
 @pytest.mark.parametrize(

@@ -161,6 +161,24 @@ def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path, is_without_p
     assert len(desk.page.work.flights) == 4
 
 
+def test_each_dropped_file_that_cannot_be_read_is_named_with_its_reason(desk: Desk, tmp_path: Path) -> None:
+    """And nothing is proposed while one of the logs is missing."""
+    single = write_csv(tmp_path / "single.csv", tilted("", 20))
+    (tmp_path / "race.bbl").write_bytes(b"H Product:Blackbox flight data recorder\n")
+    (tmp_path / "page.ulg").write_bytes(b"<html><body>not found</body></html>")
+    assert drop(desk.page, single, tmp_path / "race.bbl", tmp_path / "page.ulg")
+    desk.wait_read()
+    assert "2 of 3 not read." in desk.notice()
+    assert "race.bbl: This is a Betaflight or INAV blackbox log" in desk.notice()
+    assert "page.ulg: This is a web page" in desk.notice()
+    desk.page.work.move([str(single)], MUST_NOT)
+    desk.wait_proposal()
+    assert desk.page.proposal.head.text() == "No proposal: 2 of 3 not read"
+    desk.page.work.remove([str(tmp_path / "race.bbl"), str(tmp_path / "page.ulg")])
+    desk.wait_proposal()
+    assert desk.page.proposal.head.text() == "The vendor's defaults hold: they fire in 0 of 1"
+
+
 def test_without_a_port_a_click_leads_to_flight_logs(desk: Desk) -> None:
     panel = desk.assembly.window.panel
     panel.show()
