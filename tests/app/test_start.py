@@ -46,6 +46,7 @@ def test_the_ports_are_listed_by_the_programs_own_packages(tmp_path: Path, monke
 
 
 @pytest.mark.parametrize("harm", ["another __init__.py", "no ui"])
+@pytest.mark.promise("a")
 def test_a_package_that_another_program_has_overwritten_or_removed_is_one_sentence(harm: str, tmp_path: Path) -> None:
     for package in (*dps_s_configurator.OURS, "packaging/entry/dps_s_configurator"):
         target = tmp_path / Path(package).name

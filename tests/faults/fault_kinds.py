@@ -1,4 +1,4 @@
-"""The faults of docs/safety.md, each as a change to a `FakePort`."""
+"""The faults of docs/internals/line-faults.md, each as a change to a `FakePort`."""
 
 import errno
 import itertools
@@ -44,7 +44,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """A fault; `name` is its row in docs/safety.md, `begin` starts it."""
+    """A fault; `name` is its row in docs/internals/line-faults.md, `begin` starts it."""
 
     name: str
     behaviour: str

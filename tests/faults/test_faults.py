@@ -13,7 +13,7 @@ from tests.faults.fault_rows import ROW_BY_TITLE, ROWS
 from tests.faults.fault_table import Cell, Row, device_lies, procedures, run_cell, run_row, target_index
 from tests.faults.faulty_port import Phase
 
-SAFETY_PAGE = Path(__file__).parents[2] / "docs" / "safety.md"
+PAGE = Path(__file__).parents[2] / "docs" / "internals" / "line-faults.md"
 FEWEST_FAULTS = 20
 
 
@@ -29,6 +29,7 @@ def test_there_are_enough_faults_and_each_has_its_own_name() -> None:
 
 
 @pytest.mark.parametrize(("number", "row"), list(enumerate(ROWS)), ids=[row.title for row in ROWS])
+@pytest.mark.promise("i", "k")
 def test_all_faults_in_all_phases(number: int, row: Row) -> None:
     cells = run_row(row, number)
     broken = {key: cell.faults for key, cell in cells.items() if cell.faults}
@@ -37,9 +38,9 @@ def test_all_faults_in_all_phases(number: int, row: Row) -> None:
     assert missed == [], "the fault never happened"
 
 
-def test_the_safety_page_says_what_the_program_does_under_each_fault() -> None:
+def test_the_page_says_what_the_program_does_under_each_fault() -> None:
     table = "\n".join(f"| {fault.name} | {fault.behaviour} |" for fault in FAULTS)
-    assert f"| Fault | What the program does |\n| --- | --- |\n{table}\n" in SAFETY_PAGE.read_text(encoding="utf-8")
+    assert f"| Fault | What the program does |\n| --- | --- |\n{table}\n" in PAGE.read_text(encoding="utf-8")
 
 
 # The table is shown to notice what it looks for

@@ -75,6 +75,7 @@ def line(terminal: Terminal) -> Iterator[SerialLine]:
 
 @RAISED
 @pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
+@pytest.mark.promise("k")
 def test_any_error_of_pyserial_is_a_lost_port(
     where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -94,6 +95,7 @@ def test_any_error_of_pyserial_is_a_lost_port(
 
 @RAISED
 @pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read", "pyserial's read", "pyserial's in_waiting"])
+@pytest.mark.promise("k")
 def test_any_error_of_a_read_is_a_lost_port(
     where: str, fail: Callable[..., Any], line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -121,6 +123,7 @@ def test_any_error_of_a_read_is_a_lost_port(
 
 @pytest.mark.parametrize("longest_s", [0.0, 0.01])
 @pytest.mark.parametrize("port", ["terminal", "terminal, by pyserial", "loop://", "sim://read-after-close"])
+@pytest.mark.promise("k")
 def test_a_read_after_the_close_is_a_lost_port(
     port: str, longest_s: float, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ EVERY = 997
 
 
 @pytest.mark.parametrize(("number", "language"), list(enumerate(LANGUAGES)))
+@pytest.mark.promise("d")
 def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, language: str) -> None:
     """Each act is tried in one of the languages."""
     acts = ACTS[number :: len(LANGUAGES)]
@@ -49,6 +50,7 @@ def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, l
     assert [one for _, left in tries for one in left] == []
 
 
+@pytest.mark.promise("d")
 def test_the_whole_gesture_completes_each(qapp: QApplication, tmp_path: Path) -> None:
     """The complete gesture succeeds, without which the table would prove nothing."""
     with gesture_bench(qapp, tmp_path) as bench:
@@ -228,6 +230,7 @@ def test_a_sound_program_is_never_found_at_fault(qapp: QApplication, tmp_path: P
         (keep_values, pull_the_plug),
     ],
 )
+@pytest.mark.promise("i")
 def test_a_faulty_program_is_detected(
     break_it: Callable[[pytest.MonkeyPatch], None],
     happens: Callable[[Clumsy], None],

@@ -111,6 +111,7 @@ def test_the_exchanges_cover_every_reply_of_the_catalogue() -> None:
 
 
 @pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
+@pytest.mark.promise("g")
 def test_e13_no_one_bit_error_goes_unnoticed(vector: Vector) -> None:
     asked = BY_NAME[vector.while_asked].query() if vector.while_asked == "cell_voltage" else None
     assert all(not frames_in(corrupted, asked) for corrupted in corruptions(vector.raw, 1))
@@ -122,6 +123,7 @@ def test_two_bit_errors_of_replies_that_nothing_can_notice_are_counted() -> None
     assert figures.same_length == 576  # 1.1 %; the sum alone misses about 6 %
 
 
+@pytest.mark.promise("g")
 def test_a_corrupted_reply_never_answers_for_another_command() -> None:
     answering = figures_of_replies(2).answering
     assert answering == {

@@ -127,6 +127,7 @@ def test_after_its_answer_a_voltage_is_no_longer_expected(bench: Bench) -> None:
     assert isinstance(heard.message, TriggerRecord)
 
 
+@pytest.mark.promise("i")
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench) -> None:
     deploy = named("deploy").set(True)
     assert deploy.hazard is Hazard.DANGEROUS
@@ -195,6 +196,7 @@ def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) ->
     assert given_up.attempts == 1
 
 
+@pytest.mark.promise("j")
 def test_locking_waits_behind_no_fence(bench: Bench) -> None:
     lock = named("activation").set(False)
     bench.ask(lock)
@@ -282,6 +284,7 @@ def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:
     assert [type(message) for message in answered.messages] == [Heartbeat]
 
 
+@pytest.mark.promise("b")
 def test_every_state_can_be_left_for_idle() -> None:
     for state in Exchange:
         assert EXCHANGE[state, Step.ABANDON] is Exchange.IDLE

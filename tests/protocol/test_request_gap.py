@@ -36,6 +36,7 @@ def write_values(rig: Rig) -> None:
 
 @pytest.mark.parametrize("jitter_ms", [0.0, 3.0])
 @pytest.mark.parametrize("gap_ms", [5.0, 10.0, 20.0, 30.0])
+@pytest.mark.promise("k")
 def test_a_module_that_needs_a_gap_is_read_and_written(gap_ms: float, jitter_ms: float) -> None:
     for seed in SEEDS:
         options: dict[str, Any] = {"min_gap_ms": gap_ms, "jitter_ms": jitter_ms, "seed": seed}
@@ -45,6 +46,7 @@ def test_a_module_that_needs_a_gap_is_read_and_written(gap_ms: float, jitter_ms:
 
 @pytest.mark.parametrize("gap_ms", [0.0, 5.0])
 @pytest.mark.parametrize("hz", [10.0, 50.0, 200.0])
+@pytest.mark.promise("k")
 def test_a_half_duplex_module_that_streams_is_read_and_written(hz: float, gap_ms: float) -> None:
     for seed in SEEDS:
         rig = Rig({"half_duplex": True, "rate": hz, "stream_at_boot": True, "seed": seed, "min_gap_ms": gap_ms})
@@ -62,6 +64,7 @@ def test_a_quick_module_is_read_without_any_pause() -> None:
     assert rig.clock() - began_s <= 1.3 * bare_s
 
 
+@pytest.mark.promise("k")
 def test_lock_leaves_at_once_and_a_set_does_not() -> None:
     bench = Bench()
     bench.ask(HEARTBEAT.query())

@@ -78,6 +78,7 @@ def test_cuts_change_neither_frames_nor_rejected_bytes(
 
 
 @given(nasty_streams | st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=5), asked_requests)
+@pytest.mark.promise("g")
 def test_every_byte_is_in_exactly_one_piece_in_order(data: bytes, places: list[int], asked: Request | None) -> None:
     pieces = parse(*cut(data, places), asked=asked)
     assert b"".join(piece.raw for piece in pieces) == data

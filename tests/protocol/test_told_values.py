@@ -24,6 +24,7 @@ def told(bench: Bench) -> list[tuple[str, int, int]]:
 
 @pytest.mark.parametrize("after_s", [0.0, 0.002, 0.5, 10.0])
 @pytest.mark.parametrize("name", LASTING)
+@pytest.mark.promise("f")
 def test_a_second_answer_that_differs(bench: Bench, name: str, after_s: float) -> None:
     command = named(name)
     bench.ask(command.query())
@@ -105,6 +106,7 @@ def test_what_was_told_before_the_conversation_broke_is_forgotten(bench: Bench, 
     assert told(bench) == []
 
 
+@pytest.mark.promise("f")
 def test_what_waits_behind_the_fence_is_not_sent(bench: Bench) -> None:
     bench.ask(BOOTS.query())
     bench.hear(encode_reply(0x23, 37))

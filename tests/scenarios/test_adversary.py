@@ -59,6 +59,7 @@ def test_a_sound_module_at_the_window_works(desk: Desk) -> None:
         assert gestures.acts.keys() <= result.sent.keys(), f"{command}: somebody who does nothing breaks no promise"
 
 
+@pytest.mark.promise("i")
 def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:
     campaign = run_all(plans(RUNS, 1), tmp_path)
     assert campaign.breaches == [], told(campaign)
@@ -191,6 +192,7 @@ def lock_is_believed(patch: pytest.MonkeyPatch) -> None:
         (acknowledged_is_done, "shuts down without effect", "shutdown", Breach.FALSE_OUTCOME),
     ],
 )
+@pytest.mark.promise("i")
 def test_a_faulty_program_is_detected(
     break_it: Callable[[pytest.MonkeyPatch], None],
     trouble: str,

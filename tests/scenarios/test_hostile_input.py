@@ -48,6 +48,7 @@ HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal
         "rfc2217://localhost:1?timeout=1&logging=debug",
     ],
 )
+@pytest.mark.promise("g")
 def test_an_address_that_writes_files_or_loads_code_is_refused(
     address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -63,6 +64,7 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
     assert not file.exists()
 
 
+@pytest.mark.promise("i")
 def test_what_was_recorded_is_no_port(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,6 +100,7 @@ def test_addresses_that_lead_to_a_module_are_opened() -> None:
     ["raise OSError('boom')", "raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
     ids=["error", "system error", "nonsense", "hangs"],
 )
+@pytest.mark.promise("k")
 def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n",
@@ -152,6 +155,7 @@ def test_control_characters_are_shown_and_not_obeyed() -> None:
     ],
     ids=lambda words: words[0] if words[0].isprintable() else "no command",
 )
+@pytest.mark.promise("g")
 def test_no_command_prints_typed_control_characters(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(words) in (console.USAGE_ERROR, console.NO_LINK)
     printed = capsys.readouterr()
@@ -179,6 +183,7 @@ def test_messages_of_argparse_are_escaped_too(capsys: pytest.CaptureFixture[str]
 # Files
 
 
+@pytest.mark.promise("g")
 def test_circular_links_and_links_of_other_users_in_shared_folders_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -224,6 +229,7 @@ def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
         "name = {}",
     ],
 )
+@pytest.mark.promise("g")
 def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: str, number: str) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(line.format(number).encode())

@@ -48,6 +48,7 @@ def locked_by(rig: Rig, journal: StoreJournal) -> Locked:
     return rig.end(rig.started(lock(journal), is_urgent=True))
 
 
+@pytest.mark.promise("j")
 def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store) -> None:
     rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
     with held(store):
@@ -60,6 +61,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
     assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 
 
+@pytest.mark.promise("j")
 def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store) -> None:
     rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
     acting = Run(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
@@ -85,6 +87,7 @@ def test_an_intent_that_is_not_durable_within_a_second_is_taken_back(store: Stor
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
 
 
+@pytest.mark.promise("h")
 def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) -> None:
     rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
@@ -99,6 +102,7 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
     assert Act.ACTIVATE not in [entry.act for entry in audit(store)]
 
 
+@pytest.mark.promise("j")
 def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
     register(store, "M-07")
     inside, release = threading.Event(), threading.Event()

@@ -64,6 +64,7 @@ class Slow(StreamMemory):
         return self.done
 
 
+@pytest.mark.promise("c")
 def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
     rig, memory = settled_rig(), Slow()
     watched(rig, memory)
@@ -91,6 +92,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
 @pytest.mark.parametrize(
     ("boots", "is_wanted"), [(37, True), (37, False), pytest.param(None, False, id="the adapter alone identifies it")]
 )
+@pytest.mark.promise("c")
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
     rig, memory = streaming_rig(), StreamMemory(store, ADAPTER)
@@ -106,6 +108,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 
 
 @pytest.mark.parametrize("boots", [36, 38])
+@pytest.mark.promise("c")
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
     rig, memory = streaming_rig(boots=boots), StreamMemory(store, ADAPTER)
@@ -138,6 +141,7 @@ def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals and SIGKILL are POSIX")
+@pytest.mark.promise("c")
 def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path) -> None:
     with run_module("--uptime", "60") as module:
         words = [*PROGRAM, "monitor", "--port", module.port, "--json"]

@@ -47,6 +47,7 @@ def _sync(store: Store, url: str) -> Synced:
     return sync(Archive(store), url)
 
 
+@pytest.mark.promise("g")
 def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list[Store], server: ArchiveServer) -> None:
     one, other = stores
     for number in range(3):
@@ -93,6 +94,7 @@ def test_a_database_of_another_encoding_is_refused_in_one_sentence(
         _sync(stores[0], server.url(database))
 
 
+@pytest.mark.promise("g")
 def test_a_role_that_may_only_add_and_read_is_enough(
     stores: list[Store], server: ArchiveServer, url_of_stations: str
 ) -> None:
@@ -111,6 +113,7 @@ def test_a_role_that_may_only_add_and_read_is_enough(
         _sync(one, server.url("empty_one", "dps_s_station"))
 
 
+@pytest.mark.promise("g")
 def test_four_stations_that_write_and_exchange_at_once_and_are_killed_miss_nothing(
     tmp_path: Path, server: ArchiveServer
 ) -> None:
@@ -166,6 +169,7 @@ while True:
 """
 
 
+@pytest.mark.promise("g")
 def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     stores: list[Store], server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
@@ -229,6 +233,7 @@ def _is_encrypted(url: str) -> bool:
         return bool(rows[0][0])
 
 
+@pytest.mark.promise("g")
 def test_a_server_is_trusted_by_the_root_that_the_address_names(
     server: ArchiveServer, guarded: str, tmp_path: Path
 ) -> None:
@@ -243,6 +248,7 @@ def test_a_server_is_trusted_by_the_root_that_the_address_names(
         open_server(f"{guarded}?sslmode=verify-ca&sslrootcert={tmp_path / 'none'}")
 
 
+@pytest.mark.promise("g")
 def test_the_systems_roots_are_found(
     server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -271,6 +277,7 @@ def test_roots_that_lie_in_no_file_are_written_into_one(
     assert not file.exists()
 
 
+@pytest.mark.promise("g")
 def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None:
     assert _is_encrypted(f"{guarded}?sslmode=require")
     assert not _is_encrypted(f"{guarded}?sslmode=disable")

@@ -35,6 +35,7 @@ def test_the_password_is_taken_out(typed: str, shown: str, password: str) -> Non
     ["", "db", "sqlite://x", "host=db password=secret", "postgresql://li:a@secret@db/x", "postgresql://li:se/cret@db/x",
      "postgresql://li:se?cret@db/x", "postgresql://li:se#cret@db/x", "postgresql://" + "secret" * 1000],
 )  # fmt: skip
+@pytest.mark.promise("g")
 def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> None:
     with pytest.raises(UserError) as caught:
         server_url(typed)

@@ -122,6 +122,7 @@ def test_the_file_of_the_others_may_be_lost(stores: list[Store], stick: Path) ->
         {"content": "[" * 100_000},
     ],
 )
+@pytest.mark.promise("g")
 def test_a_row_that_is_no_fact_is_left_out_and_named_once(
     changed: dict[str, object], stores: list[Store], stick: Path
 ) -> None:
@@ -151,6 +152,7 @@ def test_a_row_that_is_no_fact_is_left_out_and_named_once(
         ("preflight_check", '{"verdict":"GO","is_void":false,"is_simulated":false,"document":"{}"}'),
     ],
 )
+@pytest.mark.promise("g")
 def test_a_content_that_no_station_writes_is_left_out(kind: str, text: str, stores: list[Store], stick: Path) -> None:
     put(stick, tuple(make_row(kind, text, module="M-66", station=STRANGER, at=NOW)))
     assert sync(Archive(stores[0]), str(stick)).left_out_count == 1
@@ -168,6 +170,7 @@ def test_a_kind_of_a_newer_version_is_kept_and_passed_on(stores: list[Store], st
     assert {newer.id, more.id} <= ids(stores[1])
 
 
+@pytest.mark.promise("g")
 def test_a_row_that_is_too_large_is_not_even_fetched(stores: list[Store], stick: Path) -> None:
     put(stick, row(content='{"is_new":true,"x":"' + "x" * 1_000_000 + '"}'))
     assert [one.why for one in sync(Archive(stores[0]), str(stick)).left_out] == ["too large"]
@@ -182,6 +185,7 @@ def test_a_row_that_is_too_large_is_not_even_fetched(stores: list[Store], stick:
         "PRAGMA application_id = 7",
     ],
 )
+@pytest.mark.promise("g")
 def test_a_file_with_anything_of_its_own_is_refused(statement: str, stores: list[Store], stick: Path) -> None:
     put(stick)
     with closing(sqlite3.connect(stick, isolation_level=None)) as connection:
@@ -201,6 +205,7 @@ def test_a_file_that_is_none_is_one_sentence_and_stays_as_it_was(
     assert stick.read_bytes() == content
 
 
+@pytest.mark.promise("g")
 def test_a_check_whose_record_says_something_else_is_left_out(stores: list[Store], stick: Path) -> None:
     one, other, third = stores
     file_one(one, "M-07")
@@ -223,6 +228,7 @@ def test_a_check_whose_record_says_something_else_is_left_out(stores: list[Store
 # Nothing decides but what is in this station's own store
 
 
+@pytest.mark.promise("g")
 def test_what_comes_from_outside_decides_nothing_here_whatever_station_it_names(
     stores: list[Store], stick: Path
 ) -> None:

@@ -41,6 +41,7 @@ def run(stage: Stage, words: list[str], code: int = 0) -> Ran:
 
 
 @pytest.mark.parametrize("frame", [5, 8, 10])
+@pytest.mark.promise("a")
 def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int) -> None:
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
@@ -118,6 +119,7 @@ def test_a_reading_that_ends_in_silence_is_not_whole(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("frame", [1, 2])
+@pytest.mark.promise("a")
 def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Stage, frame: int) -> None:
     """What answers then is another one, which is locked."""
     bench = stage.bench
@@ -174,6 +176,7 @@ def test_a_slow_line_is_no_silence(stage: Stage) -> None:
         *((words, (14,), gap_s) for words in ("shutdown --yes", "set baud_rate=57600") for gap_s in (0.36, 0.44)),
     ],
 )
+@pytest.mark.promise("a")
 def test_nothing_is_sent_to_another_module_than_was_read(
     stage: Stage, words: str, frames: tuple[int, ...], gap_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -220,6 +223,7 @@ def test_what_is_set_aside_of_a_batch_has_no_settings_of_another_module(stage: S
     assert (aside.boot_count, aside.code, ready.boot_count) == (37, "", 90)
 
 
+@pytest.mark.promise("a")
 def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
     bench = stage.bench
     words = ["preflight", "--who", "R. Tanaka", "--module", "M-07", "--json"]
@@ -284,6 +288,7 @@ def test_nothing_is_sent_to_another_module_that_came_while_the_disk_was_slow(
 
 @pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
 @pytest.mark.parametrize("frame", [15, 38])
+@pytest.mark.promise("a")
 def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int, more: list[str]) -> None:
     """What came is listed, as incomplete, and nothing is kept."""
     bench, words = stage.bench, ["history", "--json", *more]

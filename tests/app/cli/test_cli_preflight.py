@@ -268,6 +268,7 @@ def test_history_that_could_not_be_kept_is_done_in_part(port: str, dps_s: Progra
     assert "Not kept." in printed.err
 
 
+@pytest.mark.promise("a")
 def test_a_module_by_the_name_of_another_is_not_set(port: str, dps_s: Program, kept: Store) -> None:
     assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
     other = f"{port}other?boots=12"

@@ -30,6 +30,7 @@ def _sets(wire: list[bytes]) -> list[str]:
     return [request.command.name for request in requests if not request.is_repeatable]
 
 
+@pytest.mark.promise("f")
 def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire: list[bytes]) -> None:
     printed = dps_s([*ACTIVATE, "--port", port])
     assert printed.out.startswith("GO: fit to fly\n")
@@ -57,6 +58,7 @@ def _activate(port: str) -> None:
 
 
 @pytest.mark.parametrize("arrange", [_disable_light, _activate])
+@pytest.mark.promise("f")
 def test_what_is_not_ready_is_not_activated(
     port: str, dps_s: Program, wire: list[bytes], arrange: Callable[[str], None]
 ) -> None:
@@ -80,6 +82,7 @@ def _lose(bench: SimulatedBench) -> None:
 
 
 @pytest.mark.parametrize("act", [_restart, _move, _lose])
+@pytest.mark.promise("f")
 def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
 ) -> None:

@@ -79,6 +79,7 @@ def test_a_stranger_can_read_it(module: RunningModule) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.promise("c")
 def test_monitor_interrupted_leaves_the_module_silent(number: int, module: RunningModule) -> None:
     with started("monitor", "--port", module.port, "--json") as monitor:
         lines = lines_until(monitor.out, 2.9)

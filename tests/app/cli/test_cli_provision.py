@@ -96,6 +96,7 @@ def _verdicts(module: str | None) -> list[str]:
         return [check.verdict for check in checks_of(store, module)]
 
 
+@pytest.mark.promise("i")
 def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     batch: Batch, tmp_path: Path, port: str, wire: list[bytes]
 ) -> None:
@@ -158,6 +159,7 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
         ("PLUG IN: M-002 A module answers: leave it plugged in.", [new(2), new(3)]),
     ],
 )
+@pytest.mark.promise("i")
 def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
     batch: Batch, at: str, plugs: list[Plug]
 ) -> None:
@@ -222,6 +224,7 @@ def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
 
 
 @pytest.mark.parametrize("frame", [24, 34, 60])
+@pytest.mark.promise("i")
 def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: str, frame: int) -> None:
     """Another one with the same settings, from its restart on."""
 
@@ -238,6 +241,7 @@ def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: s
         assert modules_in(store) == ()
 
 
+@pytest.mark.promise("i")
 def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
     batch: Batch, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -274,6 +278,7 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
         ((*ALLOWED, "--names", "M-001..M-1\x1b[2J"), SETTINGS, 2),
     ],
 )
+@pytest.mark.promise("i")
 def test_without_consent_or_where_no_module_can_pass_nothing_is_sent(
     batch: Batch, wire: list[bytes], words: tuple[str, ...], profile: str, code: int
 ) -> None:

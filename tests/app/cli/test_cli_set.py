@@ -27,6 +27,7 @@ def sets(wire: list[bytes]) -> list[bytes]:
     return [frame for frame in wire if frame[3] == 0x02]
 
 
+@pytest.mark.promise("g")
 def test_a_profile_that_takes_protection_away_needs_accept_risk(
     port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
 ) -> None:
@@ -92,6 +93,7 @@ def after_set(monkeypatch: pytest.MonkeyPatch, code: int, act: Callable[[], None
     monkeypatch.setattr(transport.SerialLine, "write", written)
 
 
+@pytest.mark.promise("f")
 def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:

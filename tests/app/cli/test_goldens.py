@@ -129,6 +129,7 @@ def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
 @posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting", "brief")
 @pytest.mark.parametrize("section", sections(), ids=lambda section: section.title)
+@pytest.mark.promise("d", "f")
 def test_what_is_said_and_sent(
     section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

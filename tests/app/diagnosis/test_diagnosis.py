@@ -178,6 +178,7 @@ def test_nothing_is_wrong(evidence: PortEvidence) -> None:
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("evidence", [row[1] for row in TABLE], ids=[row[0] for row in TABLE])
+@pytest.mark.promise("l")
 def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidence, language: str) -> None:
     """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
     with temporary_language(language):
@@ -193,6 +194,7 @@ def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidenc
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("phase", Phase)
+@pytest.mark.promise("l")
 def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Phase, language: str) -> None:
     state = LinkState(
         phase, PORT, 115200, since=0.0, off_at=0.0, silence=Silence.NOTHING, absence=Absence.AWAY, was_active=True

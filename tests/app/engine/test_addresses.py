@@ -100,6 +100,7 @@ def test_nobody_listens() -> None:
 
 
 @pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
+@pytest.mark.promise("a")
 def test_a_second_program_is_kept_off_an_address(scheme: str) -> None:
     server = tcp_peers.raw_bridge if scheme == "socket" else tcp_peers.rfc2217_server
     with Line(Module(now=now())) as line, server(line.port) as address:

@@ -68,6 +68,7 @@ def with_setting(key: str, value: float) -> IdentityEvidence:
     ids=["the same", "restarted", "over the wrap", "127 ahead", "gone back", "set otherwise", "no count", "no settings",
          "nothing"],
 )  # fmt: skip
+@pytest.mark.promise("a")
 def test_readings_can_refute_and_never_prove(before: IdentityEvidence, is_refuted: bool) -> None:
     refuted = Trust.REFUTED if is_refuted else None
     assert same_module(before, FOUND) is (refuted or Trust.UNPROVEN)
@@ -100,6 +101,7 @@ def ask(request: object) -> Procedure[object]:
 
 
 @pytest.mark.parametrize("is_named", [False, True])
+@pytest.mark.promise("a")
 def test_after_a_lost_port_a_person_says_whether_it_is_the_same(*, is_named: bool) -> None:
     """A batch of new modules: the next one on the same adapter reads exactly like the last."""
     rig = Rig(OPTIONS, expected=Expected(FOUND, is_named=is_named))
@@ -114,6 +116,7 @@ def test_after_a_lost_port_a_person_says_whether_it_is_the_same(*, is_named: boo
 
 
 @pytest.mark.parametrize("is_restarted", [False, True])
+@pytest.mark.promise("a")
 def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_another(*, is_restarted: bool) -> None:
     rig = Rig(OPTIONS)
     rig.run(read_everything())
@@ -148,6 +151,7 @@ def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_ano
     ],
     ids=["boot count", "setting", "another device", "nothing known", "settings not known"],
 )
+@pytest.mark.promise("i")
 def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expected, result: Trust) -> None:
     rig = Rig(OPTIONS, expected=expected)
     watched(rig)
@@ -175,6 +179,7 @@ NOT_PROVEN = "Module not proven: only queries are sent."
 
 
 @pytest.mark.parametrize("act", [act for act in REQUESTS if act is not Act.LOCK])
+@pytest.mark.promise("a")
 def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     rig = Rig(OPTIONS, expected=Expected(FOUND._replace(boot_count=90)))
     watched(rig)
@@ -186,6 +191,7 @@ def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     assert changes(rig) == []
 
 
+@pytest.mark.promise("a")
 def test_a_write_that_is_refused_for_it_says_so() -> None:
     rig = Rig(OPTIONS, expected=Expected(FOUND._replace(boot_count=90)))
     watched(rig)
@@ -240,6 +246,7 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
     ],
     ids=["all the rest", "a part", "another setting", "restarted again"],
 )
+@pytest.mark.promise("a")
 def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: IdentityEvidence, is_kept: bool) -> None:
     """A click on what the window showed a moment ago is not lost, and does not cover what nobody has seen."""
     seen = Identity(Trust.REFUTED, FOUND, IdentityEvidence(12))
@@ -263,6 +270,7 @@ def test_of_two_names_in_a_row_the_second_one_counts() -> None:
         assert rig.session.identity.identity.before == before
 
 
+@pytest.mark.promise("a")
 def test_another_module_behind_the_open_port_is_noticed() -> None:
     """The adapter stays plugged in, the module behind it is exchanged."""
     rig = Rig(OPTIONS)
@@ -278,6 +286,7 @@ def test_another_module_behind_the_open_port_is_noticed() -> None:
     assert rig.session.identity.identity.before == FOUND
 
 
+@pytest.mark.promise("a")
 def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_pass() -> None:
     rig = Rig({**OPTIONS, "stream_at_boot": True})
     rig.run(read_everything())
@@ -293,6 +302,7 @@ def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_p
 
 
 @pytest.mark.parametrize("role", Role)
+@pytest.mark.promise("a")
 def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_module(role: Role) -> None:
     """A late or a second one may be older than it looks, and from the module before."""
     rig = Rig(OPTIONS)
@@ -317,6 +327,7 @@ def _restart_uncounted(rig: Rig) -> None:
 
 @pytest.mark.parametrize(("is_named", "is_attended"), [(False, False), (False, True), (True, False)])
 @pytest.mark.parametrize("broken", [lambda rig: rig.bench.restart(), _restart_uncounted, _fall_silent])
+@pytest.mark.promise("a")
 def test_a_person_is_asked_again_once_the_conversation_broke(
     is_named: bool, is_attended: bool, broken: Callable[[Rig], None]
 ) -> None:

@@ -1,5 +1,7 @@
 """A name that a person gave is compared with what was last read under it: a session without a window."""
 
+import pytest
+
 from app.engine.identity import NO_EXPECTATION, UNKNOWN, Identity, IdentityEvidence, Trust
 from protocol.catalogue import STATUS
 from tests.app.engine.test_identity import FOUND, OPTIONS, ask
@@ -28,6 +30,7 @@ def test_a_name_does_not_count_for_a_module_that_came_meanwhile() -> None:
     assert identity(rig).trust is Trust.UNPROVEN
 
 
+@pytest.mark.promise("a")
 def test_what_refutes_a_name_does_so_until_it_is_read_again() -> None:
     """A restart makes all values stale, which is no answer to the question."""
     rig = named(OF_ANOTHER)

@@ -98,6 +98,7 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.mark.parametrize(("answer", "name"), [("identity_new", ""), ("identity_same", NAME)])
+@pytest.mark.promise("a")
 def test_another_module_that_comes_back_on_the_same_port_is_asked_about(one: Desk, answer: str, name: str) -> None:
     connector = one.assembly.connector
     whose = connector.current.adapter_key
@@ -181,6 +182,7 @@ def test_while_none_answers_it_is_said_what_helps_and_nobody_is_asked_which_one_
     one.until(lambda: one.asked.startswith("M-07? Read its label."))
 
 
+@pytest.mark.promise("a")
 def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(one: Desk) -> None:
     one.assembly.connector.current.disconnect_port()
     one.until(lambda: not one.assembly.connector.current.is_open)
@@ -215,6 +217,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
 
 
 @pytest.mark.parametrize("is_named", [True, False])
+@pytest.mark.promise("a")
 def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named: bool) -> None:
     """Whoever presses "Enable triggers and check" takes the focus from the field."""
     connector = one.assembly.connector
@@ -251,6 +254,7 @@ def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_othe
         assert (one.naming.expected_name, edit.text()) == (NAME, "")
 
 
+@pytest.mark.promise("a")
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
     one: Desk, qtbot: QtBot
 ) -> None:
@@ -283,6 +287,7 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
     "before", [OF_ANOTHER, with_setting("freefall_time_s", 2.0), FOUND], ids=["count", "set", "fits"]
 )
 @pytest.mark.parametrize("was_asked", [False, True])
+@pytest.mark.promise("a")
 def test_a_name_that_the_readings_refute_is_asked_about(
     one: Desk, before: IdentityEvidence, *, was_asked: bool
 ) -> None:
@@ -310,6 +315,7 @@ def test_a_name_that_the_readings_refute_is_asked_about(
 
 @pytest.mark.parametrize("first", ["new module", "a name that fits", "a name that does not"])
 @pytest.mark.parametrize("fits", [True, False])
+@pytest.mark.promise("a")
 def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, fits: bool) -> None:
     """The engine has not told of the first yet when the second is typed."""
     store = one.assembly.storage.store

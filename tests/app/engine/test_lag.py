@@ -91,6 +91,7 @@ WAYS: dict[str, Callable[[Rig], Procedure[Any]]] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.promise("h")
 def test_nothing_is_sent_to_a_module_that_has_been_active_for_longer_than_a_second(way: str) -> None:
     for lag_ms in LAGS_MS:
         for hz in HZ:
@@ -108,6 +109,7 @@ def test_nothing_is_sent_to_a_module_that_has_been_active_for_longer_than_a_seco
 
 @pytest.mark.parametrize("hz", HZ)
 @pytest.mark.parametrize("lag_ms", LAGS_MS)
+@pytest.mark.promise("h")
 def test_a_module_that_lies_at_80_degrees_is_not_activated(lag_ms: float, hz: float | None) -> None:
     for age_s in (1.0, 1.5, 2.0):
         rig = lagging(lag_ms, hz)
@@ -159,6 +161,7 @@ def test_the_trigger_is_enabled_only_where_the_status_is_proven() -> None:
 
 @pytest.mark.parametrize("hz", HZ)
 @pytest.mark.parametrize("lag_ms", [1200.0, 2000.0, 4000.0, 8000.0])
+@pytest.mark.promise("h")
 def test_a_long_lag_is_measured_and_makes_the_status_stale(lag_ms: float, hz: float | None) -> None:
     rig = lagging(0.0, hz)
     watched(rig)
@@ -230,6 +233,7 @@ def test_an_answer_that_may_be_an_earlier_ones_proves_only_the_earlier_moment() 
     assert lag.seconds(3.1) == pytest.approx(0.1)
 
 
+@pytest.mark.promise("h")
 def test_every_status_is_at_least_as_new_as_it_is_said_to_be() -> None:
     """Against the module's own memory of when it said what."""
     proven = 0
@@ -266,6 +270,7 @@ def test_a_status_is_asked_for_behind_another_question() -> None:
 
 
 @pytest.mark.parametrize("hz", [None, 2.0, 50.0])
+@pytest.mark.promise("h")
 def test_a_reading_over_a_long_lag_does_not_say_that_the_module_answers_quickly(hz: float | None) -> None:
     """A streamed report that passes for the answer to a question is no round trip."""
     stream: dict[str, Any] = {} if hz is None else {"rate": hz, "stream_at_boot": True}

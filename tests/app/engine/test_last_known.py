@@ -37,6 +37,7 @@ def view(value: bool | None, **how: Any) -> DeviceView:
 
 
 @pytest.mark.parametrize("stale_reason", list(StaleReason))
+@pytest.mark.promise("l")
 def test_a_lost_active_is_said_as_was_active(stale_reason: StaleReason) -> None:
     last = LastKnown()
     last.feed(view(True))
@@ -54,6 +55,7 @@ def test_the_port_came_back_and_nothing_is_answered_yet() -> None:
     assert last.activation(view(None), NOW + 30).state is Activation.UNKNOWN
 
 
+@pytest.mark.promise("l")
 def test_only_a_report_ends_it() -> None:
     last = LastKnown()
     last.feed(view(True))

@@ -123,6 +123,7 @@ def test_the_same_adapter_is_found_under_another_name() -> None:
     ],
     ids=["the same file", "another file behind the link", "nothing there", "an adapter on USB", "an address"],
 )
+@pytest.mark.promise("a")
 def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
     address: Address, again: tuple[int, int, int] | None, is_same_adapter: bool
 ) -> None:

@@ -37,6 +37,7 @@ def test_reading_everything_says_what_the_module_holds() -> None:
 
 @pytest.mark.parametrize("procedure", [handshake, read_everything, read_history, find_rate])
 @pytest.mark.parametrize("options", [{}, {"drop": 0.3}, {"corrupt": 0.05}, {"double": 0.5}, {"stream-at-boot": True}])
+@pytest.mark.promise("i")
 def test_what_only_reads_sends_nothing_but_questions(procedure: Callable, options: dict) -> None:  # type: ignore[type-arg]
     rig = settled_rig(**options)
     rig.run(procedure())

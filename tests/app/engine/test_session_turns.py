@@ -196,6 +196,7 @@ def test_a_second_procedure_waits_for_the_first() -> None:
     assert rig.line.requests[-1] == HEARTBEAT.query()
 
 
+@pytest.mark.promise("j")
 def test_an_urgent_procedure_goes_first_and_the_others_go_on() -> None:
     rig = settled_rig(active=True, **{"mute-codes": "14"})
     rig.run(handshake())
@@ -217,6 +218,7 @@ def test_the_background_does_not_hold_up_the_foreground() -> None:
     assert rig.clock.now_s - start_s < 0.1
 
 
+@pytest.mark.promise("k")
 def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
     def broken() -> Procedure[None]:
         yield from handshake()
@@ -228,6 +230,7 @@ def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
     assert rig.run(handshake()) is None
 
 
+@pytest.mark.promise("i")
 def test_a_dangerous_request_never_leaves_without_an_explicit_act() -> None:
     def careless() -> Procedure[None]:
         yield Ask(BY_NAME["zero_sensor"].query())

@@ -91,6 +91,7 @@ def test_at_line_rate_no_status_is_lost() -> None:
     assert all(earlier.at <= later.at for earlier, later in pairwise(samples))
 
 
+@pytest.mark.promise("a")
 def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
     rig = settled_rig(boots=5)
     rig.run(read_everything())
@@ -205,6 +206,7 @@ def ask(request: Request) -> Procedure[None]:
     yield Ask(request)
 
 
+@pytest.mark.promise("f")
 def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_of_the_former() -> None:
     """It announces no start, and takes its place in less time than it takes to be offline."""
     rig = settled_rig(boots=5, rate=50)
@@ -243,6 +245,7 @@ def test_a_setting_that_reads_otherwise_is_asked_for_again_at_once() -> None:
 
 @pytest.mark.parametrize("lasts_s", [0.7, 0.9, 1.1, 1.3])
 @pytest.mark.parametrize("begins_s", [0.0, 0.1, 0.2, 0.3])
+@pytest.mark.promise("f")
 def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: float, begins_s: float) -> None:
     """Whenever it begins, also while the module streams and nothing but what does not stream is asked."""
     rig = settled_rig()
@@ -257,6 +260,7 @@ def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: fl
 
 @pytest.mark.parametrize("is_busy", [False, True])
 @pytest.mark.parametrize("lasts_s", [1.4, 1.7, 2.0, 2.5, 4.0])
+@pytest.mark.promise("a")
 def test_a_module_without_a_name_is_asked_about_after_an_absence(lasts_s: float, *, is_busy: bool) -> None:
     """Whenever it begins, also while something is read."""
     for begins_s in some((0.0, 0.07, 0.15, 0.23, 0.31, 0.4), one_in=2, first=is_busy):

@@ -52,6 +52,7 @@ def is_plain(line: Line) -> bool:
     )
 
 
+@pytest.mark.promise("a")
 def test_the_line_is_set_at_opening_and_at_a_change_of_rate(line: Line) -> None:
     assert not is_plain(line)
     opened = open_line(line.port, 115200)
@@ -67,6 +68,7 @@ def test_the_line_is_set_at_opening_and_at_a_change_of_rate(line: Line) -> None:
         opened.close()
 
 
+@pytest.mark.promise("a")
 def test_a_driver_that_keeps_another_setting_is_refused(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal_settings, "complete", lambda _number: None)
     with pytest.raises(PortError) as failed:
@@ -75,6 +77,7 @@ def test_a_driver_that_keeps_another_setting_is_refused(line: Line, monkeypatch:
     assert "brkint" in failed.value.detail
 
 
+@pytest.mark.promise("a")
 def test_a_second_one_of_these_programs_is_kept_off(line: Line) -> None:
     opened = open_line(line.port, 115200)
     try:
@@ -86,6 +89,7 @@ def test_a_second_one_of_these_programs_is_kept_off(line: Line) -> None:
     open_line(line.port, 115200).close()
 
 
+@pytest.mark.promise("a")
 def test_other_programs_are_kept_off_an_adapter(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal_settings, "is_pseudo_terminal", lambda _port: False)
     opened = open_line(line.port, 115200)

@@ -239,6 +239,7 @@ def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.Monkey
     assert max(waits_s) <= PUBLISH_EVERY_S + 1 / _STREAM_HZ
 
 
+@pytest.mark.promise("j")
 def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.line.bench.set_tilt(120)
@@ -248,6 +249,7 @@ def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.Monk
     assert batch.at == batch.samples[-1].at
 
 
+@pytest.mark.promise("j")
 def test_the_report_of_another_activation_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     for is_active in (False, True):
@@ -307,6 +309,7 @@ def test_closing_switches_the_stream_off_within_its_limit(
     assert len(answers) == has_answered
 
 
+@pytest.mark.promise("j")
 def test_a_lost_module_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.line.bench.power_off()

@@ -29,6 +29,7 @@ def ignore(_: Batch) -> None:
 
 
 @pytest.mark.parametrize("is_windows", [False, True])
+@pytest.mark.promise("j")
 def test_an_interrupt_ends_the_lingering_after_the_first_byte_and_loses_none(
     terminal: Terminal, monkeypatch: pytest.MonkeyPatch, *, is_windows: bool
 ) -> None:
@@ -57,6 +58,7 @@ def test_a_socket_that_cannot_be_interrupted_is_none_the_worse() -> None:
 
 @pytest.mark.parametrize("options", ["", "&delay-ms=60"])
 @pytest.mark.parametrize("leave", [Worker.close, Worker.stop])
+@pytest.mark.promise("l")
 def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:
     """Whoever presses LOCK and leaves gets it: the closing waits for it, within its limit."""
     worker = Worker(ignore)

@@ -123,6 +123,7 @@ def test_who_needs_a_person_comes_first() -> None:
 
 
 @pytest.mark.parametrize("phase", [one for one in Phase if one is not Phase.ONLINE])
+@pytest.mark.promise("l")
 def test_a_card_that_is_not_connected_shows_no_number(phase: Phase) -> None:
     card = card_of(member(phase), NOW, LimitsInUse())
     assert (card.tilt_deg, card.cell_v, card.cell_outside) == (None, None, None)
@@ -147,6 +148,7 @@ def test_old_numbers_are_not_shown_although_the_link_stands() -> None:
         ({}, (ManualLine("Bridle free", is_required=True),), "Bridle free"),
     ],
 )
+@pytest.mark.promise("l")
 def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualLine, ...], why: str) -> None:
     case = check(options=options).assessment.case
     assessment = assess(replace(case, profile=case.profile._replace(manual=manual)))

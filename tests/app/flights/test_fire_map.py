@@ -143,6 +143,7 @@ def test_the_touchdown_of_the_log() -> None:
 
 
 @pytest.mark.parametrize("reading", RuleReading)
+@pytest.mark.promise("g")
 def test_the_curves_agree_with_the_judge(reading: RuleReading) -> None:
     random = np.random.default_rng(14)
     fired = 0
@@ -253,6 +254,7 @@ def module_fires(memory: Memory, tilt: list[float], force: list[float]) -> tuple
     return hardware.fired, made_flight(tilt, force, time_s=world.sampled_s)
 
 
+@pytest.mark.promise("g")
 def test_the_simulated_module_and_the_analysis_agree() -> None:
     random = np.random.default_rng(1000)
     count = 0

@@ -86,6 +86,7 @@ def check(path: Path) -> FlightSummary | None:
 @pytest.mark.parametrize("kind", ["ulog", "dataflash", "mcap", "csv"])
 @settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(cut=st.one_of(st.just(1.0), st.floats(0, 1)), changes=Insertions)
+@pytest.mark.promise("g")
 def test_cut_and_damaged_files(
     kind: str, originals: dict[str, bytes], tmp_path: Path, cut: float, changes: list[tuple[float, bytes]]
 ) -> None:
@@ -145,6 +146,7 @@ def mcap_chunk(unpacked: bytes, *, claims: int | None = None) -> bytes:
 
 
 @pytest.mark.parametrize("claims", [None, 10, 1 << 60])
+@pytest.mark.promise("g")
 def test_a_chunk_that_unpacks_to_more_than_it_may(tmp_path: Path, claims: int | None) -> None:
     path = tmp_path / "bomb.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_chunk(bytes(80 * MEGABYTE), claims=claims))

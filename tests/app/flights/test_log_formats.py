@@ -191,6 +191,7 @@ def first_fires(log: FlightLog) -> list[float]:
     return [firing.at_s for reading in RuleReading for firing in judge_flight(log, TriggerLimits(), reading).firings]
 
 
+@pytest.mark.promise("g")
 def test_a_stuck_sensor_is_not_a_fall() -> None:
     force = np.where((TIMES >= 50) & (TIMES < 157), 0.3, 1.0)
     log = assembled(raw_log(Channel(TIMES, force)))
@@ -209,6 +210,7 @@ def test_a_long_fall_is_a_fall() -> None:
 
 
 @pytest.mark.parametrize("scale", [0.3, 9.80665, 1e-3])
+@pytest.mark.promise("g")
 def test_a_wrong_scale_is_not_judged(scale: float) -> None:
     log = assembled(raw_log(Channel(TIMES, REST * scale)))
     assert first_fires(log) == []
@@ -223,6 +225,7 @@ def test_the_plausible_sensor_is_used() -> None:
     assert len(problems(log)) == 1
 
 
+@pytest.mark.promise("g")
 def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
     fall = np.where((TIMES >= 50) & (TIMES < 54), 0.1, 1.0)
     log = assembled(raw_log(Channel(TIMES, fall), Channel(TIMES, REST)))
@@ -233,6 +236,7 @@ def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
     assert first_fires(log)[0] == pytest.approx(51.6)
 
 
+@pytest.mark.promise("g")
 def test_no_sample_holds_over_a_pause() -> None:
     """The log pauses in one fall and continues in another."""
     is_logged = (TIMES < 51) | (TIMES >= 53)

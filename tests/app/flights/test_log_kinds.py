@@ -216,6 +216,7 @@ def judged(path: Path, data: bytes) -> tuple[Answer, float, float]:
 
 
 @pytest.mark.parametrize("kind", ["ulog", "dataflash", "text", "telemetry", "table", "gz"])
+@pytest.mark.promise("g")
 def test_no_damaged_byte_makes_a_no_of_a_flight_that_fires(tmp_path: Path, kind: str) -> None:
     """Unless the time that is missing is said."""
     path = tmp_path / "log"

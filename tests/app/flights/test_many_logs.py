@@ -60,6 +60,7 @@ def test_reading_can_be_cancelled_in_the_middle_of_a_table(tmp_path: Path) -> No
     assert len(shares) == 3
 
 
+@pytest.mark.promise("g")
 def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
     logs = logs[:4]
     order = LogOrder(columns=EndsProcess())  # type: ignore[arg-type]

@@ -54,6 +54,7 @@ def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[Flight
     return True
 
 
+@pytest.mark.promise("g")
 def test_two_hundred_flights_with_known_outcome() -> None:
     random = np.random.default_rng(200)
     separable = 0
@@ -125,6 +126,7 @@ def test_an_inverted_flight_excludes_every_attitude_threshold() -> None:
 
 
 @pytest.mark.parametrize("lies_on_its_side", [True, False])
+@pytest.mark.promise("g")
 def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_on_its_side: bool) -> None:
     """Else it is lost over the sea: its log ends without an impact."""
     log = flown("crash", Event(5, 1.0, 0.5), hits_the_ground=lies_on_its_side)
@@ -152,6 +154,7 @@ ORDINARY = Event(5, 1.0, 0.5)
 LOST = Event(88, 1.0, 0.5)
 
 
+@pytest.mark.promise("g")
 def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_them() -> None:
     """A crash among the flights that must not fire once led to a proposal of 89°."""
     calm, crash = flown("calm", ORDINARY, hits_the_ground=False), flown("crash", LOST, hits_the_ground=True)
@@ -190,6 +193,7 @@ def test_no_margin_is_claimed_for_what_a_log_does_not_hold() -> None:
     assert nearest.freefall_s is not None
 
 
+@pytest.mark.promise("g")
 def test_no_proposal_is_outside_its_bounds() -> None:
     random = np.random.default_rng(8)
     count = 0

@@ -87,6 +87,7 @@ DIALECTS: dict[str, Callable[[str], str]] = {
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"])
 @pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.promise("g")
 def test_every_dialect_is_judged_alike(tmp_path: Path, dialect: str, encoding: str) -> None:
     answers = [
         answer(written(tmp_path / name, DIALECTS[dialect](table(rows)), encoding))
@@ -243,6 +244,7 @@ GAPS = st.tuples(st.integers(5, 70), st.integers(0, 30))
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(data=st.data())
+@pytest.mark.promise("g")
 def test_any_table_that_says_the_same_is_judged_the_same_or_refused(tmp_path: Path, data: st.DataObject) -> None:
     """In another dialect, unit, order of columns or encoding, also with rows left out."""
     rows = data.draw(st.sampled_from([REST, FALL, TILT]))

@@ -55,6 +55,7 @@ def test_a_module_in_order_passes(kind: GuidedKind, is_streaming: bool) -> None:
     assert all(request.hazard is Hazard.NONE for request in rig.line.requests[sent:])
 
 
+@pytest.mark.promise("f")
 def test_the_angle_at_which_it_fired_and_rearmed_is_measured_in_four_directions() -> None:
     rig = streaming(attitude_threshold=70, rate=50)
     before = len(rig.bench.module.memory.records)
@@ -94,6 +95,7 @@ def _activate_with(bench: SimulatedBench, threshold: float) -> None:
     bench.module.activate(is_active=True)
 
 
+@pytest.mark.promise("f")
 def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.MonkeyPatch) -> None:
     said, hear = list[str](), Hands.hear
 
@@ -139,6 +141,7 @@ def test_a_module_that_stays_triggered_fails_and_is_not_tilted_further(monkeypat
 
 
 @pytest.mark.parametrize(("height_m", "verdict"), [(0.3, "passed"), (1.0, "passed"), (5.0, "failed")])
+@pytest.mark.promise("f")
 def test_the_fall_is_measured_between_the_reports_around_it(height_m: float, verdict: str) -> None:
     rig = streaming(rate=50)
     done = result(guided(rig, GuidedKind.FREE_FALL, height_m=height_m))
@@ -218,6 +221,7 @@ def test_a_port_that_goes_away_while_it_is_shaken_is_a_result() -> None:
 
 
 @pytest.mark.parametrize("at_s", [1.0, *(6.0 + offset_ms / 1000 for offset_ms in range(0, 24, 2))])
+@pytest.mark.promise("f")
 def test_a_restart_while_the_plug_is_shaken_is_seen_at_once_and_fails(
     at_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -241,6 +245,7 @@ def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS[1:])
+@pytest.mark.promise("f")
 def test_a_module_that_becomes_active_meanwhile_breaks_it_off(kind: GuidedKind) -> None:
     rig = settled_rig()
     done = guided(rig, kind, act=lambda: rig.bench.module.activate(is_active=True))
@@ -248,6 +253,7 @@ def test_a_module_that_becomes_active_meanwhile_breaks_it_off(kind: GuidedKind) 
 
 
 @pytest.mark.parametrize("kind", KINDS[:3])
+@pytest.mark.promise("f")
 def test_a_restart_breaks_it_off(kind: GuidedKind) -> None:
     rig = streaming()
     assert reason(guided(rig, kind, act=lambda: _restart(rig))) == "The module restarted."

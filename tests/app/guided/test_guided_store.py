@@ -72,6 +72,7 @@ def test_the_newest_result_of_each_test_counts(store: Store) -> None:
     assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
 
 
+@pytest.mark.promise("f")
 def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
     add(store, GuidedKind.TILT, FAILED)
     add(store, GuidedKind.TILT, PASSED, sim=True)
@@ -98,6 +99,7 @@ def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
     "bad",
     ["spin = 3", "charger = 90", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"],
 )
+@pytest.mark.promise("f")
 def test_a_demand_that_makes_no_sense_is_refused_with_its_line(bad: str) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(f"[tests]\n{bad}\n".encode())

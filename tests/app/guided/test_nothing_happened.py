@@ -83,6 +83,7 @@ def test_every_test_is_in_the_table() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.promise("f")
 def test_it_fails_or_says_that_it_cannot_tell(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     if case.limit_s != status_watch.PERSON_LIMIT_S:
         monkeypatch.setattr(status_watch, "PERSON_LIMIT_S", case.limit_s)

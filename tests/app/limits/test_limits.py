@@ -76,6 +76,7 @@ def test_every_limit_has_bounds_that_hold_our_own() -> None:
 
 
 @pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.promise("f")
 def test_beyond_a_bound_the_file_is_refused(name: str) -> None:
     bound = LIMITS[name]
     for value in (bound.low - 0.05, bound.high + 0.05):
@@ -87,6 +88,7 @@ def test_beyond_a_bound_the_file_is_refused(name: str) -> None:
         parse_profile(f"[limits]\n{name} = {value!r}\n".encode())
 
 
+@pytest.mark.promise("f")
 def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_report() -> None:
     profile = parse_profile(SOFT.encode())
     assert set(softened(profile)) == {"cell_voltage", "tilt"}
@@ -142,6 +144,7 @@ OURS = NO_PROFILE
         (4.70, None, None),
     ],
 )
+@pytest.mark.promise("g")
 def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) -> None:
     found = cell_outside(volts, OURS, is_charging=is_charging)
     assert (None if found is None else found.fault) is fault
@@ -177,6 +180,7 @@ def test_the_limit_of_the_chosen_profile_counts() -> None:
     assert value_outside("cell_voltage_v", device, NOW, in_use) is None
 
 
+@pytest.mark.promise("g")
 def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
     assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
     open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
@@ -198,6 +202,7 @@ def test_whether_a_recording_tells_of_external_power() -> None:
 
 
 @pytest.mark.parametrize("is_chinese", [False, True])
+@pytest.mark.promise("g")
 def test_a_recording_marks_them_under_the_cursor(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
 ) -> None:
@@ -224,6 +229,7 @@ def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:
     return "\n".join(page_of(Findings("P", 115200, round_trip_s, values)))
 
 
+@pytest.mark.promise("g")
 def test_read_marks_them() -> None:
     page = reading_of(0.15, cell_voltage_v=3.52, charging=False, light_v=2.1, light_threshold_v=1.8)
     assert "150.0 ms (!) line slow, limit 100 ms" in page
@@ -234,6 +240,7 @@ def test_read_marks_them() -> None:
     assert "line late" in "\n".join(page_of(Findings("P", 115200, 0.003, lag_s=1.2)))
 
 
+@pytest.mark.promise("g")
 def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     kept = RECORD._replace(cell_voltage_v=3.52)
     assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
@@ -244,6 +251,7 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     assert record_outside(kept._replace(cell_voltage_v=4.7, charging=True)) is None
 
 
+@pytest.mark.promise("g")
 def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     printer = WordLines(StreamSpan(None))
     printer.begin()
@@ -270,6 +278,7 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         yield bench
 
 
+@pytest.mark.promise("g")
 def test_live_marks_cell_and_bay(live: Bench) -> None:
     live.say()
     cell, light = live.find(Readout, "live_cell"), live.find(Readout, "live_light")
@@ -286,6 +295,7 @@ def test_live_marks_cell_and_bay(live: Bench) -> None:
     assert cell.freshness is Freshness.STALE
 
 
+@pytest.mark.promise("g")
 def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
         top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector

@@ -59,6 +59,7 @@ def test_a_setting_of_the_profile_is_judged_by_its_value(value: int | None, resu
     assert (found.result, found.limit.in_english()) == (result, "= 40°")
 
 
+@pytest.mark.promise("f")
 def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> None:
     for key, bound in SETTING_BOUNDS.items():
         step = {"attitude_threshold_deg": 1, "freefall_time_s": 0.01}.get(key, 0.1)
@@ -232,6 +233,7 @@ def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
         (None, FAIL, "Attitude trigger: not tested"),
     ],
 )
+@pytest.mark.promise("f")
 def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
     found_last: LastTested | None, result: CheckResult, shown: str
 ) -> None:
@@ -262,6 +264,7 @@ def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
     ("M-07", True, "M-07, given by --module"),
     (None, False, "module not named"),
 ])  # fmt: skip
+@pytest.mark.promise("a")
 def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_known(
     name: str | None, is_by_option: bool, known: str
 ) -> None:

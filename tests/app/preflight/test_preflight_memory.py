@@ -41,6 +41,7 @@ def _boot_count(printed: Printed) -> tuple[str, str, str]:
     return shown["verdict"], one["result"], one["why"]
 
 
+@pytest.mark.promise("f")
 def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, dps_s: Program) -> None:
     words = ["preflight", "--port", port, "--json", *WORDS]
     verdict, result, why = _boot_count(dps_s(words))
@@ -75,6 +76,7 @@ DAMAGES = (
 )  # fmt: skip
 
 
+@pytest.mark.promise("f")
 def test_damage_in_the_store_never_costs_the_verdict(port: str, dps_s: Program, tmp_path: Path) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-reviewed", *WORDS]
     dps_s(words)

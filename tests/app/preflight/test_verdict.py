@@ -163,6 +163,7 @@ def exchange_at(rig: Rig, number: int, other: SimulatedBench, silent_s: float) -
     at_frame(rig.bench, number, exchange, is_lost=True)
 
 
+@pytest.mark.promise("f")
 def test_ready_holds_in_the_conversation_in_which_they_were_enabled() -> None:
     rig = Rig(OPTIONS)
     assert checked(rig, is_enabling=True)[0] is Verdict.READY
@@ -173,6 +174,7 @@ def test_ready_holds_in_the_conversation_in_which_they_were_enabled() -> None:
 
 
 @pytest.mark.parametrize("is_active", [False, True])
+@pytest.mark.promise("f")
 def test_a_new_opening_of_the_port_knows_nothing(is_active: bool) -> None:
     rig = Rig(OPTIONS)
     assert checked(rig, is_enabling=True)[0] is Verdict.READY
@@ -183,6 +185,7 @@ def test_a_new_opening_of_the_port_knows_nothing(is_active: bool) -> None:
     assert {evidence.flags[command.key].state for command in TRIGGERS} == {FlagState.NEVER_SET}
 
 
+@pytest.mark.promise("f")
 def test_a_restart_that_the_boot_count_does_not_count() -> None:
     """A brown-out or a watchdog: only two heartbeats tell."""
     rig = Rig(OPTIONS)
@@ -197,6 +200,7 @@ def test_a_restart_that_the_boot_count_does_not_count() -> None:
 
 @pytest.mark.parametrize("silent_s", [0.2, 0.3, 0.5, 1.0, 1.5, 2.0])
 @pytest.mark.parametrize("is_active", [False, True])
+@pytest.mark.promise("f")
 def test_a_twin_put_in_its_place_between_two_checks(silent_s: float, is_active: bool) -> None:
     rig = Rig(OPTIONS)
     assert checked(rig, is_enabling=True)[0] is Verdict.READY
@@ -209,6 +213,7 @@ def test_a_twin_put_in_its_place_between_two_checks(silent_s: float, is_active: 
 
 
 @pytest.mark.parametrize("silent_s", [0.35, 0.5, 1.0, 1.5, 2.0])
+@pytest.mark.promise("f")
 def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """At every request after the heartbeats, until nothing is asked of the other one any more."""
     hurry_check(monkeypatch)
@@ -222,6 +227,7 @@ def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monke
         assert checked(rig, is_enabling=True)[0] is Verdict.NO_GO, (number, whole.line.requests[number - 1])
 
 
+@pytest.mark.promise("f")
 def test_a_module_of_another_start_put_in_its_place_without_any_silence() -> None:
     whole = Rig(OPTIONS)
     checked(whole, is_enabling=True)
@@ -232,6 +238,7 @@ def test_a_module_of_another_start_put_in_its_place_without_any_silence() -> Non
         assert checked(rig, is_enabling=True)[0] is Verdict.NO_GO, number
 
 
+@pytest.mark.promise("f")
 def test_a_module_that_does_not_answer_the_question_for_its_records_stays_known() -> None:
     rig = Rig(OPTIONS | {"mute_codes": "35"})
     _verdict, evidence = checked(rig, is_enabling=True)

@@ -70,6 +70,7 @@ def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() 
     assert done.outcome is Outcome.CONFIRMED
 
 
+@pytest.mark.promise("h")
 def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
     rig = opened({"active_late_ms": 500})
     began = rig.clock()
@@ -113,6 +114,7 @@ def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
 
 @pytest.mark.parametrize("act", READY)
 @pytest.mark.parametrize("what", ["no permit", "old", "spent", "ahead", "other act", "armed", "log", "log fails"])
+@pytest.mark.promise("h")
 def test_an_open_condition_is_named_and_nothing_is_sent(act: Act, what: str) -> None:
     rig, journal = opened(READY[act]), FakeJournal()
     permit: Permit | None = permit_for(rig, act)
@@ -165,6 +167,7 @@ def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condit
 
 
 @pytest.mark.parametrize("act", [Act.DEPLOY, Act.ZERO, Act.FORBID_DEPLOY])
+@pytest.mark.promise("e")
 def test_one_permit_is_one_frame(act: Act) -> None:
     """Also where the module would be in the right state for a second one."""
     rig = opened(READY[act])
@@ -207,6 +210,7 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     assert done.outcome is Outcome.CONFIRMED
 
 
+@pytest.mark.promise("c")
 def test_the_port_is_lost_after_the_frame_left() -> None:
     rig, journal = opened({"active": True}), FakeJournal()
     run = rig.started(perform(Act.DEPLOY, journal, permit=permit_for(rig, Act.DEPLOY)))
@@ -282,6 +286,7 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
         assert acts_sent(rig) == [REQUESTS[act].encode()]
 
 
+@pytest.mark.promise("h")
 def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     """Somebody else activated it meanwhile."""
     rig, journal = opened(), FakeJournal()
@@ -298,6 +303,7 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 
 
+@pytest.mark.promise("h")
 def test_an_intent_that_is_never_durable_is_given_up() -> None:
     rig, journal = opened({"active": True}), FakeJournal()
     journal.is_held = True
@@ -336,6 +342,7 @@ def test_a_doubled_heartbeat_is_no_sign_of_life_after_a_shutdown() -> None:
 
 
 @pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
+@pytest.mark.promise("f")
 def test_not_fired_needs_every_witness(mute: str) -> None:
     rig = opened({"active": True, "mute_codes": mute, "double_codes": "32", "double_ms": "25"})
     rig.bench.module.state.is_forbidden = True

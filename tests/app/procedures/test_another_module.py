@@ -68,6 +68,7 @@ def number_of(begin: Begin, request: Request) -> int:
     ],
     ids=["activate", "shut down", "forbid", "zero", "settings", "triggers", "check"],
 )
+@pytest.mark.promise("a")
 def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin, frames: range, boots: int) -> None:
     for frame in some(frames, one_in=2, first=boots):
         rig = ExchangedRig(frame, boots=boots)
@@ -99,6 +100,7 @@ def test_what_it_reports_after_an_act_is_not_said_of_the_first_one(
 
 
 @pytest.mark.parametrize("boots", [37, 90])
+@pytest.mark.promise("a")
 def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None:
     """On the command line, while the check is being stored."""
     rig, evidence = ExchangedRig(0, boots=boots), Evidence(port="sim")
@@ -118,6 +120,7 @@ def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None
 
 
 @pytest.mark.parametrize("boots", [37, 90])
+@pytest.mark.promise("a")
 def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
     """What was written to that one is unknown: it is neither verified nor refused."""
     changes = [SettingChange(BY_NAME[name], value) for name, value in EDITS.items()]
@@ -131,6 +134,7 @@ def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
 
 
 @pytest.mark.parametrize("boots", [37, 90])
+@pytest.mark.promise("a")
 def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
     begin: Begin = lambda rig: change_baud(57600, FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD))  # noqa: E731
     number = number_of(begin, BY_NAME["baud_rate"].set(57600))
@@ -145,6 +149,7 @@ def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
 @pytest.mark.parametrize(
     ("frame", "boots"), some([*((at, 90) for at in range(1, 26)), *((at, 37) for at in range(4, 26))], one_in=2)
 )
+@pytest.mark.promise("a")
 def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) -> None:
     rig = ExchangedRig(frame, boots=boots)
     with pytest.raises(UserError, match=r"The module restarted|Two modules"):
@@ -153,6 +158,7 @@ def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) ->
 
 
 @pytest.mark.parametrize("frame", range(1, 16))
+@pytest.mark.promise("a")
 def test_a_person_is_asked_which_module_it_is_where_settings_differ_after_the_silence(frame: int) -> None:
     """It is shorter than one after which anybody is asked whatever is read."""
     rig = ExchangedRig(frame, boots=37)

@@ -31,6 +31,7 @@ from tests.support.line.sim_line import Rig, engine_view
 
 @pytest.mark.parametrize("delay_ms", [0.0, 400.0, 760.0, 900.0, 980.0])
 @pytest.mark.parametrize("rate", [115200, 9600])
+@pytest.mark.promise("k")
 def test_a_module_that_uses_the_vendors_second_is_found(rate: int, delay_ms: float) -> None:
     rig = Rig({"baud": rate, "delay_ms": delay_ms})
     assert rig.run(find_rate()).baud_rate == rate

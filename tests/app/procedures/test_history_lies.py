@@ -85,6 +85,7 @@ def record_faults(options: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.parametrize("lie", RECORD_LIES, ids=str)
+@pytest.mark.promise("f")
 def test_no_lie_loses_or_invents_a_record(lie: dict[str, Any]) -> None:
     for number, (quirks, count) in some(enumerate(product(RECORD_DIALECTS, (0, 1, 9))), one_in=4):
         assert record_faults({**quirks, **lie, "history": count, "seed": number}) == [], (lie, quirks, count)
@@ -98,6 +99,7 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
     assert not history.is_confirmed
 
 
+@pytest.mark.promise("f")
 def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
     slots = []
     for fill, bit, place in product((0x00, 0xFF), (0, 5, 7), (2, 5, 12)):
@@ -117,6 +119,7 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
     assert _with_strays(History((ONE,)), (damaged, TWO)).seen_once == (TWO,)
 
 
+@pytest.mark.promise("f")
 def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
     empty = EmptySlot(b"")
     history = history_of([Pass((ONE, TWO, *[empty] * 7)), Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
@@ -127,6 +130,7 @@ def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
     assert history.empty_slots == 7
 
 
+@pytest.mark.promise("g")
 def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
     rig = settled_rig(history=3)
     rig.bench.change(delay_ms=1100.0)
@@ -137,6 +141,7 @@ def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
     assert not history.is_confirmed
 
 
+@pytest.mark.promise("f")
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.is_line_dead) == (False, False, False)

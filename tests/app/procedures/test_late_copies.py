@@ -73,6 +73,7 @@ def test_on_a_good_line_both_are_enabled_and_it_is_ready(code: int) -> None:
 
 
 @pytest.mark.parametrize("how", ["lost", "unanswered"])
+@pytest.mark.promise("f")
 def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> None:
     for delay_s, lost, code in cases(one_in=6):
         rig = disabled(ModuleRig(options(delay_s, lost, code, how)))
@@ -84,6 +85,7 @@ def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> No
 
 
 @pytest.mark.parametrize("order", [(ATTITUDE, FREEFALL), (FREEFALL, ATTITUDE)])
+@pytest.mark.promise("f")
 def test_never_acknowledged_in_one_command(order: tuple[int, int]) -> None:
     for delay_s, lost, code in cases(one_in=6):
         rig = disabled(ModuleRig(options(delay_s, lost, code, "lost")))
@@ -97,6 +99,7 @@ def test_never_acknowledged_in_one_command(order: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("order", [(ATTITUDE, FREEFALL), (FREEFALL, ATTITUDE)])
+@pytest.mark.promise("f")
 def test_never_acknowledged_across_two_commands(order: tuple[int, int]) -> None:
     """The second one is lost; a copy of the first one's acknowledgement comes while it waits."""
     first, second = order
@@ -116,6 +119,7 @@ def test_it_is_said_that_the_line_repeats_answers() -> None:
     assert rig.module.settings[FREEFALL] == 0, "it was taken, but nobody can know"
 
 
+@pytest.mark.promise("f")
 def test_between_two_sets_there_are_three_seconds_also_after_opening() -> None:
     for code, delay_s in itertools.product((0x16, 0x17), (None, 0.8)):
         rig = disabled(ModuleRig(Options(freefall_code=code, copies={} if delay_s is None else {FREEFALL: [delay_s]})))

@@ -50,6 +50,7 @@ def deafen(rig: Rig, is_lost: Callable[[int, Request], bool]) -> list[float]:
     return times
 
 
+@pytest.mark.promise("l")
 def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     rig = settled_rig(active=True)
     began = rig.clock()
@@ -72,6 +73,7 @@ def test_what_a_new_module_reports_is_not_logged_of_the_one_that_it_was_pressed_
     assert (rig.end(run, limit_s=60).outcome, *journal.outcomes.values()) == (Outcome.CONFIRMED, Outcome.UNKNOWN)
 
 
+@pytest.mark.promise("l")
 def test_it_is_repeated_until_it_is_reported() -> None:
     rig = settled_rig(active=True)
     times = deafen(rig, lambda number, frame: frame == LOCK and number < 7)
@@ -83,6 +85,7 @@ def test_it_is_repeated_until_it_is_reported() -> None:
     assert locked.sentence == "The module reports LOCKED."
 
 
+@pytest.mark.promise("l")
 def test_it_is_repeated_while_the_answer_to_the_question_is_awaited() -> None:
     """Nothing of the module is heard for two seconds; it hears nothing either."""
     rig = settled_rig(active=True)
@@ -111,6 +114,7 @@ def test_one_question_alone_is_enough_where_the_module_does_not_know_the_other()
         assert pressed(settled_rig(active=True, **{"mute-codes": f"{code:02x}"})).is_locked
 
 
+@pytest.mark.promise("l")
 def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     rig, journal = settled_rig(active=True, mute=True), FakeJournal()
     began = rig.clock()
@@ -145,6 +149,7 @@ def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> No
     assert journal.outcomes == {0: Outcome.CONFIRMED}
 
 
+@pytest.mark.promise("l")
 def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
     rig = settled_rig(active=True)
     assert pressed(rig, journal=NoJournal()).is_locked
@@ -152,6 +157,7 @@ def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
 
 
 @pytest.mark.parametrize("steps", range(0, 30, 3))
+@pytest.mark.promise("l")
 def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -> None:
     rig = settled_rig()
     acting = rig.started(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
@@ -209,6 +215,7 @@ def test_a_search_goes_on_at_its_own_rate_also_after_a_second_press() -> None:
 
 @pytest.mark.parametrize("rate", [4800, 9600, 57600])
 @pytest.mark.parametrize("after_s", [0.0, 0.4, 1.3])
+@pytest.mark.promise("l")
 def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: float) -> None:
     rig = settled_rig(active=True)
     rig.run(find_rate(115200))
@@ -282,6 +289,7 @@ LOSSY: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("faults", LOSSY.values(), ids=LOSSY)
+@pytest.mark.promise("l")
 def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, Any]) -> None:
     confirmed = 0
     for seed in range(SEEDS):

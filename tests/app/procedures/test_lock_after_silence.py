@@ -27,6 +27,7 @@ def press(rig: ModuleRig, journal: FakeJournal | None = None) -> Run[Locked]:
 
 @pytest.mark.parametrize("begins_s", [0.0, 0.001, 0.002, 0.003, 0.005, 0.01, 0.1])
 @pytest.mark.parametrize("silent_s", [0.3, 0.5, 0.8, 1.5, 3.0])
+@pytest.mark.promise("l")
 def test_after_a_silence_it_is_locked_if_this_module_reports_it(silent_s: float, begins_s: float) -> None:
     rig, journal = active_rig(), FakeJournal()
     run = press(rig, journal)
@@ -65,6 +66,7 @@ def test_a_restart_meanwhile_is_locked_again(off_s: float, *, survives: bool) ->
 
 @pytest.mark.parametrize("gap_s", [0.5, 0.8, 1.5])
 @pytest.mark.parametrize("begins_s", [0.0, 0.002, 0.004, 0.006])
+@pytest.mark.promise("l")
 def test_it_is_never_said_of_another_module_that_does_not_report_it(gap_s: float, begins_s: float) -> None:
     """One that takes its place, is ACTIVE and does not listen to LOCK."""
     rig = active_rig()

@@ -36,6 +36,7 @@ def press_lock(rig: Rig) -> Run[Locked]:
 
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
 @pytest.mark.parametrize("steps", range(0, 24, 2))
+@pytest.mark.promise("e")
 def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -> None:
     rig = Rig(SLOW)
     performing = under_way(rig, act)
@@ -104,6 +105,7 @@ def test_an_act_that_waits_for_the_line_is_withheld() -> None:
 
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
 @pytest.mark.parametrize("before_s", [0.01, 0.0])
+@pytest.mark.promise("a")
 def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act, before_s: float) -> None:
     """By now another module may be connected; at the very same moment nobody knows which came first."""
     rig = Rig()
@@ -136,6 +138,7 @@ def read_back_behind_a_fence(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("wait", [heartbeat_of_the_link, set_in_flight, read_back_behind_a_fence])
+@pytest.mark.promise("j")
 def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
     """The module hears and its answers are lost: each of them is waited for up to a second, or three."""
     rig = Rig({"active": True})
@@ -186,6 +189,7 @@ def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells
     assert not rig.bench.module.state.is_active
 
 
+@pytest.mark.promise("e")
 def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     rig = Rig(SLOW)
     rig.bench.change(drop=1.0)

@@ -39,6 +39,7 @@ def sets(rig: Rig) -> list[object]:
 
 
 @pytest.mark.parametrize("rate", [20, 50, 200, 1440])
+@pytest.mark.promise("c")
 def test_it_streams_at_its_full_rate_within_half_a_second(rate: int) -> None:
     rig, switch = begun(rate=rate)
     assert sets(rig) == [ON]
@@ -54,6 +55,7 @@ def test_it_streams_at_its_full_rate_within_half_a_second(rate: int) -> None:
 
 
 @pytest.mark.parametrize("rate", [20, 50, 200, 1440])
+@pytest.mark.promise("c")
 def test_one_that_was_on_is_left_on(rate: int) -> None:
     assert rate * BRIEF_LISTEN_S > MIN_EXPECTED
     rig, switch = begun(rate=rate, **{"stream-at-boot": True})
@@ -76,6 +78,7 @@ def test_while_it_streams_a_question_is_asked_three_times_a_second(rate: int) ->
     end_watch(rig)
 
 
+@pytest.mark.promise("c")
 def test_of_a_slow_one_it_is_said_that_it_may_have_been_on() -> None:
     rig, switch = begun(rate=2)
     rig.step_for(5)

@@ -61,6 +61,7 @@ def activate(rig: ModuleRig) -> Performed:
 
 
 @pytest.mark.parametrize("difference", DIFFERENCES, ids=str)
+@pytest.mark.promise("f")
 def test_activating_makes_neither_of_them_active(difference: dict[str, int]) -> None:
     for delay_s in SECOND_DELAYS_S:
         for is_second_first in (False, True):
@@ -94,6 +95,7 @@ def test_no_other_act_reaches_them(act: Act) -> None:
     assert all(module.log.acts() == [] for module in rig.modules)
 
 
+@pytest.mark.promise("f")
 def test_the_permit_is_void_after_a_contradiction() -> None:
     rig = two_modules(0.002, attitude_threshold=85)
     permit = rig.permit(Act.ACTIVATE)
@@ -139,12 +141,14 @@ def test_a_second_answer_to_each_question_about_a_threshold_ends_the_check() -> 
 @pytest.mark.parametrize(
     ("code", "text"), [(0x14, "01 1e"), (0x33, "01 01"), (0x34, "01 64"), (0x32, "50 0a 00 00"), (0x30, "01 01")]
 )
+@pytest.mark.promise("f")
 def test_a_second_answer_about_what_drifts_blocks_ready(code: int, text: str) -> None:
     for after_s in (0.001, 0.01, 0.1):
         _evidence, assessment = check(ModuleRig(Options(second={code: (after_s, text)})))
         assert assessment.verdict is Verdict.NO_GO, after_s
 
 
+@pytest.mark.promise("f")
 def test_a_verdict_is_void_when_a_second_module_answers() -> None:
     rig = ModuleRig()
     _evidence, ready = check(rig)
@@ -185,6 +189,7 @@ def test_what_is_written_to_two_is_not_verified() -> None:
         assert Outcome.CONFIRMED not in journal.outcomes.values()
 
 
+@pytest.mark.promise("f")
 def test_a_second_module_in_the_middle_takes_back_what_was_verified() -> None:
     for number in range(1, 30, 4):
         rig, journal, frames = ModuleRig(), FakeJournal(), itertools.count()
@@ -206,6 +211,7 @@ def test_a_second_module_in_the_middle_takes_back_what_was_verified() -> None:
 
 @pytest.mark.parametrize("after_s", [0.02, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.promise("f")
 def test_a_setting_that_reverts_soon_after_it_was_verified_is_not(after_s: float, count: int) -> None:
     values = {"freefall_acceleration": 0.4, "freefall_time": 1.2, "light_threshold": 2.0, "attitude_threshold": 65}
     wanted: dict[str, Any] = dict([*values.items()][:count])
@@ -237,6 +243,7 @@ LIES: tuple[tuple[dict[int, str], int, str], ...] = (
 
 
 @pytest.mark.parametrize(("instead", "is_active", "key"), LIES)
+@pytest.mark.promise("h")
 def test_a_status_that_30_or_31_contradicts_is_no_pass(instead: dict[int, str], is_active: int, key: str) -> None:
     rig = ModuleRig(Options(instead=instead))
     rig.module.settings[ACTIVATION] = is_active
@@ -262,6 +269,7 @@ def test_a_module_that_does_not_answer_one_of_them_is_not_ready(code: int) -> No
     [*(Options(instead=instead) for instead, is_active, _key in LIES if not is_active),
      Options(lost_queries={0x30: -1}), Options(lost_queries={0x31: -1})],
 )  # fmt: skip
+@pytest.mark.promise("h")
 def test_nothing_is_written_and_nothing_done_then(options: Options) -> None:
     rig = ModuleRig(options)
     report = write(rig, freefall_time=1.2)
@@ -288,6 +296,7 @@ def test_after_activating_30_has_to_agree_too() -> None:
 
 
 @pytest.mark.parametrize(("act", "request_"), [(Act.ACTIVATE, REQUESTS[Act.ACTIVATE]), (None, None)])
+@pytest.mark.promise("h")
 def test_directly_before_a_frame_who_is_there_is_asked_the_boot_count_last(act: Act | None, request_: Any) -> None:
     rig = ModuleRig()
     if act is None:

@@ -60,6 +60,7 @@ def test_what_cannot_be_read_back_is_acknowledged_and_never_verified(name: str, 
         assert held(rig, BY_NAME[name]) is value
 
 
+@pytest.mark.promise("f")
 def test_a_set_goes_out_once_and_is_read_back_twice() -> None:
     rig = Rig()
     write(rig, "freefall_time", 1.2)
@@ -137,6 +138,7 @@ def test_a_restart_in_the_middle_claims_nothing(name: str, after_frames: int) ->
     assert not written.verified
 
 
+@pytest.mark.promise("g")
 def test_a_value_that_no_byte_carries_is_refused_before_anything_is_sent() -> None:
     rig = Rig()
     with pytest.raises(ValueRefused, match=r"0\.5 g and 0\.6 g"):
@@ -224,6 +226,7 @@ def write_to(options: dict[str, Any], wanted: dict[str, Value]) -> tuple[WriteRe
 
 
 @pytest.mark.parametrize("lie", WRITE_LIES)
+@pytest.mark.promise("f")
 def test_no_lie_is_verified(lie: str) -> None:
     cases = enumerate(product(DIALECTS.values(), WANTED))
     for seed, (quirks, wanted) in some(cases, one_in=50, first=7 * [*WRITE_LIES].index(lie)):  # of nearly 5,000

@@ -107,6 +107,7 @@ def test_a_module_that_becomes_active_in_between_is_changed_no_further() -> None
 
 
 @pytest.mark.parametrize("what", ["snapshot", "log"])
+@pytest.mark.promise("h")
 def test_the_module_is_asked_again_after_a_wait_for_the_disk(what: str) -> None:
     """Somebody else activated it meanwhile: its last report is less than a second old, and from before that."""
     rig, journal = Rig(), FakeJournal()
@@ -178,6 +179,7 @@ def test_some_values_of_each_threshold_and_trigger_are_risky_and_none_of_the_oth
 
 
 @pytest.mark.parametrize(("name", "value"), RISKY[::7] + RISKY[-2:])
+@pytest.mark.promise("g")
 def test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it(name: str, value: Value) -> None:
     """By the engine itself, so that no place where a write begins can leave the question out."""
     rig, journal = Rig(), FakeJournal()

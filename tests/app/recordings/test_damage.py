@@ -96,6 +96,7 @@ def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:
 
 @Folders
 @given(place=st.floats(0, 1), raw=st.binary(min_size=1, max_size=8))
+@pytest.mark.promise("f")
 def test_no_changed_byte_passes_unsaid(whole: Whole, tmp_path: Path, place: float, raw: bytes) -> None:
     data = bytearray(whole.path.read_bytes())
     start = int(place * (len(data) - len(raw)))
@@ -113,6 +114,7 @@ def test_no_changed_byte_passes_unsaid(whole: Whole, tmp_path: Path, place: floa
         assert recording.tilt.window(0.0, 1e9).value.tolist() == whole.tilts
 
 
+@pytest.mark.promise("f")
 def test_what_is_missing_is_a_gap_and_what_follows_is_read(whole: Whole, tmp_path: Path) -> None:
     data = bytearray(whole.path.read_bytes())
     data[len(data) // 2] ^= 0x10

@@ -46,6 +46,7 @@ def numbered(library: RecordingLibrary, *days: float) -> None:
         written_at_once(library.folder, 100 + number, days=before, sequence=number)
 
 
+@pytest.mark.promise("f")
 def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None:
     """Neither it nor the others are pruned, in any order."""
     library = RecordingLibrary(tmp_path)

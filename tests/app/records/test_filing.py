@@ -62,6 +62,7 @@ def file_one(
     )  # fmt: skip
 
 
+@pytest.mark.promise("f")
 def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
     """One is killed: what it reported as kept is kept."""
     open_store(tmp_path).close()

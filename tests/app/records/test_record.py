@@ -136,6 +136,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
         assert print_report(page, signed.text.encode()).count(b"/Type /Page\n") == 1
 
 
+@pytest.mark.promise("g")
 def test_a_strangers_messages_print_as_plain_text(qapp: object) -> None:
     """A record that is well signed may still hold any JSON where a message is."""
     deep: dict[str, object] = {"text": "{a}"}

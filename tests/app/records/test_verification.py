@@ -96,6 +96,7 @@ def test_fields_of_a_newer_version_stay_under_the_signature() -> None:
 # Forgeries
 
 
+@pytest.mark.promise("f")
 def test_each_alteration_is_found() -> None:
     for place in range(len(plain()["record"]["checks"])):
         for key, value in (("result", "fail"), ("measured", 123), ("why", "x"), ("id", "other")):
@@ -129,6 +130,7 @@ def test_a_signature_of_another_kind_of_document_or_of_another_key_does_not_fit(
     assert state_of(canonical({"format": FORMAT, "record": document["record"]})) is None
 
 
+@pytest.mark.promise("f")
 def test_a_no_go_record_that_was_signed_again_as_go_contradicts_itself() -> None:
     forged = plain("worst")["record"] | {"verdict": "GO"}
     found = verify_bytes(signed_again(forged), NOBODY)
@@ -186,6 +188,7 @@ def test_a_missing_check_contradicts() -> None:
 # Reports
 
 
+@pytest.mark.promise("f")
 def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
     """The page is only a view, so the answer is what the record says, and says so."""
     worst = signed_record("worst")
@@ -199,6 +202,7 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
     assert "NO-GO" not in words(found)  # as the check itself says it
 
 
+@pytest.mark.promise("f")
 def test_a_report_that_carries_two_records_is_none(qapp: object) -> None:
     """One could be shown to a person and the other to a program."""
     pdf = print_report("<p>x</p>", signed_record("worst").text.encode())
@@ -274,6 +278,7 @@ def test_a_hostile_file_is_refused_with_little_time_and_memory(data: bytes) -> N
 # Who signed
 
 
+@pytest.mark.promise("f")
 def test_who_signed_is_said_and_is_no_trust() -> None:
     key, other = station().public.hex(), station("other").public.hex()
     document = read_document(signed_record().text.encode())
@@ -300,6 +305,7 @@ def test_an_altered_record_names_nobody_as_its_signer() -> None:
     assert "this station" not in words(found)
 
 
+@pytest.mark.promise("g")
 def test_a_row_of_a_check_carries_the_record_that_it_speaks_of() -> None:
     """Asked once, where a row of another station comes in."""
     text, key = signed_record().text, station().public.hex()

@@ -69,6 +69,7 @@ def test_a_rehearsal_gives_a_permit_that_sends_nothing() -> None:
     assert ritual.is_rehearsal is False
 
 
+@pytest.mark.promise("d")
 def test_letting_go_ends_the_ritual() -> None:
     ritual = armed()
     ritual.press(T0)
@@ -80,6 +81,7 @@ def test_letting_go_ends_the_ritual() -> None:
     assert ritual.ended_by is Input.RELEASE, "it had ended before the press"
 
 
+@pytest.mark.promise("d")
 def test_auto_repeat_and_double_clicks_never_count() -> None:
     ritual = armed()
     ritual.press(T0, is_auto_repeat=True)
@@ -113,6 +115,7 @@ def test_everything_that_disarms_disarms(why: Input, is_held: bool) -> None:
     assert hold(ritual, T0 + 1.9, 3.0) == []
 
 
+@pytest.mark.promise("b")
 def test_what_does_not_disarm_is_our_own_mistake() -> None:
     with pytest.raises(ValueError, match="PRESS"):
         armed().disarm(Input.PRESS)
@@ -141,6 +144,7 @@ FAILED            I I I I F
 """
 
 
+@pytest.mark.promise("b")
 def test_the_transitions_literally() -> None:
     head, *rows = [line.split() for line in TABLE.strip().splitlines()]
     assert {row[0] for row in rows} == {what.name for what in Input}
@@ -170,6 +174,7 @@ HELD = ["choose", "arm", "press", *[0.1] * 21]
 @example(["choose", "arm", "double", *HELD[3:]])
 @example(["choose", "arm", 9.0, *HELD[2:]])
 @given(STEPS)
+@pytest.mark.promise("e")
 def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | float]) -> None:
     """A second account of the same gestures: since when it is armed and held, with nothing in between."""
     ritual, now = Ritual(), T0
@@ -313,6 +318,7 @@ def test_every_value_of_a_byte_has_a_consequence() -> None:
             assert is_against is not is_advised(command, value)
 
 
+@pytest.mark.promise("g")
 def test_a_free_fall_time_that_a_jolt_outlasts_needs_a_second_click() -> None:
     """Below what the pre-flight check allows."""
     bound = SETTING_BOUNDS["freefall_time_s"].advised_low

@@ -66,6 +66,7 @@ def test_missing_settings_are_reported_and_change_the_code() -> None:
     assert fingerprint({}).code is None
 
 
+@pytest.mark.promise("f")
 def test_the_check_finds_every_single_error() -> None:
     spoken = code()
     plain = spoken.replace("-", "")
@@ -143,6 +144,7 @@ def test_verified_is_read_again_every_ten_seconds() -> None:
         assert rig.clock.now_s - row.module_value.at < 10.5
 
 
+@pytest.mark.promise("f")
 def test_a_later_change_takes_verified_away_and_says_so() -> None:
     rig, form = verified_rig()
     rig.bench.module.memory.freefall_time = 20
@@ -193,6 +195,7 @@ def test_a_slow_line_delays_no_poll_too_long() -> None:
 NOW_S = 100.0
 
 
+@pytest.mark.promise("f")
 def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_snapshot() -> None:
     known = {command.key: Known(True, How.ACKNOWLEDGED, NOW_S) for command in SETTINGS}
     device = DeviceView(values={**known, "boot_count": Known(37, How.READ, NOW_S)})

@@ -172,6 +172,7 @@ def copied(folder: Path, at: datetime = NOON) -> Path:
     return copies_of(folder / FILE_NAME, at)[0]
 
 
+@pytest.mark.promise("f")
 def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
     with opened(folder) as store:
         store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
@@ -189,6 +190,7 @@ def damage(path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["damaged", "no database", "empty", "gone"])
+@pytest.mark.promise("f")
 def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(what: str, folder: Path) -> None:
     with opened(folder, NOON - timedelta(days=1)) as store:
         store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
@@ -246,6 +248,7 @@ def test_a_folder_that_may_not_be_entered_is_one_sentence(tmp_path: Path) -> Non
     assert caught.value.sentence.count(".") - str(folder).count(".") <= 2
 
 
+@pytest.mark.promise("f")
 def test_a_file_of_a_development_build_is_set_aside_after_what_it_leaves_active(folder: Path) -> None:
     folder.mkdir()
     with closing(sqlite3.connect(folder / FILE_NAME)) as former:

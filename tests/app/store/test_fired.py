@@ -88,6 +88,7 @@ def due_of(bench: Bench) -> str:
 
 
 @pytest.mark.parametrize("outcome", [Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN, None])
+@pytest.mark.promise("f")
 def test_a_deploy_that_left_ends_the_verdict_whatever_came_of_it(bench: Bench, outcome: Outcome | None) -> None:
     assert bench.file().assessment.verdict is Verdict.READY
     assert "fired" not in due_of(bench)
@@ -121,6 +122,7 @@ def test_a_triggered_that_was_seen_ends_the_verdict(bench: Bench) -> None:
     assert any("TRIGGERED" in text for text in bench.told())
 
 
+@pytest.mark.promise("f")
 def test_after_it_fired_no_check_passes_until_it_was_repacked(bench: Bench) -> None:
     """Also where it restarted meanwhile and reports nothing of it."""
     bench.file()
@@ -135,6 +137,7 @@ def test_after_it_fired_no_check_passes_until_it_was_repacked(bench: Bench) -> N
 
 
 @pytest.mark.parametrize("is_deployed", [True, False])
+@pytest.mark.promise("f")
 def test_what_fired_without_a_name_is_of_the_next_name_said_at_that_port(bench: Bench, is_deployed: bool) -> None:
     bench.file()
     if is_deployed:

@@ -72,6 +72,7 @@ def store_of(bench: OnBench) -> Store:
     return store
 
 
+@pytest.mark.promise("j")
 def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -103,6 +104,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
         assert records_of(store, module.name)[0].judgement is Judgement.BENCH_TEST
 
 
+@pytest.mark.promise("j")
 def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -128,6 +130,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
         assert said(bench) == ""
 
 
+@pytest.mark.promise("j")
 def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:

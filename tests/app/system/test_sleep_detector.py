@@ -105,6 +105,7 @@ def test_a_time_of_day_that_leaps_changes_nothing(leap_s: float, monkeypatch: py
 
 
 @pytest.mark.parametrize("goes_on_asleep", [True, False], ids=["Windows", "Linux"])
+@pytest.mark.promise("a")
 def test_a_sleep_shorter_than_a_long_turn_is_seen_by_what_two_clocks_disagree_about(goes_on_asleep: bool) -> None:
     """Windows' monotonic clock goes on asleep: alone it shows only sleeps that are longer than any turn."""
     awake_s, asleep_s = 100.0, 0.0

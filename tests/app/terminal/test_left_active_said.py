@@ -53,6 +53,7 @@ def left() -> list[str]:
         "zero --yes", "preflight --module M-07", "record - --seconds 0.1",
     ],
 )  # fmt: skip
+@pytest.mark.promise("l")
 def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s: Program, brief: None) -> None:
     (tmp_path / "wanted.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.6\n', encoding="utf-8")
     leave(line)
@@ -135,6 +136,7 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, dps_s: Pr
         ("lock --yes --module M-08 --same-module", ["M-07"], 0),
     ],
 )
+@pytest.mark.promise("l")
 def test_a_confirmed_lock_ends_it_for_the_module_that_a_person_names(
     words: str, still: list[str], said: int, line: str, dps_s: Program
 ) -> None:

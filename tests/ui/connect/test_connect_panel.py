@@ -253,6 +253,7 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
     assert len(taken) == 1
 
 
+@pytest.mark.promise("a")
 def test_joined_batches_end_with_the_latest_state() -> None:
     first = Batch(1.0, OPEN, DeviceView(restarts=1), None)
     last = Batch(2.0, Connection(), DeviceView(restarts=2), None, identity=Identity(Trust.REFUTED))

@@ -37,6 +37,7 @@ def activate(store: Store, module: str) -> None:
     settle(store, entry, Outcome.CONFIRMED, {})
 
 
+@pytest.mark.promise("l")
 def test_it_stands_first_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     store = open_store()
     activate(store, "M-07")
@@ -83,6 +84,7 @@ def bench(qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
     made.storage.close()
 
 
+@pytest.mark.promise("l")
 def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench) -> None:
     _connection, module = bench.ports.plug_in(USB, active=False)
     qtbot.wait(50)
@@ -130,6 +132,7 @@ def test_one_that_gets_its_name_while_it_is_active_is_left_under_it(qtbot: QtBot
 
 
 @pytest.mark.parametrize(("name", "is_active"), [("M-07", True), ("M-07", False), ("", True)])
+@pytest.mark.promise("l")
 def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Bench, name: str, is_active: bool) -> None:
     """Left ACTIVE on purpose, it is met again: nobody has to claim that it is locked."""
     if not name:
@@ -156,6 +159,7 @@ NEW = Identity(Trust.UNPROVEN)
 
 
 @pytest.mark.parametrize("name", ["", "M-09"])
+@pytest.mark.promise("l")
 def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Bench, name: str) -> None:
     """LOCK of the first was not confirmed; on the same adapter another one answers, which is locked."""
     connection, module = bench.ports.plug_in(USB, active=False)
@@ -233,6 +237,7 @@ def test_that_it_reports_locked_after_a_doubt_ends_an_unconfirmed_lock(qtbot: Qt
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
+@pytest.mark.promise("l")
 def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:

@@ -32,6 +32,7 @@ def folder(user_files: Path) -> Path:
     return fill(user_files / "flights")
 
 
+@pytest.mark.promise("g")
 def test_renaming_removing_and_dragging_change_nothing(tmp_path: Path) -> None:
     command = sys.executable, "-m", "tests.ui.files.hands_in_dialogs", tmp_path / "home"
     with x_server() as display:
@@ -43,6 +44,7 @@ def test_renaming_removing_and_dragging_change_nothing(tmp_path: Path) -> None:
     assert len(told) == (len(ASKS) - 1) * len(ACTS) + of_folders
 
 
+@pytest.mark.promise("g")
 def test_no_other_dialog_asks_for_files() -> None:
     """One function makes them all, so that none is forgotten."""
     makers: list[str] = []

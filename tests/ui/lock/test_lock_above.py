@@ -186,6 +186,7 @@ def _waiting(tree: ast.AST) -> Iterator[str]:
                 yield f"{_name_of(node.func.value)}.{node.func.attr}"
 
 
+@pytest.mark.promise("l")
 def test_nothing_is_missing() -> None:
     found, waiting = set(), []
     for path in sorted(UI.rglob("*.py")):
@@ -201,6 +202,7 @@ def test_what_waits_for_a_person_is_found(source: str) -> None:
     assert list(_waiting(ast.parse(source)))
 
 
+@pytest.mark.promise("l")
 def test_over_every_dialog(bench: Bench) -> None:
     for row, show in DIALOGS.items():
         dialog = show(bench)
@@ -235,6 +237,7 @@ def assert_covers_nothing(strip: LockStrip, dialog: QWidget, row: str) -> None:
             assert not place.intersects(own), (row, button.objectName())
 
 
+@pytest.mark.promise("l")
 def test_it_covers_nothing_of_a_dialog_where_texts_are_largest(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -273,6 +276,7 @@ def _press_over_popup(bench: Bench, popup: QWidget) -> None:
     QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))
 
 
+@pytest.mark.promise("l")
 def test_over_every_menu(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, entries=PAGES) as bench:
         _lock_over_menus(bench)
@@ -294,6 +298,7 @@ def _lock_over_menus(bench: Bench) -> None:
         menu.close()
 
 
+@pytest.mark.promise("l")
 def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
     main = bench.assembly.window
     main.menus["preferences"].trigger()
@@ -323,6 +328,7 @@ def test_a_menu_that_would_cover_it_is_moved(bench: Bench) -> None:
     menu.close()
 
 
+@pytest.mark.promise("l")
 def test_while_it_asks_before_it_closes(bench: Bench) -> None:
     main = bench.assembly.window
     bench.activate()
@@ -338,6 +344,7 @@ def test_a_dialog_of_the_platform_is_never_used(bench: Bench) -> None:
     assert QApplication.testAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
 
 
+@pytest.mark.promise("l")
 def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
     dialog = _ask_text(bench)
     bench.activate()
@@ -369,6 +376,7 @@ def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplica
 # With the keys and clicks of an X server
 
 
+@pytest.mark.promise("l")
 def test_real_keys_and_clicks_lock_over_everything() -> None:
     with x_server() as display:
         command = sys.executable, "-m", "tests.ui.lock.under_x"

@@ -28,6 +28,7 @@ from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Choice, Meaning
 
 
+@pytest.mark.promise("g")
 def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
     """Whichever comes first: two marks 0.2 s apart, of which only one icon has room."""
     for first, second in (("triggered", "activated"), ("activated", "triggered")):
@@ -134,6 +135,7 @@ def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Be
     assert {"60", "75"} & set(bench.words) == {"60"}
 
 
+@pytest.mark.promise("g")
 def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> None:
     bench.fire.put(NOW_S, None)
     bench.stale.put(NOW_S, 60)

@@ -86,6 +86,7 @@ def test_what_was_read_before_a_break_gets_no_name_that_was_given_after_it(
     assert rig.pages["live"]._origin().module == ("" if between == "lost port" else "BETA")
 
 
+@pytest.mark.promise("l")
 def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,6 +9,8 @@ from functools import partial
 from itertools import product
 from typing import Final
 
+import pytest
+
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Cancelled, Pause, Procedure
 from app.engine.target import Target
@@ -147,6 +149,7 @@ def _look_at_once(rig: Rig, seen: list[list[str]], _batch: Batch) -> None:
         seen.append([f"{where}: {text}" for where, text in rig._visible() if OF_A.search(text)])
 
 
+@pytest.mark.promise("l")
 def test_nothing_of_the_former_module_is_in_sight(rig: Rig) -> None:
     """One window for all changes, since it takes a second to make; each moment at two changes at least."""
     fresh: dict[Target | None, set[str]] = {}
@@ -202,6 +205,7 @@ def test_a_port_that_told_last_some_time_ago_is_drawn_from_then_on(rig: Rig) -> 
     assert [round(volts, 2) for volts in live.data.cell.window(0.0, 1e9).value.tolist()] == [4.02, 4.03]
 
 
+@pytest.mark.promise("l")
 def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> None:
     rig.show_a()
     assert any("Said of it" in one for one in _look(rig))
@@ -212,6 +216,7 @@ def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> 
     assert [one for one in _look(rig) if "Said of it" in one or "The module answers" in one] == []
 
 
+@pytest.mark.promise("l")
 def test_nothing_that_ends_after_a_disconnection_is_said(rig: Rig) -> None:
     """A job that was under way is cancelled by it, and says so only then."""
     said: list[tuple[str, str]] = []

@@ -71,6 +71,7 @@ def test_a_lock_that_never_left_is_not_said_to_have_been_sent(qtbot: QtBot, port
     assert port.lock.failed == Locked(outcome=Outcome.NOT_SENT, sent=0, is_port_lost=True)
 
 
+@pytest.mark.promise("l")
 def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: FakePorts) -> None:
     first, worker = ports.plug_in("/dev/one", tilt_deg=11)
     second, other = ports.plug_in("/dev/two", tilt_deg=22)
@@ -160,6 +161,7 @@ def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot
     assert seen[:2] == [Activation.UNKNOWN, Activation.ACTIVE]
 
 
+@pytest.mark.promise("l")
 def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
     _, worker = ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
@@ -204,6 +206,7 @@ def test_a_port_that_hangs_does_not_keep_another_module_from_being_shown(qtbot: 
     assert SETTLE_MS <= 1000
 
 
+@pytest.mark.promise("l")
 def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports: FakePorts) -> None:
     for name in ("one", "two", "three"):
         ports.plug_in(f"/dev/{name}", active=True)
@@ -222,6 +225,7 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     assert connector.current.lock.is_repeating
 
 
+@pytest.mark.promise("l")
 def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
     first, _ = ports.plug_in("/dev/one")
     second, worker = ports.plug_in("/dev/two", active=True)
@@ -277,6 +281,7 @@ CHANGES = (to_another_port, to_the_same_port, to_a_port_that_is_open, by_a_perso
 
 
 @pytest.mark.parametrize("change", [to_another_port, to_the_same_port])
+@pytest.mark.promise("l")
 def test_a_report_that_was_under_way_is_not_the_next_modules(
     qtbot: QtBot, ports: FakePorts, change: Callable[[FakePorts], None]
 ) -> None:
@@ -297,6 +302,7 @@ def test_a_report_that_was_under_way_is_not_the_next_modules(
 
 
 @pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.promise("l")
 def test_pages_are_told_before_anything_of_the_next_module(
     qtbot: QtBot, ports: FakePorts, change: Callable[[FakePorts], None]
 ) -> None:
@@ -316,6 +322,7 @@ def test_pages_are_told_before_anything_of_the_next_module(
 
 
 @pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.promise("l")
 def test_a_job_that_outlives_the_change_is_cancelled_and_reports_to_nobody(
     qtbot: QtBot, ports: FakePorts, change: Callable[[FakePorts], None]
 ) -> None:
@@ -340,6 +347,7 @@ def test_a_job_that_outlives_the_change_is_cancelled_and_reports_to_nobody(
 
 
 @pytest.mark.parametrize("is_said_new", [False, True])
+@pytest.mark.promise("l")
 def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(
     qtbot: QtBot, ports: FakePorts, is_said_new: bool
 ) -> None:
@@ -355,6 +363,7 @@ def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(
     assert connector.current.activation.state is Activation.UNKNOWN
 
 
+@pytest.mark.promise("l")
 def test_what_any_page_wrote_is_known_to_the_port(qtbot: QtBot, ports: FakePorts) -> None:
     open_first(qtbot, ports)
     second, worker = ports.plug_in("/dev/three", light_threshold_v=1.8)

@@ -174,6 +174,7 @@ LOOKS = (
 )
 
 
+@pytest.mark.promise("d")
 def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

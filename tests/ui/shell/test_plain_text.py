@@ -45,6 +45,7 @@ def assert_plain(root: QWidget) -> None:
     assert rich == []
 
 
+@pytest.mark.promise("g")
 def test_every_label_of_every_page_and_dialog_is_plain(bench: Bench) -> None:
     main = bench.assembly.window
     assert_plain(main)
@@ -56,6 +57,7 @@ def test_every_label_of_every_page_and_dialog_is_plain(bench: Bench) -> None:
         dialog.close()
 
 
+@pytest.mark.promise("g")
 def test_every_tool_tip_is_plain(bench: Bench) -> None:
     """Those that the program has, and one that looks like a verdict: as it would be shown for anything else."""
     main = bench.assembly.window
@@ -84,6 +86,7 @@ def assert_shown_as_it_is(widget: QWidget, text: str) -> None:
     QTest.qWait(1)
 
 
+@pytest.mark.promise("g")
 def test_a_file_that_would_be_replaced_is_named_plainly(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, user_files: Path
 ) -> None:

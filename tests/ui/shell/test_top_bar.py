@@ -156,6 +156,7 @@ def test_such_a_sentence_would_be_found(text: str) -> None:
     assert REASSURES.search(text)
 
 
+@pytest.mark.promise("l")
 def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
     found = []
     for message in ElementTree.parse(TRANSLATION).getroot().iter("message"):
@@ -178,6 +179,7 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
             assert not [one for one in said if re.search(r"(?:^|: )LOCKED$", one.text)], entry.key
 
 
+@pytest.mark.promise("h")
 def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
     """Reports of an unchanged module refresh nothing; without any the bar says how old the last one is."""
     ports = ports_alone()
@@ -219,6 +221,7 @@ def hear(ports: FakePorts) -> None:
     module.say(**{key: VALUES[key] for key in ("triggered", "active", "charging", "boot_count")})
 
 
+@pytest.mark.promise("j")
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         main, changes = assembly.window, NameChanges(assembly.window)
@@ -266,6 +269,7 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener
     ports.stop()
 
 
+@pytest.mark.promise("j")
 def test_each_state_is_told_once_when_it_becomes_so(qtbot: QtBot, listener: Listener) -> None:
     _, module = listener.ports.plug_in(USB0)
     assert listener.heard(qtbot, 1) == ["LOCKED"]
@@ -280,6 +284,7 @@ def test_each_state_is_told_once_when_it_becomes_so(qtbot: QtBot, listener: List
     assert listener.heard(qtbot, 1) == ["LOCKED"]
 
 
+@pytest.mark.promise("j")
 def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
     qtbot: QtBot, listener: Listener
 ) -> None:

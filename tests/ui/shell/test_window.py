@@ -72,6 +72,7 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         assert not bench.state().is_active
 
 
+@pytest.mark.promise("l")
 def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -182,6 +183,7 @@ def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
     assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.promise("h")
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", EMPTY_PAGE) as one:
         connector, main = one.assembly.connector, one.assembly.window
@@ -288,6 +290,7 @@ def test_a_page_begins_at_its_top_wherever_the_one_before_was_scrolled_to(qtbot:
 
 
 @pytest.mark.parametrize(("width", "height", "scale"), [(1024, 600, 1.0), (1920, 1080, 2.0)])
+@pytest.mark.promise("l")
 def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: float, tmp_path: Path) -> None:
     """At the first start, and where the window was larger when it was last closed."""
     screen = offscreen(tmp_path, width, height)

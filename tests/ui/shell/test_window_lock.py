@@ -121,6 +121,7 @@ def fail(one: Rig, monkeypatch: pytest.MonkeyPatch) -> Notice:
     return bar.notice
 
 
+@pytest.mark.promise("l")
 def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_it_is_locked(
     one: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,6 +163,7 @@ def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: py
     assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
 
 
+@pytest.mark.promise("l")
 def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
     bar = one.assembly.window.notice_bar
     wait_for_identity(one)
@@ -186,6 +188,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
 
 @pytest.mark.parametrize("is_late", [False, True])
 @pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
+@pytest.mark.promise("c")
 def test_the_report_of_what_may_be_another_module_confirms_nothing(
     one: Rig, monkeypatch: pytest.MonkeyPatch, answer: str, is_late: bool
 ) -> None:
@@ -213,6 +216,7 @@ def test_the_report_of_what_may_be_another_module_confirms_nothing(
     assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
+@pytest.mark.promise("l")
 def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Rig) -> None:
     """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
     connector = one.assembly.connector
@@ -235,6 +239,7 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Ri
     one.until(lambda: lock.confirmed is not None)
 
 
+@pytest.mark.promise("l")
 def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
     times = lossy(one.bench, 100)
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -248,6 +253,7 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
 
 
 @pytest.mark.parametrize("is_unplugged", [False, True])
+@pytest.mark.promise("l")
 def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
     connector = one.assembly.connector
     lock, done = connector.current.lock, list[str]()

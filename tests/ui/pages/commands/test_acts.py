@@ -43,6 +43,7 @@ def said(one: Desk, act: Act) -> str:
     return notice_text(one.commands.acts[act].notice_bar)
 
 
+@pytest.mark.promise("d")
 def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> None:
     for act in (Act.ZERO, Act.FORBID_DEPLOY, Act.ACTIVATE, Act.SHUTDOWN):
         row = one.commands.acts[act]
@@ -64,6 +65,7 @@ def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> No
             one.click("lock_button")
 
 
+@pytest.mark.promise("d")
 def test_a_double_click_on_the_first_button_is_no_confirmation(qtbot: QtBot, qapp: QApplication, one: Desk) -> None:
     confirm = one.commands.acts[Act.ACTIVATE].confirm
     window = one.assembly.window
@@ -125,6 +127,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
     one.until(lambda: not said(one, Act.ACTIVATE))
 
 
+@pytest.mark.promise("l")
 def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Desk) -> None:
     row = one.commands.acts[Act.ACTIVATE]
     one.until(row.confirm.ask.isEnabled)
@@ -135,12 +138,14 @@ def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Desk
     one.until(lambda: not said(one, Act.ACTIVATE))
 
 
+@pytest.mark.promise("l")
 def test_lock_is_one_click(active: Desk) -> None:
     active.click("lock_button")
     active.until(lambda: not active.bench.module.state.is_active)
     active.until(lambda: audit(active) == [(Act.LOCK, Outcome.CONFIRMED)])
 
 
+@pytest.mark.promise("h")
 def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -197,6 +202,7 @@ def test_it_moves_at_the_last_moment() -> None:
     end_watch(rig)
 
 
+@pytest.mark.promise("h")
 def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
     for status in (StatusSample(0.0, 7, 1.0, False, False), None):
         done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=status)
@@ -206,6 +212,7 @@ def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
 @pytest.mark.parametrize(
     ("theme", "whole"), [(Theme.LIGHT, (Act.ACTIVATE, Act.ZERO)), (Theme.SUNLIGHT, (Act.ACTIVATE,))], ids=str
 )
+@pytest.mark.promise("d")
 def test_on_the_smallest_screen_the_first_acts_are_whole_and_nothing_moves_them(
     bench: GestureBench, theme: Theme, whole: tuple[Act, ...]
 ) -> None:
@@ -234,6 +241,7 @@ def test_on_the_smallest_screen_the_first_acts_are_whole_and_nothing_moves_them(
 
 
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.SUNLIGHT])
+@pytest.mark.promise("d")
 def test_the_deploy_panel_keeps_its_place_at_every_step(bench: GestureBench, theme: Theme) -> None:
     bench.assembly.appearance.choose(theme)
     bench.window.resize(960, 540)

@@ -180,6 +180,7 @@ OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
 }
 
 
+@pytest.mark.promise("j")
 def test_whatever_a_person_does_instead_disarms(full_desk: Desk) -> None:
     for why, (act, text) in OF_THE_PERSON.items():
         full_desk.go_to("commands")
@@ -195,6 +196,7 @@ def test_whatever_a_person_does_instead_disarms(full_desk: Desk) -> None:
         release(full_desk)
 
 
+@pytest.mark.promise("j")
 def test_whatever_becomes_of_the_module_disarms(active: Desk) -> None:
     ritual = active.commands.ritual
     for why, (act, text) in OF_THE_MODULE.items():
@@ -233,6 +235,7 @@ def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(active: Desk)
     stays_quiet(active, HELD_MS)
 
 
+@pytest.mark.promise("c")
 def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, active: Desk) -> None:
 
     def fail() -> None:

@@ -125,6 +125,7 @@ def any_click_on_cancel(bench: GestureBench) -> None:
     assert is_nothing_sent(bench)
 
 
+@pytest.mark.promise("d")
 def test_what_completes_nothing(bench: GestureBench) -> None:
     for way in (
         a_click_that_does_not_count, two_hands_on_one_step, the_release_of_a_key_pressed_elsewhere,
@@ -134,6 +135,7 @@ def test_what_completes_nothing(bench: GestureBench) -> None:
         bench.reset()
 
 
+@pytest.mark.promise("d")
 def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
     """What X11 repeats is neither the release of the key nor a press of its own, in whichever order they are let go."""
     monkeypatch.setattr(gestures(), "has_paired_repeats", True)
@@ -170,6 +172,7 @@ def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monke
         bench.reset()
 
 
+@pytest.mark.promise("d")
 def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QApplication, tmp_path: Path) -> None:
     """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
     with gesture_bench(qapp, tmp_path, pages=("commands", "preflight")) as bench:
@@ -200,6 +203,7 @@ def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QAp
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down
+@pytest.mark.promise("d", "i")
 def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> None:
     """A few minutes of what `make gestures` does for hours."""
     report = run(qapp, 10, 7)
@@ -218,6 +222,7 @@ class PaintedWidget(StepButton):
         return option
 
 
+@pytest.mark.promise("d")
 def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
     """By what was painted of its own accord: grabbing it would repaint it."""
     gestures().reset()

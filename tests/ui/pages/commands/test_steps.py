@@ -51,6 +51,7 @@ def hold_with_space(bench: GestureBench) -> None:
     assert bench.commands.ritual.ritual.stage is Stage.HOLDING
 
 
+@pytest.mark.promise("d")
 def test_the_steps_of_an_act_have_places_of_their_own(qapp: QApplication, tmp_path: Path) -> None:
     with gesture_bench(qapp, tmp_path, pages=("commands", "settings")) as bench:
         for language, size in product((ENGLISH, CHINESE, PSEUDO), ((900, 520), (1024, 600), (1366, 768))):
@@ -77,6 +78,7 @@ def test_the_steps_of_an_act_have_places_of_their_own(qapp: QApplication, tmp_pa
             bench.reset()
 
 
+@pytest.mark.promise("d")
 def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     """Neither what stands against an act nor what came of one moves the next button."""
     bench.window.resize(1366, 768)
@@ -112,6 +114,7 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     assert places() == before
 
 
+@pytest.mark.promise("d")
 def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(bench: GestureBench) -> None:
     """The state is said as ready to fire, a rehearsal looks like one, and what deploying does follows the language."""
     page = bench.commands
@@ -139,6 +142,7 @@ def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(be
     assert effect.text() == tr(EFFECTS[Act.DEPLOY]) != "Fires the parachute."
 
 
+@pytest.mark.promise("d")
 def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench) -> None:
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
     bench.go_and_click(confirm.ask)
@@ -179,6 +183,7 @@ def test_a_question_out_of_sight_is_withdrawn_and_half_out_of_sight_not_asked_ye
     assert is_in_sight(confirm)
 
 
+@pytest.mark.promise("d")
 def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench) -> None:
     ritual = bench.commands.ritual
     cover = QWidget(bench.window)
@@ -202,6 +207,7 @@ def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench) -> Non
         assert "not in sight" in ritual.notice_bar.notice.text, size
 
 
+@pytest.mark.promise("d")
 def test_after_an_act_the_focus_is_nowhere(bench: GestureBench) -> None:
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
@@ -213,6 +219,7 @@ def test_after_an_act_the_focus_is_nowhere(bench: GestureBench) -> None:
     assert not isinstance(QApplication.focusWidget(), StepButton)
 
 
+@pytest.mark.promise("d")
 def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBench) -> None:
     hold_with_space(bench)
     ritual = bench.commands.ritual
@@ -266,6 +273,7 @@ def test_a_second_press_ends_a_hold(bench: GestureBench) -> None:
 
 
 @pytest.mark.parametrize("is_let_go", [False, True])
+@pytest.mark.promise("d")
 def test_a_repeat_that_x11_does_not_mark_is_no_release(
     bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_let_go: bool
 ) -> None:
@@ -294,6 +302,7 @@ def test_a_repeat_that_x11_does_not_mark_is_no_release(
         assert [one.encode()[2:5].hex() for one in bench.sent] == ["110201"]
 
 
+@pytest.mark.promise("d")
 def test_what_comes_to_lie_under_the_pointer_counts_only_after_it_left(bench: GestureBench) -> None:
     """Uncovered, scrolled or moved there by a layout: the same."""
     bench.reset()

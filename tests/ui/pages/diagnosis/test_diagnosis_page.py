@@ -217,6 +217,7 @@ def test_bytes_at_another_rate_do_not_count() -> None:
     assert diagnose(evidence) is None
 
 
+@pytest.mark.promise("g")
 def test_never_more_requests_time_out_than_were_sent() -> None:
     """One request was pending when the module last answered."""
     collector = EvidenceCollector()
@@ -371,6 +372,7 @@ def test_sent_frames_are_kept_for_a_bundle(qtbot: QtBot, qapp: QApplication, tmp
         assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
 
 
+@pytest.mark.promise("l")
 def test_the_support_bundle_in_sight_is_made_again_for_another_module(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:

@@ -43,6 +43,7 @@ from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
 
+@pytest.mark.promise("l")
 def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
     """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
     desk.plug_in(3)
@@ -107,6 +108,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
 
 
 @pytest.mark.parametrize("is_enabling", [False, True])
+@pytest.mark.promise("l")
 def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
     desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -142,6 +144,7 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     assert worker.jobs[-1][0].run.is_cancelled  # it asks, and enables, nothing of another module
 
 
+@pytest.mark.promise("g")
 def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
     desk.plug_in(3)
     page, strip = desk.page, desk.page.notice_bar
@@ -276,6 +279,7 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
 
 
 @pytest.mark.parametrize("change", ["another module", "disconnected"])
+@pytest.mark.promise("l")
 def test_what_was_said_of_a_set_ends_with_any_of_its_modules(desk: Desk, change: str) -> None:
     desk.plug_in(2)
     desk.click(desk.page.check)
@@ -411,6 +415,7 @@ def test_leaving_that_was_cancelled_is_not_done_when_lock_is_confirmed(desk: Des
     assert port.is_requested
 
 
+@pytest.mark.promise("l")
 def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Desk) -> None:
     desk.plug_in(2)
     (attention, bar), closed = attention_of(desk), list[bool]()

@@ -58,6 +58,7 @@ def test_a_card_says_that_its_voltage_is_the_chargers(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))
+@pytest.mark.promise("l")
 def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, seed: int) -> None:
     """Values, losses, returns, LOCKs and choices in any order: every card is its own module's, and of now."""
     source = random.Random(seed)
@@ -112,6 +113,7 @@ def filed(desk: Desk) -> Filed:
     return Filed(assessment, make_record(assessment, at=local_now()), None)
 
 
+@pytest.mark.promise("l")
 def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Desk) -> None:
     desk.plug_in(2)
     connection, worker = desk.modules[1]
@@ -125,6 +127,7 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
     assert card.next_step(desk.ports.now_s) == "Check again: changed: Light"
 
 
+@pytest.mark.promise("l")
 def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
     connection, _ = desk.modules[0]
@@ -157,6 +160,7 @@ def test_what_is_void_of_a_set_is_neither_said_nor_exported_any_more(desk: Desk)
     assert shown == [(None, "no reply for a moment"), (None, "port lost"), (None, "changed: checked again")]
 
 
+@pytest.mark.promise("l")
 def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> None:
     desk.plug_in(5, active=True)
     desk.click(desk.page.lock_all)
@@ -217,6 +221,7 @@ def _sorts_five_seconds_after_it_has_left(
         assert desk.page.board.cards[0] is (last if is_sorted else first)
 
 
+@pytest.mark.promise("l")
 def test_no_lock_moves_under_a_hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where a module comes, goes or needs a person first."""
     desk.plug_in(3)
@@ -324,6 +329,7 @@ def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
     assert len(desk.page.members.connections) == 2
 
 
+@pytest.mark.promise("l")
 def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(desk: Desk) -> None:
     desk.plug_in(2, active=True)
     second, _ = desk.modules[1]

@@ -359,6 +359,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert page.map.isVisible()
 
 
+@pytest.mark.promise("i")
 def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
     exchange, page = desk.page._services.exchange, desk.page
     desk.add(tilted("turn", 50))
@@ -405,6 +406,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     assert "approved settings code was removed" in desk.notice()
 
 
+@pytest.mark.promise("i")
 def test_nothing_on_the_page_can_reach_a_module() -> None:
     """It has access to neither the connector nor the engine."""
     for path in ROOM.glob("*.py"):

@@ -302,6 +302,7 @@ def test_the_rate_is_painted_twice_a_second_and_its_end_at_once(bench: Bench, pa
     assert "live_stream" in paints.of(bench, is_streaming=False)
 
 
+@pytest.mark.promise("j")
 def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
     bench: Bench, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -321,6 +322,7 @@ def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
     assert shown == [(True, False), (True, True)]
 
 
+@pytest.mark.promise("j")
 def test_a_trigger_and_an_activation_are_changes_that_everybody_hears_of(bench: Bench, qapp: QApplication) -> None:
     heard: list[object] = []
     bench.connector.changed.connect(lambda: heard.append(bench.connector.current.device.reported))

@@ -47,6 +47,7 @@ def counted_presses(page: QWidget) -> list[str]:
     return pressed
 
 
+@pytest.mark.promise("f")
 def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, rig: OnBench) -> None:
     page = rig.preflight
     pressed = counted_presses(page)
@@ -148,6 +149,7 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
         assert set(bench.acts[:-2]) == {LOCK}
 
 
+@pytest.mark.promise("f")
 def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
@@ -198,6 +200,7 @@ def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBenc
 
 
 @pytest.mark.parametrize("is_said_new", [False, True])
+@pytest.mark.promise("f")
 def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch, is_said_new: bool
 ) -> None:
@@ -234,6 +237,7 @@ def _set(name: str, raw: int) -> Callable[[OnBench], None]:
     (_set("attitude_threshold", 200), "Attitude threshold: 60° → 200°", True),
     (_set("freefall_time", 10), "Free-fall time", False),
 ])  # fmt: skip
+@pytest.mark.promise("f")
 def test_other_settings_end_a_verdict_that_stands(
     quick: None, rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
 ) -> None:
@@ -254,6 +258,7 @@ def test_it_stands_while_nothing_changes(quick: None, rereads: None, rig: OnBenc
     assert rig.preflight.work.standing is Standing.READY
 
 
+@pytest.mark.promise("f")
 def test_what_cannot_be_read_again_ends_it(quick: None, rereads: None, rig: OnBench) -> None:
     assert rig.check() is Standing.READY
     rig.bench.change(mute_codes=frozenset((0x20,)))

@@ -73,6 +73,7 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
+@pytest.mark.promise("f")
 def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBench) -> None:
     """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
     new is not forgotten."""
@@ -109,6 +110,7 @@ def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(quick: None
     assert len(store.read(partial(all_fired, module="M-08"))) == 1
 
 
+@pytest.mark.promise("l")
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
     quick: None, full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,6 +137,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBenc
     assert kept(rig) == []
 
 
+@pytest.mark.promise("a")
 def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
@@ -148,6 +151,7 @@ def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> 
     rig.wait_standing(Standing.NO_GO)
 
 
+@pytest.mark.promise("f")
 def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, rig: OnBench) -> None:
     connector = rig.assembly.connector
     name_module(rig, "M-07")
@@ -168,6 +172,7 @@ def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, rig: OnBe
 LIMIT_S = 60.0
 
 
+@pytest.mark.promise("j")
 def test_the_window_does_not_wait_while_a_check_is_filed(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
@@ -235,6 +240,7 @@ LIES = {
 
 
 @pytest.mark.parametrize("name", LIES)
+@pytest.mark.promise("f")
 def test_what_moves_is_named(name: str) -> None:
     lie = LIES[name]
     checked = check(options=lie.options)
@@ -250,6 +256,7 @@ def test_the_name_says_what_it_was_and_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("code", [0x20, 0x21, 0x22, 0x15, 0x23])
+@pytest.mark.promise("f")
 def test_what_is_answered_once_only_is_unknown(code: int) -> None:
     """The setting is answered before the measuring and not after it."""
 

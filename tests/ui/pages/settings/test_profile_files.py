@@ -351,6 +351,7 @@ def test_whether_edits_are_dropped_for_a_new_module_is_not_asked_of_the_one_afte
 
 
 @pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
+@pytest.mark.promise("a")
 def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(answer: str, one: Desk) -> None:
     connector, work = one.assembly.connector, one.settings.work
     bar, box = one.assembly.window.notice_bar, one.find(QLineEdit, "freefall_time_wanted")

@@ -110,6 +110,7 @@ def desk(qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     ],
     ids=["nothing", "begun", "heard", "heard_and_begun"],
 )
+@pytest.mark.promise("l")
 def test_what_an_interrupted_write_began_is_in_doubt_until_it_reads_as_wanted(
     desk: Desk, error: Exception, begun: Any, heard: Any, states: list[RowState], reasons: list[str]
 ) -> None:

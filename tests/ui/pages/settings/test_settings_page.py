@@ -127,6 +127,7 @@ def test_a_trigger_that_is_off_is_warned_of_also_once_it_is_written(one: Desk) -
     assert one.assembly.window.top_bar.triggers.word == "tilt off"
 
 
+@pytest.mark.promise("d")
 def test_an_active_module_is_written_only_when_unlocked_for_this_once(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -143,6 +144,7 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(
         assert len(one.changes()) == 1
 
 
+@pytest.mark.promise("h")
 def test_what_is_refused_anyway_is_disabled_and_says_why(one: Desk) -> None:
     page = one.settings
     type_into(one, "freefall_time", "1.2")

@@ -110,6 +110,7 @@ def kept(bench: GestureBench, kind: GuidedKind) -> None:
     bench.until(lambda: kind in bench.guided.work.last, limit_s=10_000.0)
 
 
+@pytest.mark.promise("c")
 def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> None:
     acts = {GuidedKind.TILT: [ACTIVATE, LOCK]}
     page = bench.guided
@@ -140,6 +141,7 @@ def test_the_picture_shows_what_the_instruction_says(bench: GestureBench) -> Non
         assert (page.picture.accessibleName(), page.picture.step) == (f"Picture: {text}", number)
 
 
+@pytest.mark.promise("i")
 def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_but_questions(
     bench: GestureBench,
 ) -> None:
@@ -166,6 +168,7 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
     assert bench.guided.work.owes_lock is False
 
 
+@pytest.mark.promise("c")
 def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys_hands_is_locked(
     bench: GestureBench,
 ) -> None:
@@ -229,6 +232,7 @@ def _done(bench: GestureBench) -> None:
     act_as_told(bench, Hands(bench.bench, PersonSteps()))
 
 
+@pytest.mark.promise("c")
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
     for leave in (_cancel, _escape, _another_page, _minimise, _error_in_the_procedure, _nobody, _done, _close):
@@ -248,6 +252,7 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
 
 
 @pytest.mark.parametrize("is_forced", [False, True])
+@pytest.mark.promise("c")
 def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench, is_forced: bool) -> None:
     """Also where what the page does on this port does not end in time."""
     activated(bench)
@@ -260,6 +265,7 @@ def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench, is
     assert is_locked(bench)
 
 
+@pytest.mark.promise("c")
 def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot) -> None:
     def fail() -> None:
         raise RuntimeError("a mistake of ours")
@@ -274,6 +280,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
     assert "program error" in bench.guided.result.verdict.text()
 
 
+@pytest.mark.promise("c")
 def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> None:
     activated(bench)
     bench.bench.change(drop=1.0, direction="both")
@@ -287,6 +294,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert failed.sentence in notice.text
 
 
+@pytest.mark.promise("l")
 def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
     activated(bench)
     bench.guided.work.cancel()
@@ -302,6 +310,7 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ge
     bench.until(lambda: said(bench) == reported)
 
 
+@pytest.mark.promise("c")
 def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
     activated(bench)
     bench.bench.unplug()
@@ -319,6 +328,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: not work.owes_lock)
 
 
+@pytest.mark.promise("c")
 def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     activated(bench)
     bench.bench.unplug()
@@ -329,6 +339,7 @@ def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     assert not bench.guided.work.owes_lock
 
 
+@pytest.mark.promise("c")
 def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
     at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)

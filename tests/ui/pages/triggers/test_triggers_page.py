@@ -117,6 +117,7 @@ def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QAppli
         bench.until(lambda: bench.triggers.strip.button("say_new") is None)  # for it reports that it has fired
 
 
+@pytest.mark.promise("g")
 def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Once, with queries only, without a click, and not again after a cancel."""
     with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True) as bench:
