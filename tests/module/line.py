@@ -3,16 +3,19 @@
 import os
 import random
 import select
-import termios
+import sys
 import threading
 import time
-import tty
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
 from tests.module.module import Module
 from tests.module.wire import RATES
+
+if sys.platform != "win32":
+    import termios
+    import tty
 
 LONGEST_WAIT_S = 0.02
 CHUNK = 4096
