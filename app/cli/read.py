@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from app.engine.address_lock import sets_rate
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
-from app.engine.procedure import TwoModules
+from app.engine.procedure import Pause, Procedure, TwoModules
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
@@ -29,6 +29,8 @@ from protocol.events import FellSilent, Received, Unanswered
 from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
 
+SECOND_ANSWER_S = 0.05
+"""Longer than two modules that hear the same question are apart."""
 _PORT_LOST = message(marked("port lost"))
 _FELL_SILENT = message(marked("no reply"))
 _RESTARTED = message(marked("the module restarted"))
@@ -106,7 +108,7 @@ def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Fin
     """What was read, and a sentence if reading ended early."""
     everything: Everything | None = None
     with LinkTrouble() as link:
-        everything = conversation.run(undisturbed(read_everything))
+        everything = conversation.run(_read_and_listen())
         if everything is None:
             raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
     if everything is None:
@@ -119,6 +121,13 @@ def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Fin
         return _findings(conversation, port, errors, _RESTARTED, since=everything.began_at), None
     findings = _findings(conversation, port, errors, _FELL_SILENT, since=silence.ended_at)
     return findings, module_is_silent(port, conversation.device)
+
+
+def _read_and_listen() -> Procedure[Everything | None]:
+    """Read everything; a second module on this line answers a little later, also the last question."""
+    everything = yield from undisturbed(read_everything)
+    yield Pause(SECOND_ANSWER_S)
+    return everything
 
 
 def unanswered_reason(unanswered: Unanswered) -> UserMessage:
