@@ -45,7 +45,7 @@ from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
-KEYS = {command.key for command in READABLE[1:]}
+KEYS = {command.key for command in READABLE[3:]}
 DIAGNOSIS = page_entries("diagnosis")
 
 
