@@ -26,9 +26,11 @@ from tests.support.journals import FakeJournal
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
 from tests.support.window.steps import find, given
 from ui.acts.confirm import Confirm
+from ui.core.background_task import BackgroundTask
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble
@@ -196,6 +198,9 @@ class GestureBench:
     def turn(self) -> None:
         """Process the events of the window once, after what the disk is still asked for, and paint."""
         wait_for_disk(self.assembly)
+        for task in self.assembly.window.findChildren(BackgroundTask):
+            if task.is_running:
+                task.wait(PATIENCE_S)  # it takes no time of the fake clock
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))
