@@ -256,7 +256,7 @@ def test_a_wrong_clock_counts_for_nothing_and_is_named(stores: list[Store], stic
 
 def test_stations_are_known_by_the_names_that_they_give_themselves_only(stores: list[Store], stick: Path) -> None:
     text = content_text(StationNamed(public_key=stores[0].station, name="another"))
-    put(stick, tuple(make_row("station", text, module=None, station=STRANGER, at=NOW)))
+    put(stick, tuple(make_row("station", text, module=None, station=STRANGER, at=NOW + timedelta(hours=1))))
     archive = Archive(stores[0])
     sync(archive, str(stick))
     assert "another" not in archive.status(None).stations.values()

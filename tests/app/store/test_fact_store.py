@@ -214,6 +214,24 @@ def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(wha
         assert notice(store) == ""
 
 
+def test_a_log_that_a_lost_file_left_behind_spoils_no_copy(folder: Path) -> None:
+    with opened(folder, NOON - timedelta(days=1)) as store:
+        store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
+    copied(folder)
+    path = folder / FILE_NAME
+    with closing(sqlite3.connect(path, isolation_level=None)) as kept_open, opened(folder) as store:
+        kept_open.execute("SELECT 1 FROM facts").fetchone()
+        for number in range(50):
+            store.add(SaidNew(is_new=True), f"later {number}").result(PATIENCE_S)
+        log = path.with_name(f"{FILE_NAME}-wal").read_bytes()
+    assert log
+    path.unlink()
+    path.with_name(f"{FILE_NAME}-wal").write_bytes(log)
+    with opened(folder) as store:
+        assert said(store) == [("M-07", True)]
+        assert store.read(lambda facts: facts.connection.execute("PRAGMA integrity_check").fetchall()) == [("ok",)]
+
+
 def test_without_a_copy_a_damaged_file_is_set_aside_and_said(folder: Path) -> None:
     folder.mkdir()
     (folder / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
