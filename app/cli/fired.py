@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from app.cli.results import FiredJson, FireJson
 from app.flights.answer import Answer
 from app.flights.columns import parse_choice
 from app.flights.curves import JudgedFlight, LogFiring
@@ -141,32 +142,40 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
 # What is printed
 
 
-def json_of(log: SummarisedLog, answer: Answer) -> dict[str, object]:
+def json_of(log: SummarisedLog, answer: Answer) -> FiredJson:
     """Always in English. `fires` is null where nobody can know whether it fires."""
-    line: dict[str, object] = {
-        "log": str(log.path), "fires": None, "tilt_max_deg": None, "longest_fall_s": None, "not_judged_s": None,
-        "problems": [problem.in_english() for problem in _problems(log, answer)],
-        "answer": answer.value,
-    }  # fmt: skip
+    fires: list[FireJson] | None = None
+    tilt_max_deg: float | None = None
+    longest_fall_s: float | None = None
+    not_judged_s: float | None = None
     flight = log.flight
     if flight is not None:
         if answer is not Answer.NOT_JUDGED:
-            line["fires"] = [fire for firing in log.judged[0].firings for fire in _fires(firing)]
-        line["tilt_max_deg"] = _number(flight.tilt_max_deg, 1)
+            fires = [fire for firing in log.judged[0].firings for fire in _fires(firing)]
+        tilt_max_deg = _number(flight.tilt_max_deg, 1)
         if flight.has_acceleration:
-            line["longest_fall_s"] = _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2)
-        line["not_judged_s"] = _number(flight.not_judged_s, 2)
-    return line
+            longest_fall_s = _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2)
+        not_judged_s = _number(flight.not_judged_s, 2)
+    return FiredJson(
+        log=str(log.path),
+        fires=fires,
+        tilt_max_deg=tilt_max_deg,
+        longest_fall_s=longest_fall_s,
+        not_judged_s=not_judged_s,
+        problems=[problem.in_english() for problem in _problems(log, answer)],
+        answer=answer.value,
+    )
 
 
-def _fires(firing: LogFiring) -> list[dict[str, object]]:
-    names = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
+def _fires(firing: LogFiring) -> list[FireJson]:
     tilt_deg = _number(firing.tilt_deg, 0)
-    return [
-        {"t_s": round(firing.at_s, 3), "source": name, "tilt_deg": None if tilt_deg is None else int(tilt_deg)}
-        for source, name in names.items()
-        if source in firing.sources
-    ]
+    shown_tilt_deg = None if tilt_deg is None else int(tilt_deg)
+    fires: list[FireJson] = []
+    if Source.ATTITUDE in firing.sources:
+        fires.append(FireJson(t_s=round(firing.at_s, 3), source="attitude", tilt_deg=shown_tilt_deg))
+    if Source.FREEFALL in firing.sources:
+        fires.append(FireJson(t_s=round(firing.at_s, 3), source="freefall", tilt_deg=shown_tilt_deg))
+    return fires
 
 
 def _number(value: float, digits: int) -> float | None:

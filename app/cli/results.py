@@ -4,8 +4,6 @@ A value that is not known is null. Names have the unit in them. A field that is 
 it has nothing to say (`UNSET`).
 """
 
-import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
@@ -259,6 +257,29 @@ class DeletedJson(ResultJson, frozen=True, kw_only=True):
     deleted: list[str]
 
 
+# Flight logs
+
+
+class FireJson(ResultJson, frozen=True, kw_only=True):
+    """`t_s`: seconds since the beginning of the log."""
+
+    t_s: float
+    source: Literal["attitude", "freefall"]
+    tilt_deg: Annotated[int, Meta(ge=0)] | None
+
+
+class FiredJson(ResultJson, frozen=True, kw_only=True):
+    """`fires` is null where nobody can know whether it fires; `not_judged_s` covers the whole length of the log."""
+
+    log: str
+    fires: list[FireJson] | None
+    tilt_max_deg: float | None
+    longest_fall_s: float | None
+    not_judged_s: float | None
+    problems: list[str]
+    answer: Literal["fires", "does_not_fire", "not_judged", "unreadable"]
+
+
 # Captured bytes
 
 
@@ -424,6 +445,7 @@ TYPES: dict[str, tuple[str, Any]] = {
     "error": ("in the place of a result, with --json", ErrorJson),
     "export": ("dps-s record --json, dps-s recordings export --json", ExportJson),
     "find": ("dps-s find --json", FindJson),
+    "fired": ("dps-s fired --json, one line", FiredJson),
     "history": ("dps-s history --json", HistoryJson),
     "act": ("dps-s activate | lock | zero | shutdown --json", ActJson),
     "monitor": ("dps-s monitor --json, one line", MonitorJson),
@@ -440,11 +462,9 @@ TYPES: dict[str, tuple[str, Any]] = {
 """The title of each schema, and what it is made of."""
 
 
-_WRITTEN_BY_HAND = Path(__file__).parent / "reference" / "schemas"
-"""What has no structure yet."""
 _RECORD = "record"
 """Made of a structure that is not loaded for every command."""
-NAMES = sorted([*TYPES, _RECORD, *(path.stem for path in _WRITTEN_BY_HAND.glob("*.json"))])
+NAMES = sorted([*TYPES, _RECORD])
 
 
 def schema_of(name: str) -> dict[str, Any]:
@@ -453,9 +473,6 @@ def schema_of(name: str) -> dict[str, Any]:
         from app.records.record import SignedDocument
 
         return _schema("The signed record of a pre-flight check", SignedDocument)
-    if name not in TYPES:
-        written: dict[str, Any] = json.loads((_WRITTEN_BY_HAND / f"{name}.json").read_text(encoding="utf-8"))
-        return written
     return _schema(*TYPES[name])
 
 
