@@ -235,6 +235,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: No
     assert rig.check() is Standing.READY
     rig.bench.module.memory.attitude_threshold = 70
     rig.until(lambda: rig.assembly.connector.current.device.contradicted is not None)  # nobody set it
+    rig.until(lambda: "Two modules on this line?" in rig.assembly.window.status_bar.passing.text())
     name_module(rig, "M-07")
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
