@@ -4894,10 +4894,6 @@
         <translation>自动触发</translation>
     </message>
     <message>
-        <source>two modules on this line?</source>
-        <translation>此线路上有两个模块吗？</translation>
-    </message>
-    <message>
         <source>unasked</source>
         <translation>主动</translation>
     </message>

@@ -34,7 +34,7 @@ class Disturbance(Enum):
     UNREAD = marked("not read again")
     TOO_OLD = marked("too old")
     FIRED = marked("told to fire")
-    CONTRADICTED = marked("two modules on this line?")
+    CONTRADICTED = marked("contradictory answers")
 
 
 class FlagState(Enum):

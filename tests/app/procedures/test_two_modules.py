@@ -160,7 +160,7 @@ def test_a_verdict_is_void_when_a_second_module_answers() -> None:
     void = void_reason(ready, rig.session.device.view(now), now, opened_at=rig.session.opened_at)
     assert void is not None
     assert void.message.in_english() == (
-        "two modules on this line?: Attitude threshold: 60°, then 85°. Two modules on this line?"
+        "contradictory answers: Attitude threshold: 60°, then 85°. Two modules on this line?"
     )
     performed, after = rig.run(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
     assert performed.outcome is Outcome.NOT_SENT
