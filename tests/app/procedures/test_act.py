@@ -273,17 +273,13 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
     rig.step_until(lambda: journal.intents)
     heard = rig.session.link_view().counters.bytes_received
-    rig.step_for(3.0)
-    assert rig.session.link_view().counters.bytes_received > heard + 60
+    rig.step_for(0.8)
+    assert rig.session.link_view().counters.bytes_received > heard + 12
     assert not acts_sent(rig)
     journal.flush()
     ended = rig.end(run)
-    if act in (Act.DEPLOY, Act.ZERO):  # held three seconds ago; whether it lies still has to be watched again
-        assert ended.outcome is Outcome.NOT_SENT
-        assert acts_sent(rig) == []
-    else:
-        assert ended.outcome is Outcome.CONFIRMED
-        assert acts_sent(rig) == [REQUESTS[act].encode()]
+    assert ended.outcome is Outcome.CONFIRMED
+    assert acts_sent(rig) == [REQUESTS[act].encode()]
 
 
 @pytest.mark.promise("h")
@@ -294,7 +290,7 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     run = rig.started(perform(Act.ACTIVATE, journal, permit=permit_for(rig, Act.ACTIVATE)))
     rig.step_until(lambda: journal.intents)
     rig.bench.module.activate(is_active=True)
-    rig.step_for(2.0)
+    rig.step_for(0.8)
     journal.flush()
     ended = rig.end(run)
     assert Interlock.IS_LOCKED in {refusal.condition for refusal in ended.refusals}
@@ -309,7 +305,7 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     journal.is_held = True
     begun = rig.clock()
     done = do(rig, Act.DEPLOY, journal)
-    assert rig.clock() - begun == pytest.approx(5.0, abs=0.3)
+    assert rig.clock() - begun == pytest.approx(1.0, abs=0.3)
     assert [refusal.condition for refusal in done.refusals] == [Interlock.INTENT_DURABLE]
     assert "too slow" in done.sentence
     set_language(CHINESE)

@@ -17,7 +17,6 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.safety.ritual import Stage
-from app.store.fact_store import Store
 from app.store.trouble import StoreFault, StoreTrouble
 from protocol.catalogue import STATUS
 from protocol.link_states import Presence
@@ -149,10 +148,10 @@ def test_lock_is_one_click(active: Desk) -> None:
 def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(_folder: Path | None) -> Store:
+    def fail(*_: object) -> None:
         raise StoreTrouble(StoreFault.READ_ONLY, tmp_path)
 
-    monkeypatch.setattr("ui.services.storage.open_store", fail)
+    monkeypatch.setattr("app.store.fact_store.open_file", fail)
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
         said_above = given(one.assembly.window.notice_bar.notice)
         assert said_above.text == f"The program may not write into {tmp_path}."
