@@ -15,7 +15,6 @@ from app.engine.session import MAX_STEP_S, Session
 from app.engine.worker import Worker
 from app.simulator import bench as benches
 from app.terminal.connection import Conversation
-from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Program, run_here
 
 _numbers = count(1)
@@ -95,9 +94,3 @@ def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(time, "monotonic", clock)
     for kind in Worker, benches.SimulatedBench:
         monkeypatch.setitem(vars(kind)["__init__"].__kwdefaults__, "clock", clock)
-
-
-@pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shorten the pre-flight check."""
-    hurry_check(monkeypatch)

@@ -28,7 +28,7 @@ from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store, records_of
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
 
 PROFILE = """
 name = "H6"

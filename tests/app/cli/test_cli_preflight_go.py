@@ -18,7 +18,7 @@ from tests.support.line.frames import at_each_frame
 from tests.support.records.stored import audit, checks_of, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
 
 
 ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")

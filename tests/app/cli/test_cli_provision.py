@@ -29,7 +29,7 @@ from tests.support.line.odd_module import forget_settings
 from tests.support.records.stored import checks_of, evidence_of, modules_in, open_store, register
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "qapp")  # it prints
 SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
 Plug = Callable[[SimulatedBench], object]
 Batch = Callable[..., list[str]]

@@ -127,7 +127,7 @@ def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
 
 
 @posix_only
-@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting", "brief")
+@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
 @pytest.mark.parametrize("section", sections(), ids=lambda section: section.title)
 @pytest.mark.promise("d", "f")
 def test_what_is_said_and_sent(
@@ -142,7 +142,7 @@ def test_what_is_said_and_sent(
 
 
 @posix_only
-@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting", "brief")
+@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
 @pytest.mark.parametrize("section", some(sections(), one_in=4), ids=lambda section: section.title)
 def test_in_chinese_the_punctuation_is_full_width(
     section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -20,7 +20,6 @@ from app.store.opening import FILE_NAME
 from app.store.trouble import StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
-from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.line.frames import at_frame
 from tests.support.records.kept_facts import tamper
@@ -30,8 +29,8 @@ WORDS = ("--enable-triggers", "--module", "M-07", "--who", "Li Wei", "--aircraft
 
 
 @pytest.fixture(autouse=True)
-def _hurried(speaks_english: None, no_waiting: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch)
+def _hurried(speaks_english: None, no_waiting: None) -> None:
+    """In English, and without waiting for the clock."""
 
 
 def _boot_count(printed: Printed) -> tuple[str, str, str]:

@@ -25,7 +25,6 @@ from protocol.fields import Value
 from protocol.frame import HOST_FRAME_LENGTH, Direction, Fault, Frame, Noise, Reason
 from protocol.link_states import Presence
 from protocol.messages import Status
-from tests.support.check_pace import hurry_check
 from tests.support.line.frames import at_frame
 from tests.support.line.odd_module import OddSetup, end_faults
 from tests.support.line.sim_line import Rig
@@ -214,9 +213,8 @@ def test_a_twin_put_in_its_place_between_two_checks(silent_s: float, is_active: 
 
 @pytest.mark.parametrize("silent_s", [0.35, 0.5, 1.0, 1.5, 2.0])
 @pytest.mark.promise("f")
-def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float) -> None:
     """At every request after the heartbeats, until nothing is asked of the other one any more."""
-    hurry_check(monkeypatch)
     whole = Rig(OPTIONS)
     assert checked(whole, is_enabling=True)[0] is Verdict.READY
     begin = 25

@@ -54,7 +54,7 @@ def left() -> list[str]:
     ],
 )  # fmt: skip
 @pytest.mark.promise("l")
-def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s: Program, brief: None) -> None:
+def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s: Program) -> None:
     (tmp_path / "wanted.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.6\n', encoding="utf-8")
     leave(line)
     command = [str(tmp_path / "wanted.toml") if word == "FILE" else word for word in words.split()]

@@ -8,13 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.flights.fire_map import FlightGroup
-from tests.support.check_pace import hurry_check
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
@@ -262,10 +260,8 @@ def walking(
     """Show the whole window with two adapters listed and a simulated module."""
     ports = ListedPorts(ADAPTER, SECOND_ADAPTER)
     with (
-        pytest.MonkeyPatch.context() as patch,
         on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk,
     ):
-        hurry_check(patch, still_s=0.2)
         walk.folder = folder
         walk.assembly.language_switch.use(language)
         walk.assembly.appearance.choose(theme)

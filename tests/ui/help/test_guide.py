@@ -18,7 +18,6 @@ from app.diagnosis.link_state import Phase
 from app.simulator import bench as benches
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
-from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, let_lay_out, press
@@ -268,8 +267,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
     press(qtbot, widget)
 
 
-def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
+def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     benches.remove_bench("demo")
     with window(qapp, tmp_path, ports=ListedPorts(), entries=PAGES) as assembly:
         main, connector = assembly.window, assembly.connector

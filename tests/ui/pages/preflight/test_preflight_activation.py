@@ -48,7 +48,7 @@ def counted_presses(page: QWidget) -> list[str]:
 
 
 @pytest.mark.promise("f")
-def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, rig: OnBench) -> None:
+def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench) -> None:
     page = rig.preflight
     pressed = counted_presses(page)
     name_module(rig, "M-07")
@@ -87,9 +87,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     assert page.work.signed == signed
 
 
-def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(
-    quick: None, rereads: None, rig: OnBench
-) -> None:
+def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(rereads: None, rig: OnBench) -> None:
     port, page = rig.assembly.connector.current, rig.preflight
     assert rig.check() is Standing.READY
     check = port.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
@@ -108,7 +106,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     assert port.check is rig.last
 
 
-def test_an_acknowledgement_alone_is_no_go(quick: None, rig: OnBench) -> None:
+def test_an_acknowledgement_alone_is_no_go(rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
     rig.bench.module.activate = lambda *, is_active: None  # type: ignore[method-assign]
@@ -117,7 +115,7 @@ def test_an_acknowledgement_alone_is_no_go(quick: None, rig: OnBench) -> None:
     assert page.work.standing is not Standing.GO
 
 
-def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, rig: OnBench) -> None:
     profile = tmp_path / "h6.toml"
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
     page = rig.preflight
@@ -131,7 +129,7 @@ def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, quick: No
 
 
 def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
         page = bench.preflight
@@ -151,7 +149,7 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
 
 @pytest.mark.promise("f")
 def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "met", "preflight", active=True) as bench:
         page = bench.preflight
@@ -170,9 +168,7 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
 
 
 @pytest.mark.parametrize("is_active", [False, True])
-def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
-    quick: None, is_active: bool, rig: OnBench
-) -> None:
+def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(is_active: bool, rig: OnBench) -> None:
     """The notice of the window says why; a check, which only asks, stays possible."""
     name_module(rig, "M-07")
     rig.restart()
@@ -202,7 +198,7 @@ def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBenc
 @pytest.mark.parametrize("is_said_new", [False, True])
 @pytest.mark.promise("f")
 def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch, is_said_new: bool
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_said_new: bool
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "stays", "preflight", active=True) as bench:
         page = bench.preflight
@@ -239,7 +235,7 @@ def _set(name: str, raw: int) -> Callable[[OnBench], None]:
 ])  # fmt: skip
 @pytest.mark.promise("f")
 def test_other_settings_end_a_verdict_that_stands(
-    quick: None, rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
+    rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
 ) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
@@ -251,7 +247,7 @@ def test_other_settings_end_a_verdict_that_stands(
     assert what.split(":")[0] in page.banner.announcement.head
 
 
-def test_it_stands_while_nothing_changes(quick: None, rereads: None, rig: OnBench) -> None:
+def test_it_stands_while_nothing_changes(rereads: None, rig: OnBench) -> None:
     assert rig.check() is Standing.READY
     before = len(rig.requests)
     rig.until(lambda: [request.command.name for request in rig.requests[before:]].count("attitude_threshold") >= 6)
@@ -259,7 +255,7 @@ def test_it_stands_while_nothing_changes(quick: None, rereads: None, rig: OnBenc
 
 
 @pytest.mark.promise("f")
-def test_what_cannot_be_read_again_ends_it(quick: None, rereads: None, rig: OnBench) -> None:
+def test_what_cannot_be_read_again_ends_it(rereads: None, rig: OnBench) -> None:
     assert rig.check() is Standing.READY
     rig.bench.change(mute_codes=frozenset((0x20,)))
     rig.wait_standing(Standing.VOID)

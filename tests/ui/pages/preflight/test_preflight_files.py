@@ -28,7 +28,7 @@ from ui.services.port_check import Standing
 from ui.style.theme import Meaning
 
 
-def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
     target = tmp_path / "report.pdf"
@@ -71,7 +71,7 @@ def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Pat
     assert history.trend.values == (4.0,)
 
 
-def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, rig: OnBench) -> None:
     page, release, is_slow = rig.preflight, Event(), list[bool]()
     assert rig.check() is Standing.READY
 
@@ -87,7 +87,7 @@ def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick:
     assert is_slow == [True]
 
 
-def test_what_was_typed_last_is_on_the_report(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> None:
     """Also where the field still has the focus: the report waits for the record that says it."""
     page, target = rig.preflight, tmp_path / "report.pdf"
     assert rig.check() is Standing.READY
@@ -100,7 +100,7 @@ def test_what_was_typed_last_is_on_the_report(tmp_path: Path, quick: None, rig: 
     assert page.work.standing is Standing.READY
 
 
-def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "past", "preflight", cell=3.6) as bench:
         page = bench.preflight
         name_module(bench, "M-07")
@@ -137,7 +137,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert page.buttons.isVisible()
 
 
-def test_an_aircraft_is_entered_for_its_own_module_only(quick: None, rig: OnBench) -> None:
+def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
     aircraft = rig.find(QLineEdit, "preflight_aircraft_edit")
     aircraft.setText("H6-12")
     name_module(rig, "M-07")

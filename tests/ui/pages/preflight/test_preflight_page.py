@@ -117,7 +117,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
 # What a person says
 
 
-def test_manual_items_are_ticked_by_a_person(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(PROFILE, encoding="utf-8")
     page = rig.preflight
@@ -142,7 +142,7 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, quick: None, rig: O
     assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
 
-def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, full_rig: OnBench) -> None:
+def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, full_rig: OnBench) -> None:
     page = full_rig.preflight
     name_module(full_rig, "M-08")
     full_rig.click(page.buttons.enable)
@@ -184,9 +184,7 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
         assert bench.preflight.form.profile is None
 
 
-def test_records_and_boot_count_need_a_word_of_a_person(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
+def test_records_and_boot_count_need_a_word_of_a_person(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "words", "preflight", "triggers", reads_triggers=True, history=2,
                   boots=37) as bench:  # fmt: skip
         page, window = bench.preflight, bench.assembly.window
@@ -229,13 +227,14 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         assert (page.work.assessment and page.work.assessment.result("boot_count")) is CheckResult.PASS
 
 
-def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: None, rig: OnBench) -> None:
+def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBench) -> None:
     page = rig.preflight
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
     rig.bench.module.memory.attitude_threshold = 70
     rig.until(lambda: rig.assembly.connector.current.device.contradicted is not None)  # nobody set it
     rig.until(lambda: "Two modules on this line?" in rig.assembly.window.status_bar.passing.text())
+    rig.wait(2.0)
     name_module(rig, "M-07")
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
@@ -248,7 +247,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: No
     assert rig.check() is Standing.READY  # they are the approved ones now
 
 
-def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick: None, rig: OnBench) -> None:
+def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
     approved = 'approved_fingerprint = "JFKY-2WSC"  # in May\n[['
     profile.write_text(PROFILE.replace("[[", approved, 1), encoding="utf-8")
@@ -287,7 +286,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick
     assert "tilt_max_deg = 3" in profile.read_text(encoding="utf-8")
 
 
-def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     def press() -> None:
         bench.wait(0.6)  # a step is dead for half a second
         find(bench.assembly.window, QAction, "preflight_run_key").trigger()
@@ -342,7 +341,7 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
 
 
 def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
         connector = bench.assembly.connector
@@ -364,7 +363,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     data_folder().parent.mkdir(parents=True, exist_ok=True)
     data_folder().write_text("a file where the folder should be", encoding="utf-8")

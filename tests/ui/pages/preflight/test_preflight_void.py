@@ -53,7 +53,7 @@ def deploying(bench: OnBench) -> Batch:
         (lambda bench: bench.assembly.connector.current.bridge.batch.emit(deploying(bench)), "Told to fire"),
     ],
 )
-def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
+def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY, page.banner.accessibleName()
     offered = [row.act for row in page.list.rows.values() if not row.act.isHidden()]
@@ -74,7 +74,7 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
 
 
 @pytest.mark.promise("f")
-def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBench) -> None:
+def test_what_is_only_written_on_the_record_voids_nothing(rig: OnBench) -> None:
     """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
     new is not forgotten."""
     rig.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
@@ -91,7 +91,7 @@ def test_what_is_only_written_on_the_record_voids_nothing(quick: None, rig: OnBe
     rig.wait_standing(Standing.VOID)
 
 
-def test_a_name_under_which_something_is_against_it_ends_ready(quick: None, rig: OnBench) -> None:
+def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> None:
     store_of(rig.assembly.storage).write(partial(note_triggered, module="M-08", port=rig.url)).result()
     assert rig.check() is Standing.READY
     name_module(rig, "M-08")
@@ -99,7 +99,7 @@ def test_a_name_under_which_something_is_against_it_ends_ready(quick: None, rig:
     assert given(rig.preflight.work.assessment).result("service") is CheckResult.FAIL
 
 
-def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(quick: None, rig: OnBench) -> None:
+def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(rig: OnBench) -> None:
     store = store_of(rig.assembly.storage)
     connector = rig.assembly.connector
     rig.bench.module.activate(is_active=True)
@@ -112,7 +112,7 @@ def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(quick: None
 
 @pytest.mark.promise("l")
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    quick: None, full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
+    full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert full_rig.check() is Standing.READY
     page, spoken = full_rig.preflight, announced(monkeypatch)
@@ -126,7 +126,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     assert full_rig.preflight.banner.announcement.standing is Standing.VOID
 
 
-def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBench) -> None:
+def test_a_check_that_is_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
     page = rig.preflight
     rig.click(page.buttons.run)
     rig.until(page.buttons.cancel.isVisible)
@@ -138,7 +138,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBenc
 
 
 @pytest.mark.promise("a")
-def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> None:
+def test_a_new_check_shows_nothing_of_the_old_one(rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
     rig.bench.set_cell(3.0)
@@ -152,7 +152,7 @@ def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> 
 
 
 @pytest.mark.promise("f")
-def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, rig: OnBench) -> None:
+def test_a_twin_behind_the_same_port_is_never_ready_or_go(rig: OnBench) -> None:
     connector = rig.assembly.connector
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
@@ -173,9 +173,7 @@ LIMIT_S = 60.0
 
 
 @pytest.mark.promise("j")
-def test_the_window_does_not_wait_while_a_check_is_filed(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
+def test_the_window_does_not_wait_while_a_check_is_filed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     release = threading.Event()
     with on_bench(qtbot, qapp, tmp_path, "filing", "preflight") as bench:
         page, store = bench.preflight, store_of(bench.assembly.storage)
