@@ -194,7 +194,7 @@ def test_as_a_process(tmp_path: Path) -> None:
         assert json.loads(read.stdout)["settings"]["attitude_threshold_deg"] == 77
         process.told.close()
         assert process.process.wait(PATIENCE_S) == 0
-    entries = [json.loads(line) for line in log.read_text().splitlines()]
+    entries = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     assert "41 75 34 01 c8 fd" in [entry["frame"] for entry in entries if entry["kind"] == "sent"]
 
 

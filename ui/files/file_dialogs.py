@@ -28,7 +28,9 @@ from PySide6.QtWidgets import (
 
 from app.text.i18n import tr
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from app.text.visible_text import visible
+from protocol.translatable import marked
 from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named, without_key
@@ -116,7 +118,7 @@ def _ask_folder_name(dialog: QFileDialog, label: str, name: str) -> None:
     def make(name: str) -> None:
         try:
             folder = _make_folder(Path(dialog.directory().absolutePath()), name)
-        except (OSError, ValueError) as error:
+        except (OSError, UserError) as error:
             why = tr("{folder} cannot be made: {why}.", folder=visible(name), why=error_text(error))
             _ask_folder_name(dialog, why, name)
         else:
@@ -126,11 +128,15 @@ def _ask_folder_name(dialog: QFileDialog, label: str, name: str) -> None:
 
 
 def _make_folder(parent: Path, name: str) -> Path:
-    """Raises OSError, and ValueError for what is no name of a folder."""
-    if not name.strip() or name in (".", "..") or Path(name).name != name:
-        raise ValueError(tr("this name is not possible"))
+    """Raises OSError, and UserError for what is no name of a folder."""
     folder = parent / name
-    folder.mkdir()
+    impossible = UserError(marked("this name is not possible"))
+    if not name.strip() or name in (".", "..") or Path(name).name != name:
+        raise impossible
+    try:
+        folder.mkdir()
+    except ValueError as error:  # it holds what no name on this system can
+        raise impossible from error
     return folder
 
 

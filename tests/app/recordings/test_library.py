@@ -229,7 +229,7 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, dps_s: P
     assert not Path(path).exists()
 
 
-@pytest.mark.parametrize(("file", "said"), [("x.txt", "expected .mcap|.csv"), ("no/x.csv", "There is no folder")])
+@pytest.mark.parametrize(("file", "said"), [("x.txt", "expected .mcap, .csv"), ("no/x.csv", "There is no folder")])
 def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
     kept_at: Path, tmp_path: Path, dps_s: Program, file: str, said: str
 ) -> None:
@@ -240,7 +240,8 @@ def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
 def test_an_unreadable_recording_is_not_exported(kept_at: Path, tmp_path: Path, dps_s: Program) -> None:
     path = recorded(kept_at, 0.1)
     damage_heading(path)
-    assert "damaged" in dps_s(["recordings", "export", "latest", str(tmp_path / "x.csv")], 1).err
+    assert "damaged" in dps_s(["recordings", "export", "latest", str(tmp_path / "x.csv")], 2).err
+    assert not (tmp_path / "x.csv").exists()
 
 
 def test_deleting_asks_first(kept_at: Path, dps_s: Program) -> None:

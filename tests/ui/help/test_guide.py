@@ -150,7 +150,7 @@ def test_a_chinese_paragraph_is_one_line() -> None:
 
 def test_every_picture_is_there_and_used() -> None:
     used = {GUIDE / name for language in LANGUAGES for name in pictures(text_of(language))}
-    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    pages = [*ROOT.glob("README*.md"), *(ROOT / "docs").glob("*.md")]
     used |= {
         (page.parent / name).resolve()
         for page in pages
