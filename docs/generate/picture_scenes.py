@@ -156,6 +156,7 @@ def preflight(studio: Studio) -> None:
     page.form.aircraft.setEditText(AIRCRAFT)
     page.buttons.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
+    records = studio.find(TriggersPage)
     for _ in range(MAX_CHECKS):
         studio.until(
             lambda: page.work.standing in (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID), "no verdict"
@@ -166,14 +167,24 @@ def preflight(studio: Studio) -> None:
         is_about_records = page.work.standing is Standing.NO_GO and not looked.isHidden()
         if is_about_records:
             studio.take("no-go", page)
+            asked = looked.text()
+            looked.click()  # leads to Triggers, where a person looks at them
+            studio.until(lambda: records.work.reading is not None and not records.work.is_busy, "nothing was read")
+            studio.run(0.5)
+            studio.page("preflight", PreflightPage)
+            studio.until(partial(_differs, looked, asked), "they are not taken for looked at")
         studio.until(lambda: page.work.can_check, "nothing can be checked")
         (looked if is_about_records else page.buttons.run).click()
-        studio.until(lambda: page.work.standing is Standing.CHECKING, "no check began")
+        studio.run(1.0)
     else:
         raise Stuck("it never said READY")
     page.list.verticalScrollBar().setValue(0)
     studio.run(0.3)
     studio.take("go", page)
+
+
+def _differs(button: QAbstractButton, text: str) -> bool:
+    return button.text() != text
 
 
 def deploy(studio: Studio) -> None:
