@@ -85,9 +85,9 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:
-    def interrupted_open() -> Store:
+    def interrupted_open(*, starts_late: bool = False) -> Store:
         os.kill(os.getpid(), signal.SIGTERM)
-        return Store()
+        return Store(starts_late=starts_late)
 
     monkeypatch.setattr(command_journal, "Store", interrupted_open)
     dps_s([*words, "--port", port], 128 + signal.SIGTERM)
