@@ -178,11 +178,24 @@ class Evidence:
             return
         if isinstance(error, TwoModules):
             self.disturbance, self.contradiction = Disturbance.CONTRADICTED, error.message
+            self._forget()
             return
         if isinstance(error, Slept):
             self.disturbance = Disturbance.SLEPT
         else:
             self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
+
+    def _forget(self) -> None:
+        """Drop what was read: nobody knows of which module."""
+        self.values.clear()
+        self.series.clear()
+        self.trials.clear()
+        self.first = None
+        self.status = None
+        self.history = None
+        for key, flag in self.flags.items():
+            if flag.state is FlagState.ENABLED:
+                self.flags[key] = TriggerFlag()
 
     def listen(self, events: Iterable[Event]) -> None:
         """Keep the frames of the port since the check began."""

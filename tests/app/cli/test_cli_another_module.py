@@ -167,11 +167,11 @@ def test_a_slow_line_is_no_silence(stage: Stage) -> None:
 @pytest.mark.parametrize(
     ("words", "frames", "gap_s"),
     [
-        ("set attitude_threshold_deg=75", (8,), 0.5),
-        ("activate --yes", (4, 15), 0.5),
-        ("zero --yes", (20,), 0.5),
-        ("shutdown --yes", (14,), 0.5),
-        ("preflight --enable-triggers", (25, 40, 50, 72, 73), 0.5),
+        ("set attitude_threshold_deg=75", (8, 14, 18), 0.5),
+        ("activate --yes", (4, 15, 36, 44), 0.5),
+        ("zero --yes", (20, 75, 84), 0.5),
+        ("shutdown --yes", (14, 35, 44), 0.5),
+        ("preflight --enable-triggers", (25, 40, 50, 72, 73, 90, 111, 115), 0.5),
         # Else taken for a slow line, on which too little time is left to read again what tells another module.
         *((words, (14,), gap_s) for words in ("shutdown --yes", "set baud_rate=57600") for gap_s in (0.36, 0.44)),
     ],
@@ -187,11 +187,11 @@ def test_nothing_is_sent_to_another_module_than_was_read(
             printed = run(stage, words.split(), 1)
         assert not stage.truth.acts_sent, frame
         assert "--yes" not in words or printed.err.startswith("Nothing was sent. ")
-    assert recorded() == []
+    assert {outcome for _, outcome in recorded()} <= {Outcome.NOT_SENT}  # after the intent was logged
 
 
 @pytest.mark.parametrize("boots", [37, 90])
-@pytest.mark.parametrize("frame", [20, 34])
+@pytest.mark.parametrize("frame", [20, 34, 44])
 def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: Stage, frame: int, boots: int) -> None:
     """What answers then, or after the settings have settled, is another one."""
     bench = stage.bench
@@ -202,7 +202,7 @@ def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: 
     assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
 
 
-@pytest.mark.parametrize("frame", [16, 17, 18, 19])
+@pytest.mark.parametrize("frame", [18, 19, 20, 23, 27])
 def test_a_setting_that_was_not_sent_still_tells_another_module(stage: Stage, frame: int) -> None:
     """Nothing else differs."""
     bench = stage.bench
@@ -236,7 +236,7 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stag
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
-@pytest.mark.parametrize("frame", [10, 60, 75, 83])
+@pytest.mark.parametrize("frame", [10, 41, 43, 60, 83, 100, 116, 126])
 def test_a_check_shows_no_value_of_one_module_beside_settings_of_another(stage: Stage, frame: int) -> None:
     bench = stage.bench
 
@@ -252,21 +252,23 @@ def test_a_check_shows_no_value_of_one_module_beside_settings_of_another(stage: 
 
 
 @pytest.mark.parametrize(
-    ("words", "first"),
+    ("words", "first", "frames"),
     [
-        (["preflight", "--enable-triggers"], BY_NAME["freefall_trigger"].set(True)),
-        (["set", "attitude_trigger=true", "freefall_trigger=true"], BY_NAME["freefall_trigger"].set(True)),
-        (["set", "attitude_threshold_deg=75", "baud_rate=57600"], BY_NAME["attitude_threshold"].set(75)),
+        ("preflight --enable-triggers", BY_NAME["freefall_trigger"].set(True), (2, 30, 61, 64)),
+        ("set attitude_trigger=true freefall_trigger=true", BY_NAME["freefall_trigger"].set(True), (2, 30, 102, 105)),
+        ("set attitude_threshold_deg=75 baud_rate=57600", BY_NAME["attitude_threshold"].set(75), (2, 29, 33)),
     ],
 )
 def test_the_second_set_is_not_sent_to_another_module_than_the_first(
-    stage: Stage, words: list[str], first: Request, monkeypatch: pytest.MonkeyPatch
+    stage: Stage, words: str, first: Request, frames: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It takes its place after the first one was acknowledged."""
+    """It takes its place after the first one was acknowledged, up to the last question before the second one."""
     monkeypatch.setattr("tests.support.cli_line.GAP_S", 0.36)
-    with falls_behind(stage.bench, first, 2, lambda: exchange(stage.bench)):
-        run(stage, words, 1)
-    assert stage.truth.acts_sent.total() == 1
+    for frame in frames:
+        stage = Stage(lying_bench({}, stage.clock), stage.clock, stage.home)
+        with falls_behind(stage.bench, first, frame, partial(exchange, stage.bench)):
+            run(stage, words.split(), 1)
+        assert stage.truth.acts_sent.total() == 1, frame
 
 
 @pytest.mark.parametrize("words", [["activate", "--yes"], ["set", "light_threshold_v=2.0"], ["set", "baud_rate=57600"]])

@@ -59,8 +59,8 @@ def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s:
     leave(line)
     command = [str(tmp_path / "wanted.toml") if word == "FILE" else word for word in words.split()]
     # Behind a plain socket no baud rate is searched for, and this check is NO-GO.
-    is_refused = command[0] in ("find", "preflight")
-    said = dps_s([*command, "--port", line], 1 if is_refused else 0).err
+    code = {"find": 2, "preflight": 1}.get(command[0], 0)
+    said = dps_s([*command, "--port", line], code).err
     assert said.count(" was left ACTIVE on ") == 1
     assert said.startswith(f"The module at {line} was left ACTIVE on ")
     assert keep_away() in said.splitlines()[0]
