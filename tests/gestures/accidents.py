@@ -77,7 +77,9 @@ class Accidents:
         self._note_latency()
 
     def slow_down(self) -> None:
-        self.bench.bench.change(delay_ms=900.0)
+        """So that an act leaves seconds after its button. Slower, it would not leave at all: the boot count is asked
+        after the status, which may then be a second old."""
+        self.bench.bench.change(delay_ms=300.0)
         self._calm_since = math.inf
         self._note_latency()
 
