@@ -52,8 +52,10 @@ def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Ite
         if not _text_of(widget):
             continue
         place = _in_sight(widget, root)
-        if place.width() < 12 or place.height() < 10 or place.height() < widget.height() / 2:
-            continue  # nearly scrolled out of sight
+        whole_px = widget.height() - (0 if isinstance(widget, QLabel) else 2 * _FRAME_PX)
+        least_px = max(10, min(whole_px, 2 * widget.fontMetrics().height()))
+        if place.width() < 12 or place.height() < least_px:
+            continue  # scrolled so far that perhaps no line of it is whole: of a "°" only the top has ink
         colour, ratio = colours_in(picture, place).strongest_ink()
         least = DISABLED if widget in unusable else wanted(current())
         if ratio < least - _ROUNDING:

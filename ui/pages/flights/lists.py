@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QFontMetrics
-from PySide6.QtWidgets import QLabel, QPushButton, QWidget
+from PySide6.QtGui import QAction, QFontMetrics, QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.flights.answer import Answer
 from app.flights.fire_map import FlightGroup, FlightOutcome
@@ -335,15 +335,19 @@ class FlightList(QWidget):
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
         targets = [target for target in SIDES if target is not group]
         self.move_buttons: dict[FlightGroup, QPushButton] = {}
-        head = in_row(self.picture, self.caption, spacing=Space.XS)
-        head.addSpacing(Space.XS)
-        head.addWidget(self.detail, 1)
+        title = in_row(self.picture, self.caption, spacing=Space.XS)
+        title.addSpacing(Space.XS)
+        title.addWidget(self.detail, 1)
+        buttons = in_row(1, spacing=Space.XS)
         for target in targets:
             side = SIDES[target]
             button = control(QPushButton(), texts, f"{name}_to_{target.name.lower()}", side.word, tip=side.tip,
                              key=side.key, slot=partial(self.move_chosen, target))  # fmt: skip
             self.move_buttons[target] = button
-            head.addWidget(button)
+            buttons.addWidget(button)
+        head = named(QWidget(), f"{name}_head")
+        head.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._head = in_row((title, 1), buttons, of=head, spacing=Space.XS, margins=0)
         in_column(head, (self.table, 1), of=self, spacing=Space.XS, margins=0)
         table.opened.connect(self._open)
         table.remove_wanted.connect(self._remove)
@@ -368,6 +372,17 @@ class FlightList(QWidget):
         action.triggered.connect(slot)
         return action
 
+    def fit(self) -> None:
+        """Has the buttons below the caption where they do not fit beside it."""
+        parts = self.picture, self.caption, *self.move_buttons.values()
+        needed_px = sum(part.sizeHint().width() for part in parts) + Space.XS * (len(parts) + 1)
+        direction = QBoxLayout.Direction
+        self._head.setDirection(direction.LeftToRight if needed_px <= self.width() else direction.TopToBottom)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.fit()
+
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
         self.table.show_rows(rows)
         outcomes = [row.outcome for row in rows if row.outcome is not None]
@@ -377,6 +392,7 @@ class FlightList(QWidget):
         good = SIDES[self.group].picture
         bad = Icon.PARACHUTE if self.group is FlightGroup.MUST_NOT else Icon.CROSS
         self.picture.show_icon(good if meaning is None else bad, meaning)
+        self.fit()
         self._refresh_actions()
 
     def move_chosen(self, target: FlightGroup) -> None:

@@ -92,6 +92,8 @@ class FlightsPage(Page):
         is_large, direction = is_text_large(), QBoxLayout.Direction
         for row in (self._both, self.proposal.row):
             row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
+        for part in self.lists.of.values():
+            part.fit()
 
     def showEvent(self, event: QShowEvent) -> None:
         """The flights of the last start are read when the page is first seen."""

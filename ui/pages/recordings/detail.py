@@ -14,12 +14,14 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import FactRows
 from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named, rename
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 
 WIDTH_PX: Final = 328
+_FACTS_PX: Final = 40
+"""Height of the facts, which scroll, where a notice needs the room."""
 _FACTS: Final = {
     "when": marked("Time"),
     "port": marked("Port"),
@@ -54,6 +56,7 @@ class RecordingsDetail(QFrame):
         content = named(QWidget(), "recordings_facts")
         in_column(self._fact_rows, self.remarks, 1, of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
+        scroll.setMinimumHeight(scaled(_FACTS_PX))
         # The buttons stay where they are when a notice below makes the page shorter.
         in_column(self.title, self.open, exports, marks, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
 

@@ -16,6 +16,7 @@ from app.text.messages import UserMessage
 from protocol.fields import Value
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import choosing, find, given, notice_text
+from tests.support.window.walk import SMALL_SCREEN
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture, show_live
@@ -33,7 +34,8 @@ def bench(bench: GestureBench) -> GestureBench:
 def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     bench: GestureBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A value stands beside its limit, and an unknown state is not said."""
+    """Nor is anything scrolled where the screen is as large as we ask for. A value stands beside its limit, and an
+    unknown state is not said."""
     page = bench.guided
     bench.window.go_to("tests")
     for language in ("en", "zh_CN"):
@@ -46,6 +48,7 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
             place = page.primary.mapTo(page, QPoint(0, 0))
             assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
     bench.assembly.language_switch.use("en")
+    bench.window.resize(SMALL_SCREEN)
     scroll = find(page, QScrollArea, "tests_scroll")
     bar = scroll.verticalScrollBar()
     page.work.choose(GuidedKind.TILT)
