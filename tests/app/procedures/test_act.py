@@ -274,7 +274,7 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     rig.step_until(lambda: journal.intents)
     heard = rig.session.link_view().counters.bytes_received
     rig.step_for(0.8)
-    assert rig.session.link_view().counters.bytes_received > heard + 12
+    assert rig.session.link_view().counters.bytes_received > heard + 40
     assert not acts_sent(rig)
     journal.flush()
     ended = rig.end(run)
