@@ -153,14 +153,11 @@ def activate(hands: Clumsy, *, is_behind_a_reading: bool) -> None:
 def activate_then_lock(hands: Clumsy) -> None:
     activate(hands, is_behind_a_reading=False)
     hands.press_lock()
-    hands.accidents.heal()  # on so slow a line every status is too old to act on
     hands.wait(8.0)
 
 
 def activate_late(hands: Clumsy) -> None:
     activate(hands, is_behind_a_reading=True)
-    hands.wait(7.0)
-    hands.accidents.heal()  # as above, but only once the permit is too old, too
     hands.wait(30.0)
 
 
