@@ -110,7 +110,11 @@ def _in_label(label: QLabel) -> Iterator[str]:
         longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
         if metrics.horizontalAdvance(longest) > room.width() + _SLACK_PX and not _has_chinese(longest):
             yield f"the word {longest!r} is wider than {room.width()} px"
-    elif not _is_told(label, text):
+        return
+    needed = metrics.tightBoundingRect(text).height() * (text.count("\n") + 1)
+    if needed > label.height() + _SLACK_PX:
+        yield f"{text!r} needs {needed} px of height, has {label.height()}"
+    if not _is_told(label, text):
         wanted = max(metrics.horizontalAdvance(line) for line in text.split("\n"))
         if wanted > room.width() + _SLACK_PX:
             yield f"{text!r} needs {wanted} px, has {room.width()}"

@@ -7,7 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
-from PySide6.QtWidgets import QBoxLayout, QPushButton, QStackedWidget, QWhatsThis, QWidget
+from PySide6.QtWidgets import QBoxLayout, QPushButton, QSizePolicy, QStackedWidget, QWhatsThis, QWidget
 
 from app.flights.columns import CsvColumns
 from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
@@ -240,6 +240,11 @@ class FlightsPage(Page):
 
     def _show(self, widget: QWidget) -> None:
         """Hides the page's header for the flight and the form, which have their own."""
+        policy = QSizePolicy.Policy
+        for view in (self.empty, self._overview, self.flight, self.form):
+            # The views behind ask for no height: it would be taken from the proposal.
+            vertical = policy.Expanding if view is widget else policy.Ignored
+            view.setSizePolicy(view.sizePolicy().horizontalPolicy(), vertical)
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
         for part in (self.thresholds.reading, self.header.more):
