@@ -105,6 +105,8 @@ class Evidence:
     """Session count at the start of the check."""
     breaks: int = 0
     """Session count when the heartbeats were answered."""
+    breaks_noticed: int = 0
+    """Session count when what was read before was dropped last."""
     heartbeats_sent: int = 0
     round_trips_s: list[float] = field(default_factory=list)
     """Of the answered heartbeats."""
@@ -178,21 +180,21 @@ class Evidence:
             return
         if isinstance(error, TwoModules):
             self.disturbance, self.contradiction = Disturbance.CONTRADICTED, error.message
-            self._forget()
+            self.keep_only({})
+            self.first = None
+            self.history = None
             return
         if isinstance(error, Slept):
             self.disturbance = Disturbance.SLEPT
         else:
             self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
 
-    def _forget(self) -> None:
-        """Drop what was read: nobody knows of which module."""
-        self.values.clear()
+    def keep_only(self, values: Mapping[str, Value]) -> None:
+        """Drop what was read, except these values: it may be another module's."""
+        self.values = dict(values)
         self.series.clear()
         self.trials.clear()
-        self.first = None
         self.status = None
-        self.history = None
         for key, flag in self.flags.items():
             if flag.state is FlagState.ENABLED:
                 self.flags[key] = TriggerFlag()

@@ -89,6 +89,7 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     yield from _heartbeats(evidence)
     begin = yield Inspect()
     evidence.breaks = begin.device.breaks
+    evidence.breaks_noticed = begin.device.breaks
     yield from _step(evidence, 1, marked("Settings"))
     evidence.first = yield from _read_state(evidence)
     yield from _step(evidence, 2, marked("Trigger records"))
@@ -137,17 +138,23 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
         evidence.faults[key] = message(fault.value)
     if state.settings.boot_count is not None:
         evidence.values[BOOT_COUNT.key] = state.settings.boot_count
-    view: EngineView = yield Inspect()
-    if view.device.breaks != evidence.breaks:  # what was read before may be another module's
-        fresh = {key: view.device.fresh(key, view.now) for key in evidence.values}
-        evidence.values = {key: value for key, value in fresh.items() if value is not None}
-        evidence.series.clear()
+    yield from _drop_doubtful(evidence)
     evidence.status = state.status or evidence.status
     if state.settings.is_restarted:
         evidence.disturbance = Disturbance.RESTARTED
     if state.settings.is_silent:
         raise _Silent
     return state
+
+
+def _drop_doubtful(evidence: Evidence) -> Procedure[None]:
+    """After a break drop what was read before: it may be another module's, and the check may end at any moment."""
+    view: EngineView = yield Inspect()
+    if view.device.breaks == evidence.breaks_noticed:
+        return
+    evidence.breaks_noticed = view.device.breaks
+    fresh = {key: view.device.fresh(key, view.now) for key in evidence.values}
+    evidence.keep_only({key: value for key, value in fresh.items() if value is not None})
 
 
 def _step(evidence: Evidence, done: int, doing: str) -> Procedure[None]:
@@ -194,6 +201,7 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
 def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
     before: EngineView = yield Inspect()
     reading = yield from ask_value(command)
+    yield from _drop_doubtful(evidence)
     if reading is not None:
         evidence.series.setdefault(command.key, []).append(reading.value)
         return
@@ -220,6 +228,7 @@ def _watch(evidence: Evidence) -> Procedure[None]:
     now = begin.now
     while now < ends_at:
         report = yield from ask_report(TRIAL_WAITS_S)
+        yield from _drop_doubtful(evidence)
         if report is not None:
             evidence.status = report
             evidence.trials.append(report)

@@ -251,6 +251,26 @@ def test_a_check_shows_no_value_of_one_module_beside_settings_of_another(stage: 
     assert all(value in (None, another) for value, another in zip(shown, (90, 7.0, 85, 4.1), strict=True)), shown
 
 
+@pytest.mark.parametrize("ends", ["unplugged", "silent"])
+@pytest.mark.parametrize(("frame", "ends_at"), [(50, 75), (64, 70), (68, 72)])
+def test_a_check_that_ends_after_an_exchange_shows_no_value_of_one_module_beside_settings_of_another(
+    stage: Stage, frame: int, ends_at: int, ends: str
+) -> None:
+    """It ends before the settings are read again."""
+    bench = stage.bench
+
+    def fall() -> None:
+        exchange(bench)
+        bench.world.cell_v = 4.1
+
+    with (
+        falls_after(bench, ends_at, bench.unplug if ends == "unplugged" else lambda: bench.change(mute=True)),
+        falls_after(bench, frame, fall),
+    ):
+        read = json.loads(run(stage, ["preflight", "--who", "R. Tanaka", "--json"], 1).out)["read"]
+    assert None in (read["cell_voltage_v"], read["settings"]["attitude_threshold_deg"])
+
+
 @pytest.mark.parametrize(
     ("words", "first", "frames"),
     [

@@ -37,7 +37,8 @@ def test_it_is_given_up_after_eight_unanswered_heartbeats_in_a_row(
     assert evidence.disturbance is disturbance
 
 
-def test_the_last_status_counts_also_where_the_final_question_for_it_is_lost() -> None:
+def test_a_status_before_a_silence_is_not_said_of_what_answers_then() -> None:
+    """The final question for it is lost, and so long a silence may be an exchange."""
     rig, evidence = Rig(), Evidence(port="sim")
     rig.run(run_preflight(evidence))
     asked = rig.line.requests.count(STATUS.query())
@@ -45,8 +46,8 @@ def test_the_last_status_counts_also_where_the_final_question_for_it_is_lost() -
     lose(rig, lambda number: number >= asked, STATUS.query())
     rig.run(run_preflight(evidence))
     assert evidence.last is not None
-    assert evidence.last.status is None
-    assert evidence.status is evidence.trials[-1]
+    assert evidence.disturbance is Disturbance.BROKEN
+    assert (evidence.last.status, evidence.status, evidence.trials) == (None, None, [])
 
 
 def test_a_value_to_which_the_module_never_replies_is_named() -> None:
