@@ -46,6 +46,13 @@ def changes(rig: Rig) -> list[Request]:
     return [request for request in rig.line.requests if not request.is_repeatable]
 
 
+def remembered(store: Store) -> StreamMemory:
+    """Once it was read: the store's thread does one thing after the other, and the fake clock does not wait for it."""
+    memory = StreamMemory(store, ADAPTER)
+    store.write(lambda facts: None).result(PATIENCE_S)
+    return memory
+
+
 def wait_stored(store: Store, is_on: bool) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while (store.state(f"stream:{ADAPTER}") is not None) is not is_on:
@@ -77,7 +84,7 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
 
 def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     rig = settled_rig()
-    watched(rig, StreamMemory(store, ADAPTER))
+    watched(rig, remembered(store))
     deadline = time.monotonic() + PATIENCE_S
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
@@ -95,7 +102,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
 @pytest.mark.promise("c")
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
-    rig, memory = streaming_rig(), StreamMemory(store, ADAPTER)
+    rig, memory = streaming_rig(), remembered(store)
     watched(rig, memory, is_wanted=is_wanted)
     rig.step_for(LISTEN_FIRST_S + 3)
     assert memory.is_taken_over
@@ -111,7 +118,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 @pytest.mark.promise("c")
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
-    rig, memory = streaming_rig(boots=boots), StreamMemory(store, ADAPTER)
+    rig, memory = streaming_rig(boots=boots), remembered(store)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 30)
     end_watch(rig)
@@ -123,7 +130,7 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
 
 def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
     rig = streaming_rig()
-    watched(rig, StreamMemory(store, ADAPTER))
+    watched(rig, remembered(store))
     rig.step_for(LISTEN_FIRST_S + 3)
     end_watch(rig)
     assert changes(rig) == []
@@ -132,7 +139,7 @@ def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
-    rig, memory = settled_rig(), StreamMemory(store, ADAPTER)
+    rig, memory = settled_rig(), remembered(store)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
     assert not memory.is_taken_over
