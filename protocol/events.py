@@ -1,4 +1,4 @@
-"""Events of the link: traffic, outcomes of requests, changes of state.
+"""Events of the link: traffic, outcomes of requests, beginning and end of a conversation.
 
 Times (`at`) are the `now` of the link's caller: monotonic seconds.
 """
@@ -44,7 +44,7 @@ class Received(NamedTuple):
     role: Role
     at: float
     sent_after: float = -inf
-    """The earliest time at which the module can have sent it; see `protocol.lag`."""
+    """The earliest time at which the module can have sent it: when the last answered question was asked."""
 
 
 class Rejected(NamedTuple):
@@ -66,9 +66,9 @@ class Answered(NamedTuple):
 
 
 class Unanswered(NamedTuple):
-    """No answer after `attempts` attempts; the last wait was `waited_s`.
+    """No answer after `attempts` attempts, although the module is there; `waited_s` since the first one.
 
-    `attempts` is 0 where the fence was not answered and the request was therefore never sent.
+    `attempts` is 0 where the request was never sent: it was not allowed, or what was asked before it was not answered.
     """
 
     request: Request
@@ -85,47 +85,50 @@ class OutcomeUnknown(NamedTuple):
     at: float
 
 
-class Restarted(NamedTuple):
-    """The module has just been switched on: everything known about it is stale.
+class EndReason(Enum):
+    """Why a conversation ended. The first three are told by the link, the others by its owner."""
 
-    Certain with two unasked heartbeats. A single one counts as a restart too, as the other may have been lost: not
-    noticing a restart would show old values as current.
-    """
+    RESTARTED = "restarted"
+    """The module was switched on."""
+    SILENT = "silent"
+    """Nothing valid came although something was asked: the module may have been exchanged meanwhile."""
+    CONTRADICTED = "contradicted"
+    """Something that does not change by itself was answered differently than before, or by two modules."""
+    PORT_LOST = "port lost"
+    CLOSED = "closed"
+    SLEPT = "slept"
+    """The computer slept, or the program stood still for seconds."""
+    ANOTHER = "another"
+    """A person said that another module is connected now."""
+    RATE_CHANGED = "rate changed"
+    """The port continues at another baud rate."""
 
-    is_certain: bool
-    at: float
 
-
-class FellSilent(NamedTuple):
-    """Questions go, or went, unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged."""
-
-    at: float
-    lasted_s: float
-    """Until now."""
-
-
-class Contradicted(NamedTuple):
-    """Two different answers to one question: two modules on this line, or another one than before."""
+class Contradiction(NamedTuple):
+    """Two different answers to one question, of which neither was set in between."""
 
     before: Reading
     after: Reading
+
+
+class Began(NamedTuple):
+    """A conversation begins: the module told its boot count."""
+
+    boot_count: int
     at: float
 
 
-class WentOnline(NamedTuple):
+class Ended(NamedTuple):
+    """The conversation is over, and with it everything that was known of the module."""
+
+    reason: EndReason
     at: float
-
-
-class WentOffline(NamedTuple):
-    """A heartbeat went unanswered."""
-
-    at: float
+    contradiction: Contradiction | None = None
+    """What was told differently, where that is the reason."""
 
 
 Outcome = Answered | Unanswered | OutcomeUnknown
-Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | Contradicted | WentOnline | WentOffline
-BREAKS = (FellSilent, Restarted, Contradicted, WentOffline)
-"""Events after which another module may answer."""
+Event = Sent | Received | Rejected | Outcome | Began | Ended
 
 
 class Counters:

@@ -9,7 +9,7 @@ import time
 from bisect import bisect_left
 from datetime import UTC, datetime, timedelta, tzinfo
 
-from app.system.sleep_detector import Clock
+from app.system.clock import Clock, steady_time
 
 SECOND, MINUTE, DAY = "%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"
 JUMP_S = 2.0
@@ -20,7 +20,7 @@ class WallClock:
     """Call `poll` often: times between two calls, of which the second detected a jump, count as after the jump. For one
     thread."""
 
-    def __init__(self, clock: Clock = time.monotonic, wall_clock: Clock = time.time) -> None:
+    def __init__(self, clock: Clock = steady_time, wall_clock: Clock = time.time) -> None:
         self._clock, self._wall_clock = clock, wall_clock
         self._polled_at = clock()
         self._froms = [-math.inf]

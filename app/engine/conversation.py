@@ -1,0 +1,354 @@
+"""One unbroken conversation with one module: what is known of it holds as long as it goes on, and no longer.
+
+Only the module's own frames provide values. A value that was never received is absent and shown as "unknown"; the
+defaults of the vendor's table are never used instead.
+
+    read          the answer to a question
+    acknowledged  the module acknowledged a set (E2: "received", not yet verified)
+    streamed      part of a streamed report
+    stale         any of these, but too old, delayed by the line, or of a conversation that is over
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from enum import Enum
+from math import inf
+from types import MappingProxyType
+from typing import NamedTuple
+
+from app.engine.motion import MotionExtremes, MotionWatch
+from app.engine.setting_changes import ACKNOWLEDGED_KEYS, key_changed_by
+from app.text.messages import UserMessage, message
+from app.text.user_error import ErrorCode, UserError
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
+from protocol.fields import Quantity, Value
+from protocol.flag_answers import TRIGGER_FLAGS
+from protocol.link import Link
+from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
+from protocol.translatable import marked
+
+
+class How(Enum):
+    READ = "read"
+    ACKNOWLEDGED = "acknowledged"
+    STREAMED = "streamed"
+
+
+class StaleReason(Enum):
+    """Why a value that was known may no longer be true."""
+
+    AGED = "aged"
+    LATE = "late"
+    """The line delays everything, so the value is older than its arrival."""
+    ENDED = "ended"
+    """The conversation is over: another module may answer now."""
+
+
+STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
+SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
+FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
+"""Seconds after which a value is stale. Settings and the boot count do not age while the conversation goes on."""
+
+SLOW_LINE_S = 0.3
+"""A line whose answers take longer delays what it carries."""
+STREAM_PROVES_S = 1.5
+"""How long a streamed status proves that the serial output is on."""
+STREAM_LATE_PERIODS = 1.5
+"""A streamed status is stale when the next one is late by half a period."""
+STREAM_GAP_S, STREAM_GAP_PERIODS = 0.3, 2.5
+"""Longer than both, and reports of the stream are missing."""
+STREAM_WINDOW_S = 3.0
+"""The window in which the rate of the stream is measured; the slowest streams send one report a second."""
+MAX_STRAY_RECORDS = 100 * MAX_RECORDS
+
+
+# Why it ended
+
+CONTRADICTORY = marked("{setting}: {before}, then {after}. Two modules on this line?")
+REASONS: Mapping[EndReason, str] = MappingProxyType({
+    EndReason.RESTARTED: marked("The module restarted."),
+    EndReason.SILENT: marked("The module was silent for a moment."),
+    EndReason.CONTRADICTED: marked("Contradictory answers. Two modules on this line?"),
+    EndReason.PORT_LOST: marked("The port was lost."),
+    EndReason.CLOSED: marked("The port was closed."),
+    EndReason.SLEPT: marked("The computer slept."),
+    EndReason.ANOTHER: marked("Another module was said to be connected."),
+    EndReason.RATE_CHANGED: marked("The baud rate of the port was changed."),
+})  # fmt: skip
+
+
+def reason_message(reason: EndReason, contradiction: Contradiction | None = None) -> UserMessage:
+    """Why a conversation ended, in one sentence."""
+    if reason is not EndReason.CONTRADICTED or contradiction is None:
+        return message(REASONS[reason])
+    before, after = contradiction
+    return message(
+        CONTRADICTORY, setting=message(before.command.title), before=_value_text(before), after=_value_text(after)
+    )
+
+
+def _value_text(reading: Reading) -> str:
+    reply = reading.command.reply
+    return reply.text(reading.raw) if isinstance(reply, Quantity) else str(reading.value)
+
+
+class Interrupted(UserError):
+    """The conversation ended while a procedure ran: what it knows is of a module that may be gone."""
+
+    code = ErrorCode.INTERRUPTED
+
+    def __init__(self, reason: EndReason, contradiction: Contradiction | None = None) -> None:
+        super().__init__(reason_message(reason, contradiction))
+        self.reason = reason
+        self.contradiction = contradiction
+
+
+class NoModule(UserError):
+    """No module answers, so there is no conversation in which to do it."""
+
+    code = ErrorCode.NO_LINK
+
+    def __init__(self) -> None:
+        super().__init__(marked("No module answers."))
+
+
+# What is known
+
+
+class Known(NamedTuple):
+    """One value, in its field's unit; `at` is when it arrived, by the session's clock."""
+
+    value: Value
+    how: How
+    at: float
+    stale_reason: StaleReason | None = None
+    sent_after: float = -inf
+    """The earliest time at which the module can have sent it."""
+
+    @property
+    def is_stale(self) -> bool:
+        return self.stale_reason is not None
+
+
+class StatusSample(NamedTuple):
+    """One status report. `at`: when its bytes were read from the port, in seconds of the session's clock."""
+
+    at: float
+    tilt_deg: int
+    acceleration_g: float
+    triggered: bool
+    active: bool
+
+
+class ConversationView(NamedTuple):
+    """What was known at one moment; immutable, so any thread may keep it."""
+
+    number: int = 0
+    """Counted from 1 over the program's life at one port; 0 before the first one."""
+    began_at: float = 0.0
+    ended: Ended | None = None
+    values: Mapping[str, Known] = MappingProxyType({})
+    is_streaming: bool = False
+    """Status reports came unasked, the last one within 1.5 s."""
+    stream_hz: float = 0.0
+    stream_gaps: int = 0
+    """How often reports were missing in the stream."""
+    motion: MotionExtremes | None = None
+    """Of the last seconds."""
+    stray_records: tuple[TriggerRecord, ...] = ()
+    """Trigger records received outside an answer, mostly after their query was given up; oldest first."""
+    lag_s: float | None = None
+    """How long answers take; None until one is measured."""
+
+    @property
+    def is_going(self) -> bool:
+        return self.number > 0 and self.ended is None
+
+    @property
+    def is_late(self) -> bool:
+        return self.lag_s is not None and self.lag_s > SLOW_LINE_S
+
+    @property
+    def reported(self) -> tuple[Value | None, Value | None]:
+        """Triggered and active, as last reported; None while unknown."""
+        triggered, active = self.values.get("triggered"), self.values.get("active")
+        return (None if triggered is None else triggered.value, None if active is None else active.value)
+
+    @property
+    def boot_count(self) -> int | None:
+        """As last read; of an ended conversation, too. None before the first one."""
+        known = self.values.get(BOOT_COUNT.key)
+        return None if known is None else int(known.value)
+
+    def known(self, key: str, now: float) -> Known | None:
+        """The value, stale if it is too old at `now` or the conversation is over; None while unknown."""
+        known = self.values.get(key)
+        if known is None:
+            return None
+        if self.ended is not None:
+            return known._replace(stale_reason=StaleReason.ENDED)
+        limit_s = self.fresh_for_s(key, known.how)
+        if limit_s is None:
+            return known
+        if now - known.at > limit_s:
+            return known._replace(stale_reason=StaleReason.AGED)
+        if self.lag_s is not None and self.is_late and now - known.at + self.lag_s > limit_s:
+            return known._replace(stale_reason=StaleReason.LATE, at=known.at - self.lag_s)  # about when it was sent
+        return known
+
+    def fresh_for_s(self, key: str, how: How) -> float | None:
+        """Seconds after which the value is stale; None where it does not age. A streamed value may be as old as the
+        rate of the stream requires."""
+        limit_s = FRESH_FOR_S.get(key)
+        if how is not How.STREAMED:
+            return limit_s
+        if key == SERIAL_OUTPUT.key:
+            return STREAM_PROVES_S
+        if limit_s is not None and self.stream_hz > 0:
+            return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
+        return limit_s
+
+    def proven(self, key: str, now: float) -> Known | None:
+        """The status value if it is proven that the module sent it within the last second, else None."""
+        known = self.known(key, now)
+        if known is None or known.is_stale or now - known.sent_after > FRESH_FOR_S[key]:
+            return None
+        return known
+
+    def fresh(self, key: str, now: float) -> Value | None:
+        """The value if it is known and not stale, else None."""
+        known = self.known(key, now)
+        return None if known is None or known.is_stale else known.value
+
+    def settings(self, now: float) -> dict[str, Value]:
+        """The settings that are known and not stale at `now`, by key in the field's unit. Without the serial output,
+        which the program itself switches."""
+        fresh = {command.key: self.fresh(command.key, now) for command in SETTINGS if command is not SERIAL_OUTPUT}
+        return {key: value for key, value in fresh.items() if value is not None}
+
+
+class Conversation:
+    """Collects what the link tells in one conversation. Belongs to the session's thread."""
+
+    def __init__(self, number: int, boot_count: int, began_at: float, baud_rate: int, link: Link) -> None:
+        self.number = number
+        self.began_at = began_at
+        self.ended: Ended | None = None
+        self._link = link
+        self._values: dict[str, Known] = {
+            BOOT_COUNT.key: Known(boot_count, How.READ, began_at),
+            "baud_rate": Known(baud_rate, How.READ, began_at),
+        }
+        self._latest: Received | None = None
+        """The last status frame, not yet among the values: at line rate the next one follows soon."""
+        self._streamed_at: deque[float] = deque(maxlen=8192)
+        self._stream_gaps = 0
+        self._samples: list[StatusSample] = []
+        self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
+        self._motion = MotionWatch()
+
+    def apply(self, event: Event) -> None:
+        """Take in an event of the link."""
+        match event:
+            case Received():
+                self._on_frame(event)
+            case Answered():
+                for message in event.messages:
+                    if isinstance(message, Acknowledgement):
+                        self._on_acknowledged(message, event.at)
+            case OutcomeUnknown():
+                self._forget_changed(event.request)
+            case Ended():
+                self.ended = event
+
+    def take_samples(self) -> list[StatusSample]:
+        """Return all status reports since the last call, oldest first."""
+        samples, self._samples = self._samples, []
+        return samples
+
+    def view(self, now: float) -> ConversationView:
+        self._settle()
+        if self.ended is not None:
+            now = self.ended.at
+        values = dict(self._values)
+        if not self._link.flags.are_known(now):
+            # E4: a copy of the other one's acknowledgement may have been taken for it.
+            for command in TRIGGER_FLAGS:
+                values.pop(command.key, None)
+        is_streaming = len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
+        return ConversationView(
+            number=self.number,
+            began_at=self.began_at,
+            ended=self.ended,
+            values=MappingProxyType(values),
+            is_streaming=is_streaming and self.ended is None,
+            stream_hz=self._stream_hz(now),
+            stream_gaps=self._stream_gaps,
+            motion=self._motion.view(now),
+            stray_records=tuple(self._stray_records),
+            lag_s=self._link.lag_s if self.ended is None else None,
+        )
+
+    def _stream_hz(self, now: float) -> float:
+        came_at = self._streamed_at
+        while came_at and now - came_at[0] > STREAM_WINDOW_S:
+            came_at.popleft()
+        span_s = came_at[-1] - came_at[0] if came_at else 0.0
+        return (len(came_at) - 1) / span_s if span_s > 0 else 0.0
+
+    def _on_frame(self, event: Received) -> None:
+        message = event.message
+        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
+            self._stray_records.append(message)
+        elif isinstance(message, Reading) and event.role is Role.ANSWER:
+            self._values[message.command.key] = Known(message.value, How.READ, event.at, sent_after=event.sent_after)
+        elif isinstance(message, Status) and event.role in (Role.ANSWER, Role.STREAMED, Role.DUPLICATE):
+            self._on_status(message, event)
+
+    def _on_status(self, status: Status, event: Received) -> None:
+        if event.role is Role.STREAMED:
+            self._note_gap(event.at)
+            self._streamed_at.append(event.at)
+        self._samples.append(StatusSample(event.at, *status))
+        self._motion.feed(status, event.at)
+        self._latest = event
+
+    def _note_gap(self, now: float) -> None:
+        gap_s = now - self._streamed_at[-1] if self._streamed_at else 0.0
+        if gap_s > STREAM_GAP_S and gap_s * self._stream_hz(now) > STREAM_GAP_PERIODS:
+            self._stream_gaps += 1
+
+    def _settle(self) -> None:
+        """Take over the last status frame into the values."""
+        event, self._latest = self._latest, None
+        if event is None or not isinstance(event.message, Status):
+            return
+        how = How.STREAMED if event.role is Role.STREAMED else How.READ
+        for key, value in zip(STATUS_KEYS, event.message, strict=True):
+            self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
+        if len(self._streamed_at) > 1:
+            self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
+
+    def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
+        self._settle()
+        request = acknowledgement.request
+        key = key_changed_by(request)
+        if key is None:
+            return
+        # After an act only a report has the new value; but an acknowledged activation already may fire.
+        is_only_reported = key in STATUS_KEYS and request != ACTIVATION.set(True)
+        field = request.command.write
+        if is_only_reported or field is None or key not in ACKNOWLEDGED_KEYS or not acknowledgement.is_accepted:
+            self._forget_changed(request)
+            return
+        self._values[key] = Known(field.decode(request.data), How.ACKNOWLEDGED, at)
+        if request == SERIAL_OUTPUT.set(False):
+            self._streamed_at.clear()
+
+    def _forget_changed(self, request: Request) -> None:
+        """What a set or an act may have changed is unknown until it is read."""
+        self._settle()
+        key = key_changed_by(request)
+        if key is not None:
+            self._values.pop(key, None)
