@@ -9,7 +9,7 @@ from app.archive.archive import Archive
 from app.guided.guided_store import told_test
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS
-from app.limits.service import service_of
+from app.modules.service import service_summary
 from app.records.checks import check_line, measuring, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
@@ -172,7 +172,7 @@ def _fired(_content: MayHaveFired) -> UserMessage:
 
 
 def _serviced(content: Serviced) -> UserMessage:
-    return service_of(to_builtins(content)).summary()
+    return service_summary(content)
 
 
 def _provisioned(content: ModuleProvisioned) -> UserMessage:

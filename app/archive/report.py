@@ -9,14 +9,14 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import msgspec
-from msgspec import Struct, field, to_builtins
+from msgspec import Struct, field
 
 from app.archive.archive import Archive
 from app.archive.due import Due, DueKind
 from app.engine.setting_changes import BOOTS
 from app.guided.guided_store import told_test
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
-from app.limits.service import ServiceKind, due_services, repack_due
+from app.modules.service import COUNTS_ANEW, ServiceKind, all_due
 from app.records.checks import CheckLine, check_line
 from app.store.fact_store import Facts, Kept
 from app.store.fired import Fired, all_fired
@@ -41,8 +41,6 @@ CLOCKS = timedelta(minutes=15)
 """The clocks of two stations may differ by this much."""
 DOUBT_DAYS = 180
 """A contradiction that is older is history: nobody can answer for it any more."""
-_PARTS = (ServiceKind.FIRMWARE.value, ServiceKind.EJECTOR.value)
-"""A service of these explains a boot count that went back."""
 
 
 class ModuleToday(Struct, kw_only=True):
@@ -105,10 +103,8 @@ def module_today(
     services.sort(key=lambda kept: (kept.content.on, kept.at))
     state.since_repack = _since_repack(seen, services)
     state.due = [*_check_due(state, now, check_days), *_test_due(state.tests, now, test_days)]
-    contents = [to_builtins(kept.content) for kept in services]
     really_fired = max((one.at for one in fired if not one.is_simulated), default=None)
-    repack = repack_due(really_fired, [(kept.at, to_builtins(kept.content)) for kept in services])
-    for service in (*([] if repack is None else [repack]), *due_services(contents, today)):
+    for service in all_due(really_fired, services, today):
         state.due.append(Due(DueKind.SERVICE, service.text))
     state.two_modules = two_modules(_boots(facts, name, now), services)
     state.due += [Due(DueKind.TWO_MODULES, text) for text in state.two_modules[-1:]]
@@ -137,7 +133,9 @@ def two_modules(boots: Iterable[Boot], services: Sequence[Kept[Serviced]]) -> li
     """Where the boot count went back. It is one byte, so 0 follows 255, and back is by less than half of the way round.
     The time of two stations may differ by minutes, so what they read so close together contradicts nothing. An exchange
     of parts that a person entered later has explained it."""
-    explained = max((kept.content.on.isoformat() for kept in services if kept.content.service in _PARTS), default="")
+    explained = max(
+        (kept.content.on.isoformat() for kept in services if kept.content.service in COUNTS_ANEW), default=""
+    )
     found = []
     before: Boot | None = None
     for boot in boots:

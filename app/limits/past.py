@@ -5,11 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from protocol.fields import Value
-
 if TYPE_CHECKING:  # reading loads none of it
     from app.guided.results import GuidedKind, StoredTest
-    from app.limits.service import DueService
+    from app.modules.names import Remembered
+    from app.modules.service import DueService
 
 
 class LastTested(NamedTuple):
@@ -32,14 +31,12 @@ class Past:
     """What was known of the module before the check; empty without a store or a name."""
 
     module: str | None = None
-    boot_count: int | None = None
-    """At its last visit."""
+    remembered: "Remembered | None" = None
+    """What was last kept under its name."""
     reviewed: Counter[bytes] = field(default_factory=Counter)
     """Raw trigger records with a person's judgement."""
     has_check: bool = False
     """There was a GO before."""
-    settings: Mapping[str, Value] = field(default_factory=dict)
-    """As last read, by key."""
     do_records_follow: bool = True
     """False if its trigger records do not continue those of the last visit."""
     last_answer: LastAnswer | None = None

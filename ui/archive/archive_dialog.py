@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QDialog, QLabel, QLineEdit, QPushButton, QSplitter
 from app.archive.archive import Archive
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.report import ModuleToday, report
-from app.limits.service import Service
 from app.records.verification import shown_key
+from app.store.kinds import Serviced
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -157,13 +157,7 @@ class ArchiveDialog(QDialog):
             services, keep = self._services, partial(self._keep_service, chosen[0].name)
             ServiceForm(self, services.texts, clean(chosen[0].name), services.preferences.who, keep)
 
-    def _keep_service(self, module: str, service: Service) -> None:
-        try:
-            content = service.content()
-        except UserError as error:
-            self._show_message(error.sentence, Meaning.ATTENTION)
-            return
-
+    def _keep_service(self, module: str, content: Serviced) -> None:
         def keep(archive: Archive, _on_page: object) -> None:
             archive.store.add(content, module).result()
 

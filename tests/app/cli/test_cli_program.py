@@ -22,7 +22,7 @@ from app.engine import transport
 from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
-from app.records.labels import PAPERS
+from app.modules.labels import PAPERS
 from app.simulator.memory import invent_records
 from app.terminal import connection
 from app.text.i18n import read_translations

@@ -1,0 +1,148 @@
+"""The names of this station's modules, and what was last read under each.
+
+A module has no serial number of its own: a person says its name, anew in each conversation, after everything was read.
+What was last read under that name stands beside the question. What can be concluded from it is little: the boot count
+only grows, so one that went back is another module's, unless a part was changed since that starts counting anew. The
+settings tell nothing, as the vendor's own tool sets them, too: they are shown, and speak neither way.
+"""
+
+from collections.abc import Mapping
+from datetime import timedelta
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple
+
+from app.engine.conversation import ConversationView
+from app.engine.setting_changes import BOOTS, changed_settings
+from app.engine.snapshots import Snapshot, restorable
+from app.modules.service import COUNTS_ANEW
+from app.settings.setting_texts import value_message
+from app.store.fact_store import Facts
+from app.store.kinds import ModuleNamed, Serviced, SettingsSeen
+from app.store.rows import Row, time_text
+from app.text.messages import UserMessage, clean, message
+from protocol.fields import Value
+from protocol.translatable import marked
+
+# The boot count is one byte. A module in use may go around within half a year.
+COUNTS_FOR: Final = timedelta(days=180)
+NOT_NAMED: Final = message(marked("module not named"))
+_MODULE = "module:"
+
+
+class Remembered(NamedTuple):
+    """What was last kept under a name. What was never read is None, or absent."""
+
+    name: str
+    # When something was last kept under it, in UTC as in facts.
+    at: str = ""
+    # The USB identity that it was last at.
+    adapter: str = ""
+    boot_count: int | None = None
+    # By key, in the field's unit.
+    settings: Mapping[str, Value] = MappingProxyType({})
+    # Its boot count may be lower by now: it was read long ago, or a part that counts was changed since.
+    may_count_anew: bool = False
+
+    def is_past(self, boot_count: int | None) -> bool:
+        """Whether `boot_count` is from before the last one: lower by less than half of the way around."""
+        if self.boot_count is None or boot_count is None or self.may_count_anew:
+            return False
+        return (boot_count - self.boot_count) % BOOTS > BOOTS // 2
+
+
+def remember(
+    facts: Facts,
+    name: str,
+    *,
+    adapter: str = "",
+    boot_count: int | None = None,
+    settings: Mapping[str, Value] | None = None,
+) -> None:
+    """Keep what was read of the module that a person named so; a new name is made. What is not given stays. Within
+    `Store.write`."""
+    known = _state(facts, name)
+    adapter = clean(adapter) or known.get("adapter", "")
+    if not known or adapter != known["adapter"]:
+        facts.add(ModuleNamed(adapter=adapter), name)
+    state = {**known, "adapter": adapter, "seen_at": time_text(facts.now())}
+    if boot_count is not None:
+        state |= {"boot_count": boot_count, "read_at": state["seen_at"]}
+    if settings:
+        state["settings"] = dict(settings)
+    facts.set_state(_MODULE + name, state)
+
+
+def remembered(facts: Facts, name: str) -> Remembered | None:
+    """None if no module has this name."""
+    state = _state(facts, name)
+    if not state:
+        return None
+    read_at = state.get("read_at", "")
+    services = facts.of_module(Serviced, name)
+    may_count_anew = read_at < time_text(facts.now() - COUNTS_FOR)
+    for service in services:
+        if service.content.service in COUNTS_ANEW and service.at > read_at:
+            may_count_anew = True
+    return _remembered(name, state)._replace(may_count_anew=may_count_anew)
+
+
+def modules(facts: Facts) -> tuple[Remembered, ...]:
+    """All names, the last seen first. Without `may_count_anew`."""
+    known = [_remembered(name, state) for name, state in facts.states(_MODULE).items()]
+    return tuple(sorted(known, key=lambda module: module.at, reverse=True))
+
+
+def _state(facts: Facts, name: str) -> dict[str, Any]:
+    return facts.state(_MODULE + name) or {}
+
+
+def _remembered(name: str, state: Mapping[str, Any]) -> Remembered:
+    return Remembered(
+        name=name,
+        at=state["seen_at"],
+        adapter=state["adapter"],
+        boot_count=state.get("boot_count"),
+        settings=restorable(state.get("settings", {})),
+    )
+
+
+# What a person reads beside the question
+
+
+def what_speaks_against(known: Remembered, conversation: ConversationView) -> tuple[UserMessage, ...]:
+    """Why the module of this conversation may be another one than that of this name; empty where nothing is known to
+    speak against it."""
+    count = conversation.boot_count
+    if not known.is_past(count):
+        return ()
+    return (message(marked("boot count {now}, was {before}"), now=count, before=known.boot_count),)
+
+
+def what_differs(known: Remembered, conversation: ConversationView, now: float) -> tuple[UserMessage, ...]:
+    """The settings that are otherwise than they were last read: to be shown, speaking neither way."""
+    return tuple(
+        message(
+            marked("{name} {now}, was {before}"),
+            name=message(change.command.title),
+            now=value_message(change.command, change.after),
+            before=value_message(change.command, change.before),
+        )
+        for change in changed_settings(known.settings, conversation.settings(now))
+    )
+
+
+def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
+    """To be said wherever something is used that is kept under the name. `is_by_option`: --module, nobody was asked."""
+    if not name:
+        return NOT_NAMED
+    if is_by_option:
+        return message(marked("{module}, given by --module"), module=name)
+    return message(marked("{module}, named by a person in this conversation"), module=name)
+
+
+def store_snapshot(facts: Facts, snapshot: Snapshot, *, port: str, module: str = "") -> Row:
+    """Keep the settings as they were found. `module`: its name, where it has one. Within `Store.write`."""
+    if module:
+        remember(facts, module)
+    seen = SettingsSeen(port=clean(port), boot_count=snapshot.boot_count, settings=dict(snapshot.settings))
+    return facts.add(seen, module or None)
