@@ -18,7 +18,7 @@ from app.engine.identity import IdentityEvidence, went_back
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
-from app.limits.service import DueService, due_services, repack_due
+from app.modules.service import DueService, due_services, repack_due
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word

@@ -23,7 +23,7 @@ from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.provision import await_gone
 from app.procedures.write_all import WriteContext
-from app.records.labels import PAPERS
+from app.modules.labels import PAPERS
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.terminal import console
