@@ -8,14 +8,14 @@ tells them apart:
   opened, as an earlier program may have set them. The one exception is 16 directly after a 17 that was answered under
   17: no copy of that answer can be taken for the answer to 16.
 - What was acknowledged counts only after a further wait without a frame of either.
-- Where an acknowledgement came twice nothing counts until the module starts again: this line repeats answers.
+- Where an acknowledgement came twice nothing counts in this conversation: this line repeats answers.
 """
 
 from math import inf
 
 from protocol.catalogue import ATTITUDE_TRIGGER, FREEFALL_TRIGGER, Request
 from protocol.messages import answers
-from protocol.round_trips import Timing
+from protocol.timing import LATE_S
 
 TRIGGER_FLAGS = (FREEFALL_TRIGGER, ATTITUDE_TRIGGER)
 """In the order in which they are set without a wait between them."""
@@ -23,11 +23,10 @@ FLAG_CODES = frozenset(command.code for command in TRIGGER_FLAGS)
 
 
 class FlagAnswers:
-    """See the module's docstring. It belongs to the line, so it outlives a link. Times are the link's `now`."""
+    """See the module's docstring. It belongs to the line, so it outlives a conversation. Times are the link's `now`."""
 
-    def __init__(self, now: float, timing: Timing) -> None:
-        self._timing = timing
-        self._free_at = now + timing.late_s
+    def __init__(self, now: float) -> None:
+        self._free_at = now + LATE_S
         self._last_at = -inf
         """When the last frame of either was sent or came."""
         self._unanswered: list[Request] = []
@@ -46,7 +45,7 @@ class FlagAnswers:
 
     def are_known(self, now: float) -> bool:
         """Whether what was acknowledged counts."""
-        return not self.has_repeated and now >= self._last_at + self._timing.late_s
+        return not self.has_repeated and now >= self._last_at + LATE_S
 
     def on_sent(self, request: Request, now: float) -> None:
         if request.command in TRIGGER_FLAGS:
@@ -72,7 +71,10 @@ class FlagAnswers:
     def begin_again(self) -> None:
         """Another conversation begins on the same line."""
         self._unanswered.clear()
-        self.has_repeated = self._is_told_apart = False
+        self.has_repeated = False
+        self._is_told_apart = False
 
     def _note(self, now: float) -> None:
-        self._last_at, self._free_at, self._is_told_apart = now, now + self._timing.repeated_s, False
+        self._last_at = now
+        self._free_at = now + LATE_S
+        self._is_told_apart = False

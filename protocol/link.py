@@ -1,45 +1,185 @@
-"""One line, one conversation after another, sans I/O: bytes and `now` in, bytes and events out."""
+"""One line, one conversation after another, sans I/O: bytes and `now` in, bytes and events out.
 
-from protocol.catalogue import Request
-from protocol.contradictions import ToldValues
-from protocol.events import Counters, EndReason, Event
-from protocol.flag_answers import FlagAnswers
-from protocol.round_trips import RoundTrips, Timing
+    beginning  --boot count answered behind a fence-->                      Began
+    begun      --restart, silence, contradiction, or its owner's reason-->  Ended, and it begins again
+
+In a conversation all frames come from one module. The link asks for the boot count when nobody asks anything, so that a
+module cannot be exchanged unseen: no other part of the program watches for a silence.
+
+Rules:
+
+- One request of the owner, or of the link itself, is in flight. Replies are matched by request, never by position.
+- Only questions are repeated. A set, an act or the query of the trigger records is sent once. The one exception is LOCK
+  (`lock_again`): locking twice has the effect of locking once and cannot make a module fire, while a lost LOCK leaves a
+  module active beside a person who believes otherwise. So it is repeated, whatever is in flight.
+- A module answers in the order in which it was asked. So where an answer fails to come, the boot count is asked behind
+  it (a *probe*): once that is answered the other answer is lost. Where an earlier reply could be mistaken for the
+  present one (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), another
+  question is answered first (a *fence*). See `StaleReplies`.
+- A frame that began before a request was sent is not its answer.
+- Without a valid frame for `silence_s`, although something was asked, the conversation ends. The first frame after such
+  a time may be another module's, so it ends it, too; but the reply to what was sent once, before, is its module's.
+- An unasked heartbeat is a restart if it cannot be a late answer, or if two come; else the boot count is asked at once.
+- A boot count or a setting that reads otherwise, though nobody set it, ends the conversation (`contradictions`).
+- Some modules need a pause before they listen again, so a request may wait (`request_gap`); LOCK never does.
+- 16 and 17 are set only when no answer to an earlier set can be taken for theirs (`flag_answers`).
+
+The owner writes the bytes of `take_outgoing` after each call, and calls `tick` after each `receive` and no later than
+`next_deadline`. Counters, learnt pauses, replies that may still come, and 16 and 17 outlive a conversation.
+"""
+
+import logging
+from math import inf
+
+from protocol.catalogue import BOOT_COUNT, HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
+from protocol.contradictions import ToldValues, reason_of
+from protocol.events import (
+    Answered,
+    Began,
+    Contradiction,
+    Counters,
+    Ended,
+    EndReason,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Rejected,
+    Role,
+    Sent,
+    Unanswered,
+)
+from protocol.flag_answers import FLAG_CODES, FlagAnswers
+from protocol.frame import Direction, Frame, Noise
+from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
+from protocol.request_gap import Gap
+from protocol.stale_replies import StaleReplies
+from protocol.stream import Piece, StreamParser
+from protocol.timing import (
+    ANSWER_S,
+    BOOT_COUNT_EVERY_S,
+    HEARTBEAT_EVERY_S,
+    LATE_S,
+    LONGEST_SILENCE_S,
+    QUIET_S,
+    RECORDS_LONGEST_S,
+    RECORDS_QUIET_S,
+    RESTART_S,
+    SLOW_S,
+    TRIES,
+    RoundTrips,
+)
+
+_log = logging.getLogger(__name__)
+_HEARTBEAT = HEARTBEAT.query()
+_BOOTS = BOOT_COUNT.query()
 
 
 class LinkMisused(RuntimeError):
     """A bug in the caller: a second request while one is in flight, or a dangerous one without an explicit act."""
 
 
+class _Flight:
+    """The request in flight. Times are the link's `now`."""
+
+    def __init__(self, request: Request, now: float, *, is_own: bool, limit_s: float = inf) -> None:
+        self.request = request
+        self.is_own = is_own
+        """The link's own question, not its owner's."""
+        self.behind: Request | None = None
+        """What waits for the answer, where this is a fence."""
+        self.limit_s = limit_s
+        self.wanted_at = now
+        """Since when its next frame waits for a quiet line."""
+        self.attempts = 0
+        self.first_at = 0.0
+        self.sent_at = 0.0
+        """When it was last sent."""
+        self.probes = 0
+        self.probed_at = -inf
+        self.received_before = 0
+        """Bytes received when it was first sent: a frame that began among them is not its answer."""
+        self.records: list[Message] = []
+        self.record_at = 0.0
+        self.is_past = False
+        """A probe was answered since the last record: no more can come."""
+
+    @property
+    def is_record(self) -> bool:
+        return self.request.command.layout is Layout.RECORD
+
+    @property
+    def is_once(self) -> bool:
+        """A set, an act or the query of the trigger records: never repeated."""
+        return self.is_record or not self.request.is_repeatable
+
+    @property
+    def spoken_at(self) -> float:
+        """When it, or a probe behind it, was last sent."""
+        return max(self.sent_at, self.probed_at)
+
+
 class Link:
+    """See the module's docstring."""
+
     def __init__(self, now: float, before: "Link | None" = None) -> None:
         """`before`: the link on the same port at another rate, which this one replaces."""
-        self.timing = Timing()
         self.counters: Counters = Counters() if before is None else before.counters
-        self.flags: FlagAnswers = FlagAnswers(now, self.timing) if before is None else before.flags
-        self.told = ToldValues(self.timing)
+        self.gap: Gap = Gap() if before is None else before.gap
+        self.flags: FlagAnswers = FlagAnswers(now) if before is None else before.flags
+        self.told = ToldValues()
         self.round_trips = RoundTrips()
+        """Of this conversation."""
         self.is_begun = False
+        self._parser = StreamParser()
+        self._stale = StaleReplies()
+        self._outgoing = bytearray()
+        self._flight: _Flight | None = None
+        self._begin_at = now
+        """When the link asks for the next conversation."""
+        self._last_byte_at = -inf
+        self._turned_at = now
+        """When it was last ticked."""
+        self._valid_at = now
+        """When the last valid frame came, or the conversation began."""
+        self._sent_after = -inf
+        self._boots_sent_at = now
+        self._boots_are_due = False
+        """An unasked heartbeat came."""
+        self._heartbeat_sent_at = now
+        self._unasked_at = -inf
+        """When the last unasked heartbeat came that may be a late answer."""
+        self._restarted_at = -inf
+
+    # The owner's side
 
     @property
     def is_idle(self) -> bool:
-        raise NotImplementedError
+        return self._flight is None
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the link's own question is in flight."""
+        return self._flight is not None and self._flight.is_own
 
     @property
     def has_left(self) -> bool:
-        raise NotImplementedError
-
-    @property
-    def lag_s(self) -> float | None:
-        raise NotImplementedError
-
-    @property
-    def is_slow(self) -> bool:
-        raise NotImplementedError
+        """Whether the owner's request in flight was sent; it may still wait for a fence or for a quiet line."""
+        flight = self._flight
+        return flight is not None and not flight.is_own and flight.behind is None and flight.attempts > 0
 
     @property
     def silence_s(self) -> float:
-        raise NotImplementedError
+        return self.round_trips.silence_s
+
+    @property
+    def lag_s(self) -> float | None:
+        """How long answers take in this conversation; None until one is measured."""
+        return self.round_trips.usual_s
+
+    @property
+    def allows_commands(self) -> bool:
+        """Whether sets and acts may be sent: a report may be too old on a slow line."""
+        return self.lag_s is not None and self.lag_s <= SLOW_S
 
     def ask(
         self,
@@ -50,25 +190,455 @@ class Link:
         is_deliberate: bool = False,
         limit_s: float | None = None,
     ) -> list[Event]:
-        raise NotImplementedError
+        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`).
+
+        One of `Answered`, `Unanswered`, `OutcomeUnknown` and `Ended` follows. A dangerous request needs
+        `is_deliberate`. With `is_fenced` another question is answered first, so that the answer cannot be older than
+        this call. After `limit_s` it is given up. Raises `LinkMisused` while another request is in flight.
+        """
+        if self._flight is not None:
+            raise LinkMisused(f"{request.command.name} asked while a request is in flight")
+        if request.hazard is Hazard.DANGEROUS and not is_deliberate:
+            raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
+        if now < self.flags.free_at(request):
+            return [Unanswered(request, 0, 0.0, now)]
+        flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
+        return self._take_off(flight, now, is_fenced=is_fenced)
 
     def abandon(self, now: float) -> list[Event]:
-        raise NotImplementedError
+        """Stop waiting for the request in flight, if any; a reply to it is late from now on.
+
+        A set or an act of the owner that was sent is `OutcomeUnknown`: it may have been carried out.
+        """
+        flight = self._drop_flight()
+        if flight is None or flight.is_own or not flight.attempts or flight.request.is_repeatable:
+            return []
+        return [OutcomeUnknown(flight.request, now - flight.sent_at, now)]
 
     def lock_again(self, now: float, attempt: int) -> list[Event]:
-        raise NotImplementedError
+        """Send LOCK beside the request in flight; see the module's docstring. Its acknowledgement proves nothing: the
+        owner asks for the state afterwards."""
+        self._stale.expect_late(LOCK, now, count=1)
+        return [self._put(LOCK, attempt, now)]
 
     def end(self, reason: EndReason, now: float) -> list[Event]:
-        raise NotImplementedError
+        """End the conversation for a reason that the owner knows. What is in flight is not waited for any more."""
+        events: list[Event] = []
+        self._end(reason, now, events)
+        return events
 
     def take_outgoing(self) -> bytes:
-        raise NotImplementedError
+        """Return the bytes to write, each once."""
+        outgoing = bytes(self._outgoing)
+        self._outgoing.clear()
+        return outgoing
 
     def receive(self, data: bytes, now: float) -> list[Event]:
-        raise NotImplementedError
+        """Take in `data`, just read from the port."""
+        events: list[Event] = []
+        if not data:
+            return events
+        self._last_byte_at = now
+        self.counters.bytes_received += len(data)
+        for piece in self._parser.feed(data):
+            self._digest(piece, now, events)
+        return events
 
     def tick(self, now: float) -> list[Event]:
-        raise NotImplementedError
+        """Do what is due."""
+        events: list[Event] = []
+        if self._parser.pending and now >= self._last_byte_at + QUIET_S:
+            for piece in self._parser.flush():
+                self._digest(piece, now, events)
+        has_stood_still = now - self._turned_at > self.silence_s  # this program, so nobody knows what happened
+        self._turned_at = now
+        flight = self._flight
+        if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
+            self._end(EndReason.SILENT, now, events)
+            flight = None
+        if flight is not None and now >= self._due_at(flight, now):
+            self._advance(flight, now, events)
+        if self._flight is None and now >= self._own_due_at():
+            self._ask_own(now, events)
+        return events
 
-    def next_deadline(self) -> float:
-        raise NotImplementedError
+    def next_deadline(self, now: float) -> float:
+        """When to call `tick` if nothing arrives before."""
+        flight = self._flight
+        dues = [self._own_due_at() if flight is None else self._due_at(flight, now)]
+        if self._parser.pending:
+            dues.append(self._last_byte_at + QUIET_S)
+        if flight is not None and self.is_begun:
+            dues.append(self._silent_at(flight))
+        return min(dues)
+
+    # The link's own questions
+
+    def _own_due_at(self) -> float:
+        if not self.is_begun:
+            return self._begin_at
+        if self._boots_are_due:
+            return -inf
+        return min(
+            self._valid_at + self.round_trips.asks_after_s,
+            self._boots_sent_at + BOOT_COUNT_EVERY_S,
+            self._heartbeat_sent_at + HEARTBEAT_EVERY_S,
+        )
+
+    def _ask_own(self, now: float, events: list[Event]) -> None:
+        is_heartbeat_due = now >= self._heartbeat_sent_at + HEARTBEAT_EVERY_S
+        request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
+        events += self._take_off(_Flight(request, now, is_own=True), now, is_fenced=not self.is_begun)
+
+    # Sending
+
+    def _take_off(self, flight: _Flight, now: float, *, is_fenced: bool) -> list[Event]:
+        """Send it, or first a fence."""
+        self._stale.drop_expired(now)
+        request = flight.request
+        needs_fence = is_fenced or self._stale.could_answer(request, now)
+        is_own_fence = request == _BOOTS and not self._stale.could_be_late(_BOOTS, now)
+        if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
+            fence = _Flight(self._stale.fence(now), now, is_own=flight.is_own, limit_s=flight.limit_s)
+            fence.behind = request
+            flight = fence
+        self._flight = flight
+        events: list[Event] = []
+        self._advance(flight, now, events)
+        return events
+
+    def _due_at(self, flight: _Flight, now: float) -> float:
+        """When its next frame is due, or when it is given up."""
+        if not flight.attempts:
+            return self.gap.due(flight.request, flight.wanted_at, is_repeated=False, now=now)
+        if flight.records:
+            return self._records_due_at(flight)
+        trips = self.round_trips
+        ends_at = flight.first_at + flight.limit_s
+        if flight.is_once:
+            ends_at = min(ends_at, flight.first_at + ANSWER_S)
+            due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
+        elif flight.attempts + flight.probes == 1:
+            due_at = flight.sent_at + trips.first_repeat_s
+        else:
+            due_at = flight.spoken_at + trips.repeat_s
+        return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
+
+    def _records_due_at(self, flight: _Flight) -> float:
+        trips = self.round_trips
+        ends_at = flight.first_at + RECORDS_LONGEST_S
+        if flight.is_past:
+            return min(ends_at, flight.record_at + RECORDS_QUIET_S, flight.probed_at + trips.asks_after_s)
+        return min(ends_at, max(flight.record_at + trips.asks_after_s, flight.probed_at + trips.repeat_s))
+
+    def _advance(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        """Send it, send it again, ask the boot count behind it, or give it up."""
+        lasted_s = now - flight.first_at
+        if not flight.attempts:
+            if now >= self._due_at(flight, now):
+                self._transmit(flight, now, events)
+        elif lasted_s >= flight.limit_s:
+            self._give_up(flight, now, events)
+        elif flight.records:
+            is_quiet = flight.is_past and now >= flight.record_at + RECORDS_QUIET_S
+            if is_quiet or lasted_s >= RECORDS_LONGEST_S:
+                self._finish_records(flight, now, events)
+            else:
+                self._probe(flight, now, events)
+        elif flight.is_once:
+            if lasted_s >= ANSWER_S:
+                self._give_up(flight, now, events)  # something else came, or it would be silent
+            else:
+                self._probe(flight, now, events)
+        elif flight.is_own and not self.is_begun:
+            if lasted_s >= ANSWER_S:
+                self._give_up(flight, now, events)  # asked again, so that no late answer begins a conversation
+            else:
+                self._transmit(flight, now, events)
+        else:
+            self._repeat(flight, now, events)
+
+    def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        """Send the question again, or the boot count behind it."""
+        is_boots = flight.request == _BOOTS
+        can_probe = not is_boots and flight.probes < TRIES
+        can_send = flight.attempts < (2 * TRIES if is_boots else TRIES)
+        # On a slow line few frames fit into a silence, so the boot count is asked in between.
+        is_probes_turn = self.silence_s >= LONGEST_SILENCE_S and self.is_begun and flight.attempts > flight.probes + 1
+        if can_probe and (is_probes_turn or not can_send):
+            self._probe(flight, now, events)
+        elif can_send:
+            self._transmit(flight, now, events)
+        elif self.is_begun:
+            self._end(EndReason.SILENT, now, events)  # also if something streams: it does not hear us
+        else:
+            self._give_up(flight, now, events)
+
+    def _transmit(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        request = flight.request
+        if not flight.attempts:
+            flight.first_at = now
+            flight.received_before = self._parser.end
+        flight.attempts += 1
+        flight.sent_at = now
+        self._parser.asked = request
+        self.gap.sent(is_repeated=flight.attempts > 1, now=now)
+        self.flags.on_sent(request, now)
+        self.told.on_sent(request, now)
+        events.append(self._put(request, flight.attempts, now))
+
+    def _probe(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        flight.probes += 1
+        flight.probed_at = now
+        self.gap.on_spoken(now)
+        self._stale.expect_late(_BOOTS, now, count=1)
+        events.append(self._put(_BOOTS, 1, now))
+
+    def _put(self, request: Request, attempt: int, now: float) -> Sent:
+        raw = request.encode()
+        self._outgoing += raw
+        self.counters.sent += 1
+        if attempt > 1:
+            self.counters.retries += 1
+        if request == _BOOTS:
+            self._boots_sent_at = now
+            self._boots_are_due = False
+        elif request == _HEARTBEAT:
+            self._heartbeat_sent_at = now
+        return Sent(raw, request, attempt, now)
+
+    # Receiving
+
+    def _digest(self, piece: Piece, now: float, events: list[Event]) -> None:
+        if isinstance(piece, Noise):
+            self.counters.rejected_bytes[piece.reason] += len(piece.raw)
+            events.append(Rejected(piece, now))
+            return
+        self.counters.frames += 1
+        if piece.direction is Direction.HOST_TO_MODULE:
+            self._note(events, piece, None, Role.ECHO, now)
+            return
+        flight = self._flight
+        is_answer = flight is not None and self._is_answer(flight, piece, now)
+        # Only the reply to what was sent once, before the silence, proves that it is still the same module.
+        is_proof = is_answer and flight is not None and flight.is_once
+        if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
+            self._end(EndReason.SILENT, now, events)
+            is_answer = False
+        self._valid_at = now
+        if answers(piece.raw, _HEARTBEAT):
+            self._stale.on_heartbeat(now)
+        if flight is not None and is_answer:
+            if piece.raw[2] in FLAG_CODES:
+                self.flags.on_answer(flight.request, piece.raw, now)
+            self._on_answer(flight, piece, now, events)
+        else:
+            if piece.raw[2] in FLAG_CODES:
+                self.flags.on_other(piece.raw, now)
+            self._on_other(piece, now, events)
+
+    def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
+        self.counters.by_role[role] += 1
+        if role is Role.STREAMED:
+            self.gap.on_streamed(now)
+        elif role is not Role.ECHO:
+            self.gap.on_spoken(now)
+        events.append(Received(frame, message, role, now, self._sent_after))
+
+    def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
+        if not flight.attempts or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
+            return False
+        return flight.behind is None or self._stale.opens(flight.request, frame.raw, now)
+
+    def _on_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
+        request = flight.request
+        message = decode(frame.raw, request)
+        if self._contradicts(frame, message, now, events, is_answer=True):
+            return
+        is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
+        is_late = self._stale.could_be_late(request, now)  # perhaps, to the same question before
+        self._stale.expect_copy(frame.raw, request, now)
+        is_timed = request.command is not STATUS and not is_copy and not is_late
+        if is_timed and request != _HEARTBEAT:
+            self._sent_after = max(self._sent_after, flight.first_at)
+        self._note(events, frame, message, Role.ANSWER, now)
+        if flight.is_record:
+            flight.records.append(message)
+            flight.record_at = now
+            flight.is_past = False
+            return
+        if flight.attempts > 1:
+            self.round_trips.note_repeated()
+        elif is_timed:
+            self.round_trips.add(now - flight.sent_at)
+        if not is_copy:
+            self._stale.on_answered(request, flight.first_at, now)
+            self.gap.answered()
+        owed = flight.attempts - 1
+        if is_copy:
+            owed += 1  # then the answer itself is still to come
+        if owed:
+            self._stale.expect_late(request, flight.sent_at, count=owed)
+        elif flight.is_once:
+            self._stale.remember(request, flight.sent_at)
+        self._land(flight, message, now, events)
+
+    def _land(self, flight: _Flight, message: Message, now: float, events: list[Event]) -> None:
+        """It was answered: send what waited for that, tell the owner, or begin a conversation."""
+        self._drop_flight(is_answered=True)
+        if flight.behind is not None:
+            self._flight = _Flight(flight.behind, now, is_own=flight.is_own, limit_s=flight.limit_s)
+            self._advance(self._flight, now, events)
+        elif not flight.is_own:
+            is_timed = flight.attempts == 1 and flight.request.command is not STATUS
+            round_trip_s = now - flight.sent_at if is_timed else None
+            events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
+        elif not self.is_begun and isinstance(message, Reading):
+            self.is_begun = True
+            self.told.contradicted(message, now, is_answer=True)  # the first that is told
+            _log.debug("began: boot count %d", message.raw)
+            events.append(Began(message.raw, now))
+
+    def _finish_records(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        self._drop_flight(is_answered=True)
+        self._stale.remember(flight.request, flight.sent_at)
+        events.append(Answered(flight.request, tuple(flight.records), flight.attempts, None, now))
+
+    def _on_other(self, frame: Frame, now: float, events: list[Event]) -> None:
+        """Take a frame that does not answer the request in flight."""
+        stale = self._stale
+        stale.drop_expired(now)
+        copied = stale.copied(frame.raw, now)
+        if copied is not None:  # before "late": a copy must not stand for a reply that is still to come
+            message = decode(frame.raw, copied.request)
+            if not stale.is_owed(frame.raw):
+                self.told.note_unasked(message, now)
+            if isinstance(message, Status):
+                stale.expect_no_copy(frame.raw)  # the next ones may be streamed
+            self._note(events, frame, message, Role.LATE if copied.is_late else Role.DUPLICATE, now)
+            if isinstance(message, Heartbeat):
+                self._ask_at_once(now, events)
+            return
+        late = stale.pop_late(frame.raw)
+        if late is not None:
+            stale.expect_copy(frame.raw, late.request, now, is_late=True)
+            message = decode(frame.raw, late.request)
+            if self._contradicts(frame, message, now, events, is_answer=False):
+                return
+            self._note(events, frame, message, Role.LATE, now)
+            if isinstance(message, Heartbeat):
+                self._ask_at_once(now, events)
+            elif late.request == _BOOTS:
+                self._on_probe_answered(late.at, now, events)
+            return
+        message = decode(frame.raw)
+        if self._contradicts(frame, message, now, events, is_answer=False):
+            return
+        if isinstance(message, Heartbeat):
+            stale.expect_copy(frame.raw, None, now)
+            self._on_unasked_heartbeat(now, events)
+        self.told.note_unasked(message, now)
+        self._note(events, frame, message, Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED, now)
+
+    def _on_unasked_heartbeat(self, now: float, events: list[Event]) -> None:
+        if now - self._restarted_at < RESTART_S:
+            return  # the second one of a restart
+        is_second = now - self._unasked_at < RESTART_S
+        self._unasked_at = now
+        if not self.is_begun:
+            self._restarted_at = now
+        elif is_second or now - self._heartbeat_sent_at > LATE_S:
+            self._restarted_at = now
+            self._end(EndReason.RESTARTED, now, events)
+        else:
+            self._ask_at_once(now, events)
+
+    def _ask_at_once(self, now: float, events: list[Event]) -> None:
+        """A heartbeat may be a late answer, or a restart's: its boot count tells. Nothing that changes the module
+        leaves before that."""
+        if not self.is_begun:
+            return
+        self._boots_are_due = True
+        flight = self._flight
+        if flight is None or flight.request == _BOOTS:
+            return
+        if flight.attempts:
+            self._probe(flight, now, events)
+        elif flight.is_once:
+            self._give_up(flight, now, events)
+
+    def _on_probe_answered(self, sent_at: float, now: float, events: list[Event]) -> None:
+        """The boot count that was asked at `sent_at` was told: no reply to an earlier frame can follow."""
+        flight = self._flight
+        if flight is None or not flight.attempts or sent_at < flight.sent_at or flight.request == LOCK:
+            return
+        if flight.records:
+            flight.is_past = True
+        elif flight.is_once or flight.attempts >= TRIES:
+            self._give_up(flight, now, events)
+
+    def _contradicts(self, frame: Frame, message: Message, now: float, events: list[Event], *, is_answer: bool) -> bool:
+        """Whether it says otherwise than what was told before, so that the conversation is over."""
+        if not self.is_begun:
+            return False
+        contradiction = self.told.contradicted(message, now, is_answer=is_answer)
+        if contradiction is None:
+            return False
+        self._end(reason_of(contradiction, is_answer=is_answer), now, events, contradiction)
+        self._note(events, frame, message, Role.UNSOLICITED, now)  # nobody's value
+        return True
+
+    # Ends
+
+    def _silent_at(self, flight: _Flight) -> float:
+        if not flight.attempts:
+            return inf
+        silent_at = self._valid_at + self.silence_s
+        if flight.is_once:
+            # The vendor gives the module a second for its own answer, counted from the request.
+            return max(silent_at, flight.first_at + ANSWER_S)
+        return max(silent_at, flight.first_at + self.silence_s / 2)
+
+    def _drop_flight(self, *, is_answered: bool = False) -> _Flight | None:
+        flight = self._flight
+        self._flight = None
+        self._parser.asked = None
+        if flight is not None and flight.attempts and not is_answered:
+            self._stale.expect_late(flight.request, flight.sent_at, count=flight.attempts)
+        return flight
+
+    def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        """The module is there and does not answer this, or it must not be sent any more."""
+        self._drop_flight()
+        request, waited_s = flight.request, now - flight.first_at
+        if flight.attempts:
+            self.counters.time_outs += 1
+            _log.debug("%s: no answer to %d attempts", request.command.name, flight.attempts)
+        if flight.is_own:
+            self._begin_at = now
+        elif flight.behind is not None:
+            events.append(Unanswered(flight.behind, 0, waited_s, now))
+        elif not flight.attempts:
+            events.append(Unanswered(request, 0, 0.0, now))
+        elif flight.request.is_repeatable:
+            events.append(Unanswered(request, flight.attempts, waited_s, now))
+        else:
+            events.append(OutcomeUnknown(request, waited_s, now))
+
+    def _end(
+        self, reason: EndReason, now: float, events: list[Event], contradiction: Contradiction | None = None
+    ) -> None:
+        self._drop_flight()
+        self._begin_at = now
+        if not self.is_begun:
+            return
+        _log.debug("ended: %s", reason.value)
+        self.is_begun = False
+        self.told.forget()
+        self.flags.begin_again()
+        self.round_trips = RoundTrips()
+        self._boots_are_due = False
+        self._unasked_at = -inf
+        if reason is EndReason.RESTARTED:
+            self.counters.restarts += 1
+        events.append(Ended(reason, now, contradiction))

@@ -37,6 +37,7 @@ class Gap:
         """Of the request in flight."""
         self._lost_in_a_row = 0
         self.question_s = 0.0
+        """The pause before a question, once it was learnt."""
         self._streamed_at = -inf
         self._intervals: deque[float] = deque(maxlen=MAX_INTERVALS)
 
@@ -54,10 +55,12 @@ class Gap:
         if not self._intervals or self._streamed_at == at:
             return at
         next_at = self._streamed_at + min(self._intervals)
-        return at if at < next_at - CLEAR_S else max(at, next_at + STREAM_LATE_S)
+        if at < next_at - CLEAR_S:
+            return at
+        return max(at, next_at + STREAM_LATE_S)
 
-    def on_reply(self, now: float) -> None:
-        """Note a frame that is not a streamed report."""
+    def on_spoken(self, now: float) -> None:
+        """Note a frame of either side that is not a streamed report."""
         self._spoken_at = now
 
     def on_streamed(self, now: float) -> None:

@@ -1,26 +1,27 @@
 """Earlier requests whose replies may still arrive and must not be taken for an answer.
 
-Replies come in the order of the requests. A late one is expected for `Timing.late_s`, a copy for `Timing.doubled_s`;
-only the answer to a later request proves that none can follow.
+Replies come in the order of the requests. A late one is expected for `LATE_S`, a copy for `DOUBLED_S`; only the answer
+to a later request proves that none can follow. All this is the line's, so it outlives a conversation: else a late
+answer to an old question would be the next one's.
 """
 
 from collections import deque
 from math import inf
 from typing import NamedTuple
 
-from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Layout, Request
+from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, STATUS, Layout, Request
 from protocol.messages import answers
-from protocol.round_trips import Timing
+from protocol.timing import DOUBLED_S, LATE_S, RESTART_S
 
 _HEARTBEAT = HEARTBEAT.query()
-FENCES = (_HEARTBEAT, *(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered")))
-"""Questions whose answers cannot be mistaken for the reply to a set."""
+FENCES = (BOOT_COUNT.query(), *(BY_NAME[name].query() for name in ("charging", "active", "triggered")))
+"""Questions whose answers cannot be mistaken for the reply to a set. No heartbeat: one may come unasked."""
 _MAX_EXPECTED = 64
 _MAX_COPIED = 8
 
 
-class _Outstanding(NamedTuple):
-    """A request whose reply may still come."""
+class Owed(NamedTuple):
+    """A request that was sent at `at`, whose reply may still come."""
 
     request: Request
     at: float
@@ -42,98 +43,117 @@ def _overlap(request: Request, other: Request) -> bool:
 class StaleReplies:
     """See the module's docstring. Times are the link's `now`."""
 
-    def __init__(self, timing: Timing) -> None:
-        self._timing = timing
-        self._outstanding: deque[_Outstanding] = deque(maxlen=_MAX_EXPECTED)
-        self._not_past: list[Request] = []
-        """Requests to which a (further) reply may still come, oldest first."""
+    def __init__(self) -> None:
+        self._owed: deque[Owed] = deque(maxlen=_MAX_EXPECTED)
+        self._not_past: dict[Request, float] = {}
+        """Requests to which a (further) reply may still come, however late, and when they were last sent."""
         self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
         self._heartbeats_at = (-inf, -inf)
         """When the last two came, the last one first."""
 
-    def expect_late(self, request: Request, now: float, *, count: int) -> None:
+    # What may still come
+
+    def expect_late(self, request: Request, sent_at: float, *, count: int) -> None:
         """Note that `count` replies to it may still come."""
-        self._outstanding.extend([_Outstanding(request, now)] * count)
-        self.remember(request)
+        self._owed.extend([Owed(request, sent_at)] * count)
+        self.remember(request, sent_at)
 
-    def remember(self, request: Request) -> None:
+    def remember(self, request: Request, sent_at: float) -> None:
         """Note that it may be answered again."""
-        if request not in self._not_past:
-            self._not_past.append(request)
-
-    def drop_expired(self, now: float) -> None:
-        while self._outstanding and now - self._outstanding[0].at > self._timing.late_s:
-            self._outstanding.popleft()
-
-    def could_answer(self, request: Request, now: float) -> bool:
-        """Whether a reply to another request could be mistaken for the answer to this one. A reply to the same question
-        asked before is as good."""
-        repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
-        copied = [copy.request for copy in self._copied if copy.request is not None and now <= copy.until]
-        others = (other for other in (*self._not_past, *copied) if not (repeats and other == request))
-        return any(_overlap(other, request) for other in others)
-
-    def fence(self, now: float, *, is_proof: bool = False) -> Request:
-        """A heartbeat, or another question where an earlier reply or a restart's second heartbeat could be mistaken for
-        its answer. With `is_proof` not a heartbeat: one may come unasked at any time."""
-        requests = self._all()
-        requests += tuple(copy.request for copy in self._copied if copy.request is not None and now <= copy.until)
-        if is_proof or now - self._heartbeats_at[0] <= self._timing.restart_s:
-            requests += (_HEARTBEAT,)
-        told_apart = (fence for fence in FENCES if not any(_overlap(request, fence) for request in requests))
-        return next(told_apart, _HEARTBEAT)
-
-    def on_heartbeat(self, now: float) -> None:
-        self._heartbeats_at = now, self._heartbeats_at[0]
-
-    def opens(self, fence: Request, raw: bytes, now: float) -> bool:
-        """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
-        return self.copied(raw, now) is None and not any(_overlap(owed.request, fence) for owed in self._outstanding)
-
-    def on_answered(self, answered: Request, now: float) -> None:
-        """Note the answer to `answered`: no reply to an earlier request can follow."""
-        if answered.command is STATUS:
-            return  # it may have been streamed
-        if answered == _HEARTBEAT and self._heartbeats_at[0] - self._heartbeats_at[1] <= self._timing.restart_s:
-            return  # it may be the second one of a restart
-        if any(_overlap(earlier, answered) for earlier in self._all()):
-            self._renew(answered, now)
-            return  # it may be a late or doubled answer to an earlier one
-        self._not_past.clear()
-        self._outstanding.clear()
-        while len(self._copied) > 1:
-            self._copied.pop()  # no copy of an earlier frame can follow either
-
-    def _renew(self, answered: Request, now: float) -> None:
-        """If it was the late reply to the same question asked before, the one to this question is still to come."""
-        owed = next((reply for reply in self._outstanding if reply.request == answered), None)
-        if owed is not None:
-            self._outstanding.remove(owed)
-            self._outstanding.append(_Outstanding(answered, now))
-
-    def _all(self) -> tuple[Request, ...]:
-        return (*self._not_past, *[owed.request for owed in self._outstanding])
-
-    def pop_late(self, raw: bytes) -> Request | None:
-        """Remove and return the oldest request to which this frame is a late reply."""
-        for owed in self._outstanding:
-            if answers(raw, owed.request):
-                self._outstanding.remove(owed)
-                return owed.request
-        return None
-
-    def is_owed(self, raw: bytes) -> bool:
-        """Whether an earlier question may still be answered by this frame."""
-        return any(answers(raw, owed.request) for owed in self._outstanding)
+        self._not_past[request] = sent_at
 
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
         """Note that a copy of this frame, the answer to `request`, may follow at once."""
-        self._copied.appendleft(Copied(raw, request, now + self._timing.doubled_s, is_late))
+        self._copied.appendleft(Copied(raw, request, now + DOUBLED_S, is_late))
 
     def expect_no_copy(self, raw: bytes) -> None:
         """Undo `expect_copy`."""
         self._copied = deque((copy for copy in self._copied if copy.raw != raw), maxlen=_MAX_COPIED)
 
+    def drop_expired(self, now: float) -> None:
+        while self._owed and now - self._owed[0].at > LATE_S:
+            self._owed.popleft()
+
+    # What a frame may be
+
     def copied(self, raw: bytes, now: float) -> Copied | None:
         """The frame of which this is a copy."""
-        return next((copy for copy in self._copied if copy.raw == raw and now <= copy.until), None)
+        for copy in self._copied:
+            if copy.raw == raw and now <= copy.until:
+                return copy
+        return None
+
+    def is_owed(self, raw: bytes) -> bool:
+        """Whether an earlier question may still be answered by this frame."""
+        return any(answers(raw, owed.request) for owed in self._owed)
+
+    def pop_late(self, raw: bytes) -> Owed | None:
+        """Remove and return the oldest request to which this frame is a late reply."""
+        for owed in self._owed:
+            if answers(raw, owed.request):
+                self._owed.remove(owed)
+                return owed
+        return None
+
+    # What a question needs
+
+    def could_be_late(self, request: Request, now: float) -> bool:
+        """Whether the reply to an earlier request, also to the same question, could be taken for its answer."""
+        return any(_overlap(earlier, request) for earlier in self._earlier(now))
+
+    def could_answer(self, request: Request, now: float) -> bool:
+        """Whether a reply to another request could be mistaken for the answer to this one. A reply to the same question
+        asked before is as good."""
+        is_plain_question = request.is_repeatable and request.command.layout is not Layout.RECORD
+        for earlier in [*self._not_past, *self._copied_requests(now)]:
+            is_as_good = is_plain_question and earlier == request
+            if not is_as_good and _overlap(earlier, request):
+                return True
+        return False
+
+    def fence(self, now: float) -> Request:
+        """A question whose answer no earlier reply can be mistaken for."""
+        earlier = [*self._earlier(now), *self._copied_requests(now)]
+        for fence in FENCES:
+            if not any(_overlap(request, fence) for request in earlier):
+                return fence
+        return FENCES[0]
+
+    def opens(self, fence: Request, raw: bytes, now: float) -> bool:
+        """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
+        return self.copied(raw, now) is None and not any(_overlap(owed.request, fence) for owed in self._owed)
+
+    # What an answer proves
+
+    def on_heartbeat(self, now: float) -> None:
+        self._heartbeats_at = now, self._heartbeats_at[0]
+
+    def on_answered(self, answered: Request, asked_at: float, now: float) -> None:
+        """Note the answer to `answered`: no reply to a request before `asked_at` can follow."""
+        if answered.command is STATUS:
+            return  # it may have been streamed
+        if answered == _HEARTBEAT and self._heartbeats_at[0] - self._heartbeats_at[1] <= RESTART_S:
+            return  # it may be the second one of a restart
+        if self.could_be_late(answered, now):
+            self._renew(answered, now)
+            return  # it may be a late or doubled answer to an earlier one
+        self._not_past = {request: at for request, at in self._not_past.items() if at >= asked_at}
+        self._owed = deque((owed for owed in self._owed if owed.at >= asked_at), maxlen=_MAX_EXPECTED)
+        while len(self._copied) > 1:
+            self._copied.pop()  # no copy of an earlier frame can follow either
+
+    def _renew(self, answered: Request, now: float) -> None:
+        """If it was the late reply to the same question asked before, the one to this question is still to come."""
+        for owed in self._owed:
+            if owed.request == answered:
+                self._owed.remove(owed)
+                self._owed.append(Owed(answered, now))
+                return
+
+    def _earlier(self, now: float) -> list[Request]:
+        """Requests that may still be answered in time to count as late."""
+        recent = [request for request, at in self._not_past.items() if now - at <= LATE_S]
+        return [*recent, *(owed.request for owed in self._owed)]
+
+    def _copied_requests(self, now: float) -> list[Request]:
+        return [copy.request for copy in self._copied if copy.request is not None and now <= copy.until]
