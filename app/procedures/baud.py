@@ -1,21 +1,23 @@
 """Changes the module's baud rate, and finds the module again whatever it did (E9).
 
-    conditions -> log old and new rate, durably -> the set, once -> search for the module: new, old, all rates
-    -> the port stays at the rate that answers
+    conditions -> log old and new rate, durably -> who is there -> the set, once
+    -> search for the module: new, old, all rates -> the port stays at the rate that answers
 
-The table specifies neither the rate of the acknowledgement nor the time of the change, so only an answered question
-proves a rate. If the program ends meanwhile, `dps-s find` finds the module.
+A job of the port, as the conversation at the old rate ends with it. The table specifies neither the rate of the
+acknowledgement nor the time of the change, so only a conversation proves a rate. If the program ends meanwhile,
+`dps-s find` finds the module.
 """
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Procedure
 from app.procedures.act import Armed, begin_act
 from app.procedures.find import look_for
-from app.procedures.settings_reading import is_refuted, read_settings
-from app.procedures.write import SetReply, acknowledged
+from app.procedures.write import SetReply, WriteFault, Written, acknowledged
 from app.safety.acts import Act
 from app.safety.interlocks import Refusal
 from app.safety.journal import Journal, Outcome
@@ -25,14 +27,14 @@ from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
+
 
 class BaudEnd(Enum):
     CHANGED = "changed"
-    AT_RESTART = "at restart"
-    """Acknowledged but still at the old rate: it changes at the next start, or not at all."""
+    AT_RESTART = "at restart"  # acknowledged but still at the old rate: it changes at the next start, or not at all
     UNCHANGED = "unchanged"
-    ELSEWHERE = "elsewhere"
-    """It answers at another rate: the set was corrupted on the line."""
+    ELSEWHERE = "elsewhere"  # it answers at another rate: the set was corrupted on the line
     LOST = "lost"
     NOT_SENT = "not sent"
 
@@ -53,6 +55,13 @@ _OUTCOMES: Mapping[BaudEnd, Outcome] = {
     BaudEnd.LOST: Outcome.UNKNOWN,
     BaudEnd.NOT_SENT: Outcome.NOT_SENT,
 }
+_FAULTS: Mapping[BaudEnd, WriteFault] = {
+    BaudEnd.AT_RESTART: WriteFault.AT_RESTART,
+    BaudEnd.UNCHANGED: WriteFault.UNCHANGED,
+    BaudEnd.ELSEWHERE: WriteFault.CLAMPED,
+    BaudEnd.LOST: WriteFault.MODULE_LOST,
+    BaudEnd.NOT_SENT: WriteFault.NOT_SENT,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,8 +70,8 @@ class BaudChanged:
     new_rate: int
     end: BaudEnd
     heard: SetReply = SetReply.NOT_SENT
+    # The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate).
     found_rate: int | None = None
-    """The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate)."""
     refusals: tuple[Refusal, ...] = ()
 
     @property
@@ -73,43 +82,53 @@ class BaudChanged:
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
         return join_sentences((words, *(refusal.sentence for refusal in self.refusals)))
 
+    @property
+    def written(self) -> Written:
+        """As one line among the results of a write."""
+        return Written(
+            command=BAUD_RATE,
+            target=self.new_rate,
+            heard=self.heard,
+            read_back=self.found_rate,
+            verified=self.end is BaudEnd.CHANGED,
+            fault=WriteFault.NOT_ALLOWED if self.refusals else _FAULTS.get(self.end),
+        )
+
 
 def change_baud(
-    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None,
-    begin: EngineView | None = None,
-) -> Procedure[BaudChanged]:  # fmt: skip
+    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
+) -> Procedure[BaudChanged]:
     """Raises `ValueRefused` for a rate without a code, before anything is sent. If it is cancelled or the port is lost
-    after the set, it raises, and the log has no outcome. For `begin` see `begin_act`."""
+    after the set, it raises, and the outcome is unknown."""
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
     rates = {"old": old_rate, "new": new_rate}
-    entry = yield from begin_act(
-        Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates, begin=begin
-    )
+    entry = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
     if isinstance(entry, tuple):
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
-    reply = acknowledged((yield Ask(request, is_deliberate=True)))
-    if reply.heard is SetReply.NOT_SENT:
-        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
-    else:
-        rate = yield from look_for(new_rate, old_rate)
-        if rate not in (None, new_rate):
-            yield from read_settings()
-            if is_refuted(view, (yield Inspect())):
-                rate = None  # another module answers
-        end = _end(old_rate, new_rate, rate, reply.heard)
-        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=rate)
-    journal.settle(entry, _OUTCOMES[changed.end], {"end": changed.end.value, "found": changed.found_rate})
-    return changed
+    heard, found = SetReply.NOT_SENT, None
+    try:
+        heard = acknowledged((yield Ask(request, is_deliberate=True))).heard
+        if heard is not SetReply.NOT_SENT:
+            found = yield from look_for(new_rate, old_rate)
+    except (Interrupted, Cancelled) as error:
+        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
+        raise
+    end = _end(old_rate, new_rate, found, heard)
+    _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, end.value, found)
+    journal.settle(entry, _OUTCOMES[end], {"end": end.value, "found": found})
+    return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=heard, found_rate=found)
 
 
-def _end(old_rate: int, new_rate: int, rate: int | None, heard: SetReply) -> BaudEnd:
-    if rate is None:
+def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> BaudEnd:
+    if heard is SetReply.NOT_SENT:
+        return BaudEnd.NOT_SENT
+    if found is None:
         return BaudEnd.LOST
-    if rate == new_rate:
+    if found == new_rate:
         return BaudEnd.CHANGED
-    if rate != old_rate:
+    if found != old_rate:
         return BaudEnd.ELSEWHERE
     is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
     return BaudEnd.AT_RESTART if is_acknowledged else BaudEnd.UNCHANGED

@@ -1,82 +1,117 @@
-"""Searches for the baud rate at which a module answers."""
+"""Waits for a module, and searches for the baud rate at which one answers.
 
-from collections.abc import Iterator, Sequence
-from itertools import cycle
+Both are jobs of the port: they run where no conversation has begun yet. The link itself asks the boot count behind
+another question until a module answers, and begins the conversation with that. The answer to a question that was asked
+at another rate (a serial server passes on whole bytes) does not pass that fence, so a conversation that begins proves
+the rate, and nothing is asked here.
+"""
+
+import logging
+from collections.abc import Sequence
+from enum import Enum
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate, is_alive
-from protocol.catalogue import BAUD_RATES, Request
-from protocol.events import Answered
-from protocol.stale_replies import FENCES
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, UseRate
+from protocol.catalogue import BAUD_RATES, HOST_HEADER, Layout
+from protocol.events import Counters, Role
 from protocol.translatable import marked
 
-WAITS_S = (0.25, 1.0)
-"""The last wait is the second that the vendor gives the module."""
-SETTLE_S = 0.03
-"""After a change of rate, for the last character at the old rate."""
-LIKELY_WAITS_S = (0.25, 0.5, 1.0)
-"""At a likely rate and for a proof; enough for a line that loses every other frame."""
-ROUNDS = 2
-"""At the likely rates."""
-_PROOFS = FENCES[1:]  # no heartbeat
-_PROOFS_TRIED = 2
-"""In case the module does not know one of them."""
+_log = logging.getLogger(__name__)
+
+# The link's first questions are lost on many lines; the last one has the second that the vendor gives the module.
+WAIT_S = 1.5
+# At the old and the new rate after a change: enough for a line that loses every other frame.
+LIKELY_WAIT_S = 2.0
+LOOK_EVERY_S = 0.02
+
+
+class Silence(Enum):
+    """What was received instead of an answer."""
+
+    NOTHING = "nothing"
+    # More invalid bytes than frames: most likely another baud rate.
+    GARBAGE = "garbage"
+    # Only our own frames.
+    ECHO = "echo"
+    # The module sends but does not answer: its receive line may be open.
+    OTHER_FRAMES = "other frames"
+
+
+def await_module(limit_s: float = WAIT_S) -> Procedure[Silence | None]:
+    """Wait until a conversation begins; None then, else what came instead."""
+    before: EngineView = yield Inspect()
+    if (yield from _begins(limit_s)):
+        return None
+    after: EngineView = yield Inspect()
+    return what_came(after.link.counters - before.link.counters)
+
+
+def what_came(counters: Counters, noise: bytes = b"") -> Silence:
+    """What came instead of an answer. `noise`: the last invalid bytes, in which an echo may be damaged."""
+    echoes = counters.by_role[Role.ECHO]
+    frames = counters.frames - echoes
+    # A glimpse of a frame amid more invalid bytes is accidental.
+    if frames * Layout.STATUS.value > counters.rejected:
+        return Silence.OTHER_FRAMES
+    if counters.rejected and (frames or HOST_HEADER not in noise):
+        return Silence.GARBAGE
+    if echoes or counters.rejected:
+        return Silence.ECHO
+    return Silence.NOTHING
 
 
 class RateSearch(NamedTuple):
-    """`baud_rate`: None if nothing answered; `tried`: all rates in order."""
+    """`baud_rate`: None if nothing answered. `tried`: all rates, in order."""
 
     baud_rate: int | None
     tried: tuple[int, ...]
 
 
-def proofs() -> Iterator[Request]:
-    """The questions of one search, for `answers_here`."""
-    return cycle(_PROOFS)
-
-
-def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Procedure[bool]:
-    """Whether a module answers at the port's rate: a heartbeat and then one of `questions`. The answer to a heartbeat
-    at another rate may still come (a serial server passes on whole bytes), but not the answer to a question that was
-    not asked there."""
-    if not (yield from is_alive(waits_s)):
-        return False
-    for _ in range(_PROOFS_TRIED):
-        proof = yield Ask(next(questions), LIKELY_WAITS_S)
-        if isinstance(proof, Answered):
-            return True
-    return False
-
-
 def find_rate(first: int | None = None) -> Procedure[RateSearch]:
-    """Try `first`, then all rates from the fastest down; the port stays at the first that answers, else at the old one.
-    A plain socket is only asked whether a module answers. Only questions are sent."""
+    """Try `first`, then all rates from the fastest down. The port stays at the first that answers, else at the old one.
+    Behind a plain socket, whose rate is set at its other end, only that one is tried."""
     view: EngineView = yield Inspect()
-    if not view.sets_rate:
-        return (yield from _search([(view.baud_rate, WAITS_S)], view.baud_rate))
-    rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
-    return (yield from _search([(rate, WAITS_S) for rate in rates], view.baud_rate))
+    rates = [view.baud_rate]
+    if view.sets_rate:
+        rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
+    return (yield from _search([(rate, WAIT_S) for rate in rates]))
 
 
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
-    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None with
-    the port at the old rate. Only questions are sent."""
-    likely = list(dict.fromkeys((new_rate, old_rate)))
-    places: list[tuple[int, tuple[float, ...]]] = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS]
-    places += [(rate, WAITS_S) for rate in BAUD_RATES if rate not in likely]
-    return (yield from _search(places, old_rate)).baud_rate
+    """Search for the module at the new, the old and then all rates. The port stays at the rate that is returned, or at
+    the old one where nothing answers (None)."""
+    likely = [new_rate] if new_rate == old_rate else [new_rate, old_rate]
+    others = [rate for rate in BAUD_RATES if rate not in likely]
+    places = [(rate, LIKELY_WAIT_S) for rate in likely] + [(rate, WAIT_S) for rate in others]
+    found = yield from _search(places)
+    if found.baud_rate is None:
+        yield UseRate(old_rate)
+    return found.baud_rate
 
 
-def _search(places: Sequence[tuple[int, tuple[float, ...]]], old_rate: int) -> Procedure[RateSearch]:
-    """Try these rates, each with its waits; the port stays at the first that answers, else at the old one."""
-    questions = proofs()
-    tried = [rate for rate, _ in places]
-    for done, (rate, waits_s) in enumerate(places):
-        yield Report(done, len(places), marked("Trying {rate} baud"), (("rate", rate),))
-        yield UseRate(rate)
-        yield Pause(SETTLE_S)
-        is_here = yield from answers_here(waits_s, questions)
-        if is_here:
-            return RateSearch(rate, tuple(tried[: done + 1]))
-    yield UseRate(old_rate)
+def _search(places: Sequence[tuple[int, float]]) -> Procedure[RateSearch]:
+    """Try these rates, each for so many seconds."""
+    begin: EngineView = yield Inspect()
+    tried: list[int] = []
+    for rate, wait_s in places:
+        yield Report(len(tried), len(places), marked("Trying {rate} baud"), (("rate", rate),))
+        tried.append(rate)
+        _log.debug("trying %d baud", rate)
+        if begin.sets_rate:
+            yield UseRate(rate)
+        if (yield from _begins(wait_s)):
+            _log.debug("found at %d baud", rate)
+            return RateSearch(rate, tuple(tried))
+    if begin.sets_rate:
+        yield UseRate(begin.baud_rate)
     return RateSearch(None, tuple(tried))
+
+
+def _begins(limit_s: float) -> Procedure[bool]:
+    """Whether a conversation goes on, or begins within the limit."""
+    view: EngineView = yield Inspect()
+    ends_at = view.now + limit_s
+    while not view.conversation.is_going and view.now < ends_at:
+        yield Pause(min(LOOK_EVERY_S, ends_at - view.now))
+        view = yield Inspect()
+    return view.conversation.is_going

@@ -9,37 +9,32 @@ so heartbeats test at the end whether the line loses or doubles frames.
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
-from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
-from protocol.events import Answered, Role
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_value
+from protocol.catalogue import BOOT_COUNT, HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
+from protocol.events import Answered, Counters, Role
 from protocol.messages import EmptySlot, TriggerRecord
 from protocol.translatable import marked
 
-MAX_SEARCH_LENGTH = 5
-"""Passes after which the union of all is returned as incomplete."""
+# After so many passes the union of all is returned as incomplete.
+MAX_PASSES = 5
+# After this many passes without an answer the module does not know the query.
 UNANSWERED_PASSES = 3
-"""After this many passes without an answer the module does not know the query."""
 LINE_HEARTBEATS = 20
 
 
 class History(NamedTuple):
-    """Records in the order in which the module sent them."""
+    """Records in the order in which the module sent them. `records` are certain: they came in at least two passes."""
 
     records: tuple[TriggerRecord, ...] = ()
-    """Certain: in at least two passes."""
     empty_slots: int = 0
+    # Complete: two clean passes in a row are equal, no other pass has more, and the line loses nothing.
     is_confirmed: bool = False
-    """Complete: two clean passes in a row are equal, no other pass has more, and the line loses nothing."""
-    is_line_dead: bool = False
+    # In a single pass: lost in the others, or damaged.
     seen_once: tuple[TriggerRecord, ...] = ()
-    """In a single pass: lost in the others, or damaged."""
+    # The module answered the query at least once; else nothing is known about its records.
     is_answered: bool = False
-    """The module answered the query at least once; else nothing is known about its records."""
-    may_be_of_two: bool = False
-    """Two clean passes hold each what the other lacks: lost without a trace, or another module answered."""
 
     @property
     def all(self) -> tuple[TriggerRecord, ...]:
@@ -48,11 +43,11 @@ class History(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """The replies to one query."""
+    """The replies to one query. `is_clean`: nothing was rejected, doubled or unasked meanwhile, any of which may have
+    been a record."""
 
     messages: tuple[TriggerRecord | EmptySlot, ...]
     is_clean: bool = False
-    """Nothing was rejected, late, doubled, unasked or timed out meanwhile, any of which may have been a record."""
 
     @property
     def is_doubled(self) -> bool:
@@ -67,9 +62,20 @@ class Pass(NamedTuple):
 
 def read_history() -> Procedure[History]:
     begin: EngineView = yield Inspect()
-    history = yield from _read_passes()
+    passes: list[Pass] = []
+    is_confirmed = False
+    for turn in range(MAX_PASSES):
+        yield Report(turn, MAX_PASSES, marked("Reading the trigger records"))
+        passes.append((yield from _read_once()))
+        if _agree(passes) and (yield from _is_line_good()):
+            is_confirmed = True
+            break
+        if turn + 1 >= UNANSWERED_PASSES and not any(answer.messages for answer in passes):
+            break
+    yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
     end: EngineView = yield Inspect()
-    return _with_strays(history, end.device.stray_records[len(begin.device.stray_records) :])
+    strays = end.conversation.stray_records[len(begin.conversation.stray_records) :]
+    return _with_strays(history_of(passes, is_confirmed=is_confirmed), strays)
 
 
 def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
@@ -82,32 +88,18 @@ def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
     return history._replace(seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
 
 
-def _read_passes() -> Procedure[History]:
-    passes: list[Pass] = []
-    for turn in range(MAX_SEARCH_LENGTH):
-        yield Report(turn, MAX_SEARCH_LENGTH, marked("Reading the trigger records"))
-        answer = yield from _read_once()
-        if not answer.messages and not (yield from is_alive(None)):
-            return history_of(passes, is_line_dead=True)
-        passes.append(answer)
-        if _agree(passes) and (yield from _is_line_good()):
-            return history_of(passes, is_confirmed=True)
-        if turn + 1 >= UNANSWERED_PASSES and not any(answer.messages for answer in passes):
-            break
-    return history_of(passes)
-
-
 def _read_once() -> Procedure[Pass]:
     before: EngineView = yield Inspect()
     outcome = yield Ask(TRIGGER_RECORDS.query())
+    after: EngineView = yield Inspect()
     messages = outcome.messages if isinstance(outcome, Answered) else ()
     seen = tuple(
         message
         for message in messages
         if isinstance(message, TriggerRecord | EmptySlot) and not _is_damaged_slot(message.raw)
     )
-    after: EngineView = yield Inspect()
-    answer = Pass(seen, is_clean=len(seen) == len(messages) and _is_clean(before, after))
+    is_clean = len(seen) == len(messages) and _is_clean(after.link.counters - before.link.counters)
+    answer = Pass(seen, is_clean=is_clean)
     return answer._replace(is_clean=False) if answer.is_doubled else answer
 
 
@@ -118,11 +110,10 @@ def _is_damaged_slot(raw: bytes) -> bool:
     return min(differing) == 1
 
 
-def _is_clean(before: EngineView, after: EngineView) -> bool:
-    old, new = before.link.counters, after.link.counters
-    stray = (Role.LATE, Role.DUPLICATE, Role.UNSOLICITED)
-    is_quiet = (old.rejected, old.time_outs, old.retries) == (new.rejected, new.time_outs, new.retries)
-    return is_quiet and all(old.by_role[role] == new.by_role[role] for role in stray)
+def _is_clean(counted: Counters) -> bool:
+    # The boot count that the link asks behind a query counts as late: it is no sign of a lost record.
+    strays = counted.by_role[Role.DUPLICATE] + counted.by_role[Role.UNSOLICITED]
+    return not (counted.rejected or counted.time_outs or counted.retries or strays)
 
 
 def _agree(passes: Sequence[Pass]) -> bool:
@@ -137,14 +128,12 @@ def _is_line_good() -> Procedure[bool]:
     """Test with heartbeats whether the line loses or doubles frames."""
     before: EngineView = yield Inspect()
     for _ in range(LINE_HEARTBEATS):
-        yield from is_alive()
-        after: EngineView = yield Inspect()
-        if not _is_clean(before, after):
-            return False
-    return True
+        yield Ask(HEARTBEAT.query())
+    after: EngineView = yield Inspect()
+    return _is_clean(after.link.counters - before.link.counters)
 
 
-def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
+def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False) -> History:
     """Combine the passes, the records of the fullest pass first. The module may hold equal records. The second answer
     is certain only in a confirmed history, as a line may double frames."""
     seen: Counter[TriggerRecord] = Counter()
@@ -162,9 +151,7 @@ def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_de
     empty = max((sum(isinstance(message, EmptySlot) for message in answer.messages) for answer in passes), default=0)
     empty = min(empty, max(0, MAX_RECORDS - len(records) - len(seen_once)))  # that pass may lack a record
     is_answered = any(answer.messages for answer in passes)
-    clean = [answer.counts for answer in passes if answer.is_clean]
-    may_be_of_two = any(not (one <= other or other <= one) for one, other in combinations(clean, 2))
-    return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered, may_be_of_two)
+    return History(tuple(records), empty, is_confirmed, tuple(seen_once), is_answered)
 
 
 def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:

@@ -1,92 +1,201 @@
-"""Reads everything that can be read; reads again what was disturbed."""
+"""Questions: everything, the settings, and who is there directly before a frame that changes something.
 
-from collections.abc import Callable, Mapping
+No procedure here asks whether the module is still the same one: if it may not be, `Interrupted` was raised. That is why
+each of them asks the boot count last: if another module answers by then, or this one after a restart, the conversation
+ends there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import inf
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple
 
-from app.engine.device import READ_BACK, StatusSample
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
-from app.procedures.who_is_there import ACTIVE, TRIGGERED, Present
-from app.text.messages import UserMessage
-from protocol.catalogue import COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
+from app.engine.conversation import StatusSample
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_report, ask_value
+from app.engine.setting_changes import READABLE_SETTINGS
+from app.text.messages import UserMessage, joined, message
+from protocol.catalogue import BOOT_COUNT, BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
 from protocol.messages import Reading, Status
 from protocol.translatable import marked
 
-if TYPE_CHECKING:
-    from app.procedures.settings_reading import SettingsReading
-
+ACTIVE = BY_NAME["active"]
+TRIGGERED = BY_NAME["triggered"]
+_FIRST = (ACTIVE, TRIGGERED, STATUS)
+_NOT_VALUES = (HEARTBEAT, TRIGGER_RECORDS)
+# The state first, as it matters most: 30, 31 and the status one after the other, as they have to agree.
 READABLE: tuple[Command, ...] = (
-    ACTIVE,
-    TRIGGERED,
-    STATUS,
+    *_FIRST,
     *(
         command
         for command in COMMANDS
-        if command.can_be_asked and command not in (ACTIVE, TRIGGERED, STATUS, HEARTBEAT, TRIGGER_RECORDS)
+        if command.can_be_asked and command not in (*_FIRST, *_NOT_VALUES) and command is not BOOT_COUNT
     ),
+    BOOT_COUNT,
 )
-"""The state first, as it matters most: 30, 31 and the status one after the other, as they have to agree."""
-PASSES = 3
-"""How often is read if the module restarts or falls silent meanwhile."""
+
+NO_REPLY = marked("no reply")
+ANSWERED_TWICE = message(marked("Questions are answered twice. Two modules on this line?"))
+_WORDS: Mapping[tuple[str, Value | None], str] = {
+    (ACTIVE.key, True): marked("ACTIVE"),
+    (ACTIVE.key, False): marked("LOCKED"),
+    (TRIGGERED.key, True): marked("TRIGGERED"),
+    (TRIGGERED.key, False): marked("not triggered"),
+}
 
 
-class Everything(NamedTuple):
-    """The values read. `errors`: the reason for each missing one."""
+def contradictions(
+    active: Value | None, triggered: Value | None, status: StatusSample | None
+) -> Mapping[str, UserMessage]:
+    """Where 30 or 31 and the status differ, or one of them was not answered (None): what both say, by the status's
+    key."""
+    found: dict[str, UserMessage] = {}
+    for command, answer in ((ACTIVE, active), (TRIGGERED, triggered)):
+        reported = None if status is None else getattr(status, command.key)
+        if answer is None or reported is None or answer != reported:
+            found[command.key] = message(
+                marked("{code}: {answer}, status: {reported}."),
+                code=f"{command.code:02X}",
+                answer=_in_words(command, answer),
+                reported=_in_words(command, reported),
+            )
+    return found
 
-    values: dict[str, Value]
-    """By key ("light_threshold_v"), in the field's unit."""
-    errors: dict[str, Unanswered]
-    is_silent: bool
-    """The module stopped answering; the rest was not asked for."""
-    began_at: float
-    """Monotonic seconds."""
-    contradictions: Mapping[str, UserMessage] = MappingProxyType({})
-    """Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then."""
+
+def _in_words(command: Command, answer: Value | None) -> UserMessage:
+    return message(_WORDS.get((command.key, answer), NO_REPLY))
 
 
-def read_everything() -> Procedure[Everything]:
-    begin: EngineView = yield Inspect()
-    values: dict[str, Value] = {}
-    errors: dict[str, Unanswered] = {}
+# Everything
+
+
+@dataclass(slots=True)
+class Everything:
+    """What was read. `began_at` is when, in seconds of the session's clock."""
+
+    began_at: float = 0.0
+    # By key ("light_threshold_v"), in the field's unit.
+    values: dict[str, Value] = field(default_factory=dict)
     status: StatusSample | None = None
-    is_silent = False
+    # What the module, though it is there, did not answer, by key.
+    errors: dict[str, Unanswered] = field(default_factory=dict)
+    # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
+    contradictions: Mapping[str, UserMessage] = MappingProxyType({})
+
+
+def read_everything(everything: Everything | None = None) -> Procedure[Everything]:
+    """Ask once for everything that can be asked for. `everything`: has what was read so far, also if this ends with
+    `Interrupted`."""
+    read = everything or Everything()
+    view: EngineView = yield Inspect()
+    read.began_at = view.now
     for done, command in enumerate(READABLE):
         yield Report(done, len(READABLE), marked("Reading: {what}"), (("what", command.title),))
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
-            errors[command.key] = outcome
-            if not (yield from is_alive()):
-                is_silent = True
-                break
+            read.errors[command.key] = outcome
             continue
-        message = outcome.messages[0]
-        if isinstance(message, Reading):
-            values[command.key] = message.value
-        elif isinstance(message, Status):
-            status = StatusSample(outcome.at, *message)
-    present = Present(values.pop(ACTIVE.key, None), values.pop(TRIGGERED.key, None), status)
-    contradictions = {} if is_silent else present.contradictions
-    return Everything(values, errors, is_silent, begin.now, contradictions)
+        answer = outcome.messages[0]
+        if isinstance(answer, Reading):
+            read.values[command.key] = answer.value
+        elif isinstance(answer, Status):
+            read.status = StatusSample(outcome.at, *answer)
+    active = read.values.pop(ACTIVE.key, None)
+    triggered = read.values.pop(TRIGGERED.key, None)
+    read.contradictions = contradictions(active, triggered, read.status)
+    return read
 
 
-Readings = TypeVar("Readings", Everything, "SettingsReading")
+# The settings
 
 
-def undisturbed(read: Callable[[], Procedure[Readings]]) -> Procedure[Readings | None]:
-    """Read again after a restart or a silence: what was read before may be lost, or another module's. None where that
-    goes on and the readings differ."""
-    former: Mapping[str, Value] | None = None
-    for _ in range(PASSES):
-        before = (yield Inspect()).device.breaks
-        reading = yield from read()
-        lasting = {key: value for key, value in reading.values.items() if key in READ_BACK}
-        is_broken = (yield Inspect()).device.breaks != before
-        is_same = former is None or all(former.get(key, value) == value for key, value in lasting.items())
-        if not is_broken or (is_same and (reading.is_silent or former is not None)):
-            return reading
-        if reading.is_silent:
-            break
-        former = lasting
-    return None
+class SettingsReading(NamedTuple):
+    """All settings that can be read. `began_at` is when, in seconds of the session's clock."""
+
+    # By key, in the field's unit.
+    values: Mapping[str, Value]
+    # What the module, though it is there, did not answer.
+    unread: tuple[Command, ...]
+    began_at: float
+    boot_count: int | None
+
+    @property
+    def is_complete(self) -> bool:
+        return not self.unread and self.boot_count is not None
+
+
+def read_settings() -> Procedure[SettingsReading]:
+    """Ask once for each setting. Two different answers to one question end the conversation, so that whoever needs two
+    readings calls this twice and need not compare them."""
+    view: EngineView = yield Inspect()
+    values: dict[str, Value] = {}
+    unread: list[Command] = []
+    commands = (*READABLE_SETTINGS, BOOT_COUNT)
+    for done, command in enumerate(commands):
+        yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
+        reading = yield from ask_value(command)
+        if reading is not None:
+            values[command.key] = reading.value
+        elif command is not BOOT_COUNT:
+            unread.append(command)
+    boot_count = values.pop(BOOT_COUNT.key, None)
+    return SettingsReading(values, tuple(unread), view.now, None if boot_count is None else int(boot_count))
+
+
+def read_twice(command: Command) -> Procedure[Reading | None]:
+    """Ask twice, as the 8-bit sum misses about 6 % of two-bit errors; None if one question is not answered."""
+    first = yield from ask_value(command)
+    if first is None:
+        return None
+    second = yield from ask_value(command)
+    # Different answers have ended the conversation already; but nothing is verified by trusting in that.
+    return second if second is not None and second.raw == first.raw else None
+
+
+# Who is there
+
+
+class Present(NamedTuple):
+    """Who is there. None: not answered."""
+
+    active: Value | None = None
+    triggered: Value | None = None
+    status: StatusSample | None = None
+    # When 31 was asked, in seconds of the session's clock. The module sent the status after that, however long the line
+    # held it back: it answers in order.
+    asked_at: float = -inf
+    is_counted: bool = True
+
+    @property
+    def contradiction(self) -> UserMessage | None:
+        """Why its state is unknown; None if everything was answered and agrees."""
+        found = [*contradictions(self.active, self.triggered, self.status).values()]
+        if not self.is_counted:
+            found.append(message(marked("{code}: no reply."), code=f"{BOOT_COUNT.code:02X}"))
+        return joined(found, " ") if found else None
+
+
+def who_is_there() -> Procedure[Present]:
+    """Ask who is there, directly before a frame that changes something, and wherever the state is judged.
+
+        30 behind a fence  ->  31  ->  the status  ->  the boot count
+
+    30 and 31 tell the same as the status, so a module that contradicts itself, or a second one on the line, shows here.
+    While the module streams, the answer to the query of the status may be a streamed report, which a line may delay by
+    seconds; but it came after the answer to 31. The boot count comes last: it tells of a restart, or of another module,
+    up to that moment. Whoever sends a frame after it lets nothing come in between.
+    """
+    active = yield from ask_value(ACTIVE, is_fenced=True)
+    asking: EngineView = yield Inspect()
+    triggered = yield from ask_value(TRIGGERED)
+    status = yield from ask_report()
+    boot_count = yield from ask_value(BOOT_COUNT)
+    return Present(
+        active=None if active is None else active.value,
+        triggered=None if triggered is None else triggered.value,
+        status=status,
+        asked_at=asking.now,
+        is_counted=boot_count is not None,
+    )

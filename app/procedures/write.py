@@ -1,54 +1,71 @@
-"""Writes one setting and verifies it by reading back.
+"""Writes settings, verifies each, logs all and reads everything again at the end.
 
-    set, once  ->  acknowledgement (E2: "received")  ->  read back, until two answers in a row agree  ->  `Written`
+    read all settings -> for each: intent, who is there, the set, once, two readings -> wait `SETTLE_S`
+    -> read all settings again -> `WriteReport`
 
-Only the read-back proves the value; `write_all` reads it once more at the end. Two answers have to agree, because the
-8-bit sum misses about 6 % of two-bit errors: one bad frame must not turn a lost write into a verified one. An
-unanswered set is not repeated; the read-back shows its result. A setting that cannot be read back (E8) is never
-verified, only acknowledged; of the two triggers even that is known only later (`protocol.flag_answers`).
+All values are checked before the first is sent, and nothing is sent if one of them takes protection away and nobody
+accepted that. Who is there is asked before the first set and after each pause; nothing is written to a module that is
+or may be active, unless a person has unlocked it. Only reading back proves a value, twice, because the 8-bit sum misses
+about 6 % of two-bit errors. The last reading decides: it shows what the module changed late or unasked. What cannot be
+read back (E8) is never verified, only acknowledged; of the two triggers even that is known only some seconds later
+(E4, `protocol.flag_answers`). The free-fall trigger comes before the attitude trigger, which need not wait then.
+
+An interruption ends it. What was set and not yet read back is unknown then; what was verified was verified then.
 """
 
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import NamedTuple
+from math import inf
+from typing import Any, NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_report, ask_value, pause_asking
-from protocol.catalogue import Command, Request
-from protocol.events import Answered, Outcome, Role, Unanswered
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
+from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.engine.snapshots import Snapshot
+from app.procedures.act import Armed, checked_inputs
+from app.procedures.read import read_settings, read_twice, who_is_there
+from app.safety.acts import Act
+from app.safety.consequences import Consequence, risks
+from app.safety.interlocks import Interlock, Refusal, refusals
+from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
+from app.text.messages import UserMessage, joined, message
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command, Request
+from protocol.events import Answered, Unanswered
+from protocol.events import Outcome as Reply
 from protocol.fields import Value
 from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
-MAX_READS = 4
-WAITING = marked("Waiting some seconds: an answer may come twice")
+_log = logging.getLogger(__name__)
+
+# From the last write to the last reading. Modules are known to clamp, revert or restart some time after the
+# acknowledgement; the background reading of a connected window finds later changes.
+SETTLE_S = 1.0
+# Who is there is asked again before a set that comes later than this after the last time.
+PRESENT_FOR_S = 1.0
 FLAGS_STEP_S = 0.25
+# Late answers make it wait longer until the triggers are known.
 FLAGS_LIMIT_S = 10.0
-"""Late answers make it wait longer."""
-_FLAG_KEYS = frozenset(command.key for command in TRIGGER_FLAGS)
-RESTART_SHOWS_S = 0.4
-"""A restart is certain within this time: by its second heartbeat, or by the link's decision without it."""
-_RESTART_ROLES = (Role.UNSOLICITED, Role.DUPLICATE, Role.LATE)
-"""The roles that a restart's first heartbeat may have just after the link sent one."""
+WAITING = marked("Waiting some seconds: an answer may come twice")
 
 
 class SetReply(Enum):
-    """The module's answer to the set."""
+    """The module's answer to the set (E2)."""
 
-    ECHO = "echo"
-    """The value that was sent."""
-    ONE = "one"
-    """01, "understood" (E2)."""
-    OTHER = "other"
-    """Another value."""
+    ECHO = "echo"  # the value that was sent
+    ONE = "one"  # 01, "understood"
+    OTHER = "other"  # another value
     NOTHING = "nothing"
     NOT_SENT = "not sent"
-    """The module had stopped answering; the set was not sent."""
-    UNNEEDED = "unneeded"
-    """It already has the value; nothing was sent."""
+    UNNEEDED = "unneeded"  # it already has the value, so nothing was sent
 
 
 class WriteFault(Enum):
-    """Why a write failed; the value is its English, translatable text."""
+    """Why a setting is not as it was to be; the value is its English, translatable text."""
 
     REFUSED = marked("refused; the old value stands")
     CLAMPED = marked("the module holds another value")
@@ -56,19 +73,44 @@ class WriteFault(Enum):
     LOST = marked("no reply, not set")
     NO_REPLY = marked("no reply; may have been carried out")
     REPEATED = marked("this line repeats answers: not known")
-    CONTRADICTED = marked("contradictory answers: two modules?")
     NO_READ_BACK = marked("could not be read back")
-    UNSTEADY = marked("contradictory answers")
-    RESTARTED = marked("the module restarted")
-    REVERTED = marked("the module changed it by itself later")
+    CHANGED = marked("changed: by itself, or another module?")
     NO_LAST_READING = marked("not read again")
-    NOT_SENT = marked("not sent: the module stopped answering")
+    INTERRUPTED = marked("interrupted; may have been carried out")
+    VERIFIED_THEN = marked("verified then, before the interruption")
+    ACKNOWLEDGED_THEN = marked("acknowledged then, before the interruption")
     NOT_ALLOWED = marked("not sent: a condition is not met")
+    NOT_SENT = marked("not sent")
+    # Of the baud rate; see `app.procedures.baud`.
     AT_RESTART = marked("acknowledged, still at the old rate: restart the module")
     UNCHANGED = marked("still at the old rate")
-    PORT_LOST = marked("port lost; may have been carried out")
-    PORT_LOST_BEFORE = marked("not sent: the port was lost")
     MODULE_LOST = marked("no answer at any rate")
+
+
+class SettingChange(NamedTuple):
+    """A setting and its target value, in the field's unit."""
+
+    command: Command
+    value: Value
+
+    @property
+    def risks(self) -> tuple[Consequence, ...]:
+        """What a person has to accept before it is written."""
+        return risks(self.command, self.value)
+
+
+def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
+    """What these changes take away, by setting; None if nothing."""
+    parts = [
+        message(
+            marked("{value}: {why}"),
+            value=message(change.command.title),
+            why=joined([risk.message for risk in change.risks], between=" "),
+        )
+        for change in changes
+        if change.risks
+    ]
+    return joined(parts, between=" ") if parts else None
 
 
 class Written(NamedTuple):
@@ -78,17 +120,17 @@ class Written(NamedTuple):
     target: Value
     heard: SetReply
     read_back: Value | None = None
-    """The value read back, if it was."""
+    # True only if two answers had the target value, and the last reading, too; None if it cannot be read.
     verified: bool | None = None
-    """True only if two answers in a row had the target value; None if it cannot be read. Final only in a `WriteReport`,
-    for which it was read once more."""
     fault: WriteFault | None = None
-    waited_s: float | None = None
-    """How long the unanswered set was waited for."""
 
     @property
     def is_acknowledged(self) -> bool:
         return self.heard in (SetReply.ECHO, SetReply.ONE)
+
+    @property
+    def is_sent(self) -> bool:
+        return self.heard not in (SetReply.NOT_SENT, SetReply.UNNEEDED)
 
     @property
     def is_fine(self) -> bool:
@@ -96,121 +138,388 @@ class Written(NamedTuple):
         return self.fault is None
 
 
-class ReadBack(NamedTuple):
-    """`raw`: the byte that two answers in a row agreed on."""
-
-    raw: int | None = None
-    is_unsteady: bool = False
+def not_sent(change: SettingChange, fault: WriteFault) -> Written:
+    verified = False if change.command.reads_back or change.command is BAUD_RATE else None
+    return Written(change.command, change.value, SetReply.NOT_SENT, verified=verified, fault=fault)
 
 
-def read_back(command: Command) -> Procedure[ReadBack]:
-    """Ask until two answers in a row agree."""
-    last: int | None = None
-    for _ in range(MAX_READS):
-        reading = yield from ask_value(command)
-        if reading is None:
-            return ReadBack()
-        if reading.raw == last:
-            return ReadBack(last)
-        last = reading.raw
-    return ReadBack(is_unsteady=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WriteReport:
+    """`results` in the order in which they were to be written."""
+
+    results: tuple[Written, ...]
+    # Why some were not sent.
+    refusals: tuple[Refusal, ...] = ()
+    # Settings that changed without being written.
+    changed: tuple[ChangedSetting, ...] = ()
+    # Settings that were not written and could not be read afterwards.
+    unread: tuple[Command, ...] = ()
+    # When the last reading began, in seconds of the session's clock; None without one.
+    read_at: float | None = None
+    # The settings by key as they were read before the first write.
+    before: Mapping[str, Value] = field(default_factory=dict)
+    # Why it ended early. Nothing is known of the module that answers now.
+    interrupted: Interrupted | None = None
+    is_cancelled: bool = False
+
+    @property
+    def is_fine(self) -> bool:
+        is_whole = self.interrupted is None and not self.is_cancelled
+        return is_whole and all(written.is_fine for written in self.results) and not self.changed and not self.unread
+
+    @property
+    def is_refused(self) -> bool:
+        """Nothing was sent, because a condition is not met."""
+        return bool(self.refusals) and not any(written.is_sent for written in self.results)
 
 
-class Acknowledged(NamedTuple):
-    heard: SetReply
-    other: int | None = None
-    """The byte with `SetReply.OTHER`."""
-    waited_s: float | None = None
+def why_not_verified(written: Written, report: WriteReport) -> UserMessage | None:
+    """What to say of a setting; None where it is as written."""
+    if written.fault is None:
+        return None
+    if written.fault is WriteFault.NOT_ALLOWED and report.refusals:
+        why = joined([refusal.message for refusal in report.refusals], between=" ")
+        return message(marked("not sent: {why}"), why=why)
+    if written.fault is WriteFault.NOT_SENT and report.interrupted is not None:
+        return message(marked("not sent: {why}"), why=report.interrupted.message)
+    if written.fault is WriteFault.INTERRUPTED and report.interrupted is not None:
+        return message(marked("unknown: {why}"), why=report.interrupted.message)
+    return message(written.fault.value)
 
 
-def write_verified(command: Command, value: Value) -> Procedure[Written]:
-    """Write one setting that changes nothing about the link; for the baud rate see `change_baud`. Raises `ValueRefused`
-    or `LookupError` before anything is sent. `write_all` checks whether writing is allowed."""
-    request = command.set(value)
-    before: EngineView = yield Inspect()
-    known = before.device.fresh(command.key, before.now)
-    old = None if known is None or command.write is None else command.write.encode(known)
-    reply = acknowledged((yield Ask(request)))
-    if reply.heard is SetReply.NOT_SENT:
-        verdict = False if command.reads_back else None
-        return Written(command=command, target=value, heard=reply.heard, verified=verdict, fault=WriteFault.NOT_SENT)
-    back = ReadBack()
-    if command.reads_back:
-        back = yield from read_back(command)
-    else:  # else the next set would wait for the answer to a question, which another module may give
-        yield from ask_report(is_fenced=True)
-    has_restarted = yield from restarted_since(before)
-    fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, reply, back, old=old)
-    return Written(
-        command=command,
-        target=value,
-        heard=reply.heard,
-        read_back=None if back.raw is None or has_restarted else _value(command, back.raw),
-        verified=fault is None if command.reads_back else None,
-        fault=fault,
-        waited_s=reply.waited_s,
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WriteContext:
+    """What a write needs besides the values."""
+
+    journal: Journal
+    armed: Armed | None = None
+    # A person allowed it although the module is, or may be, active.
+    is_unlocked: bool = False
+    # The changes whose risk a person was shown and accepted.
+    accepted_risks: frozenset[SettingChange] = frozenset()
+    # Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
+    # they are stored; None if they were stored before in this conversation.
+    store_snapshot: Callable[[Snapshot], "Future[Any] | None"] | None = None
+    # Called with each result in the session's thread. The report decides: a result may be taken back later.
+    on_written: Callable[[Written], None] | None = None
+
+
+def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
+    """Write these settings. Raises `ValueRefused` or `LookupError` before anything is sent; an interruption and a
+    cancellation are in the report. Not for the baud rate (ValueError): changing that is a job of its own."""
+    writing = _Writing(changes, context)
+    if writing.refused:
+        return writing.report()
+    try:
+        reading = yield from read_settings()
+        writing.before = reading.values
+        yield from _store_snapshot(context)
+        yield from _set_each(writing)
+        if any(written.is_sent for written in writing.results.values()):
+            yield Pause(SETTLE_S)
+            yield from await_flags_known(writing.progress)
+            last = yield from read_settings()
+            view: EngineView = yield Inspect()
+            writing.note_last(last.values, last.began_at, view)
+    except Interrupted as error:
+        writing.note_broken_off(error)
+    except Cancelled:
+        writing.note_broken_off(None)
+    except BaseException:
+        writing.settle()
+        raise
+    writing.settle()
+    return writing.report()
+
+
+def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
+    """As `write_all`, within a procedure that reads the settings itself. What was acknowledged of the triggers counts
+    once `await_flags_known` has returned. Raises `Interrupted`."""
+    writing = _Writing(changes, context)
+    try:
+        if not writing.refused:
+            yield from _set_each(writing)
+    except (Interrupted, Cancelled) as error:
+        writing.note_broken_off(error if isinstance(error, Interrupted) else None)
+        raise
+    finally:
+        writing.settle()
+    return writing.report()
 
 
 def await_flags_free(request: Request, progress: Report | None = None) -> Procedure[None]:
     """Before a set of 16 or 17: wait until no answer to an earlier one can be taken for its own (E4)."""
     view: EngineView = yield Inspect()
-    while view.flags is not None and (early_s := view.flags.free_at(request) - view.now) > 0:
+    while view.flags is not None and view.flags.free_at(request) > view.now:
         if progress is not None:
             yield progress._replace(doing=WAITING)
-        yield from pause_asking(early_s)
+        yield Pause(view.flags.free_at(request) - view.now)
         view = yield Inspect()
 
 
 def await_flags_known(progress: Report | None = None) -> Procedure[None]:
     """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
-    begin = view = yield Inspect()
-    while view.device.undecided & _FLAG_KEYS and view.now - begin.now < FLAGS_LIMIT_S:
+    view: EngineView = yield Inspect()
+    ends_at = view.now + FLAGS_LIMIT_S
+    while view.flags is not None and not (view.flags.has_repeated or view.flags.are_known(view.now)):
+        if view.now >= ends_at:
+            return
         if progress is not None:
             yield progress._replace(doing=WAITING)
-        yield from pause_asking(FLAGS_STEP_S)
+        yield Pause(FLAGS_STEP_S)
         view = yield Inspect()
 
 
-def acknowledged(outcome: Outcome) -> Acknowledged:
-    if isinstance(outcome, Unanswered):
+class Acknowledged(NamedTuple):
+    heard: SetReply
+    # The byte with `SetReply.OTHER`.
+    other: int | None = None
+
+
+def acknowledged(reply: Reply) -> Acknowledged:
+    """What the module answered to a set."""
+    if isinstance(reply, Unanswered) and not reply.attempts:
         return Acknowledged(SetReply.NOT_SENT)
-    message = outcome.messages[0] if isinstance(outcome, Answered) else None
-    if not isinstance(message, Acknowledgement):
-        return Acknowledged(SetReply.NOTHING, waited_s=None if isinstance(outcome, Answered) else outcome.waited_s)
-    if message.is_echo:
+    answer = reply.messages[0] if isinstance(reply, Answered) else None
+    if not isinstance(answer, Acknowledgement):
+        return Acknowledged(SetReply.NOTHING)
+    if answer.is_echo:
         return Acknowledged(SetReply.ECHO)
-    return Acknowledged(SetReply.ONE) if message.is_accepted else Acknowledged(SetReply.OTHER, message.raw)
+    if answer.is_accepted:
+        return Acknowledged(SetReply.ONE)
+    return Acknowledged(SetReply.OTHER, answer.raw)
 
 
-def restarted_since(before: EngineView) -> Procedure[bool]:
-    """Whether the module restarted since; an unexpected frame may be its first sign."""
-    after: EngineView = yield Inspect()
-    old, new = before.link.counters.by_role, after.link.counters.by_role
-    if any(new[role] != old[role] for role in _RESTART_ROLES):
-        yield from pause_asking(RESTART_SHOWS_S)
-        after = yield Inspect()
-    return after.device.restarts != before.device.restarts
+# One after the other
 
 
-def _fault(command: Command, target: int, reply: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
+class _Writing:
+    """How far it is."""
+
+    def __init__(self, changes: Sequence[SettingChange], context: WriteContext) -> None:
+        """Raises `ValueRefused`, `LookupError` or ValueError where a value cannot be sent."""
+        for change in changes:
+            if change.command is BAUD_RATE:
+                raise ValueError("changing the baud rate is a job of its own")
+            change.command.set(change.value)
+        self.context = context
+        self.changes = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
+        self.results: dict[Command, Written] = {}
+        self.entries: dict[Command, Entry] = {}
+        self.refused = _unaccepted(changes, context)
+        self.before: Mapping[str, Value] = {}
+        self.progress: Report | None = None
+        # When it was last asked who is there.
+        self.present_at = -inf
+        self._changed: tuple[ChangedSetting, ...] = ()
+        self._unread: tuple[Command, ...] = ()
+        self._read_at: float | None = None
+        self._interrupted: Interrupted | None = None
+        self._is_cancelled = False
+
+    def note(self, written: Written) -> None:
+        _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
+        self.results[written.command] = written
+        if self.context.on_written is not None:
+            self.context.on_written(written)
+
+    def note_last(self, last: Mapping[str, Value], read_at: float, view: EngineView) -> None:
+        """The last reading decides what is verified."""
+        self._read_at = read_at
+        for command, written in self.results.items():
+            if not written.is_sent:
+                continue
+            if command.reads_back:
+                self.results[command] = _after_last_reading(written, last.get(command.key))
+            elif command in TRIGGER_FLAGS and written.is_fine:
+                self.results[command] = _after_waiting(written, view)
+        others = [command for command in READABLE_SETTINGS if not self._is_sent(command)]
+        stood = {command.key: self.before[command.key] for command in others if command.key in self.before}
+        self._changed = changed_settings(stood, last)
+        self._unread = tuple(command for command in others if command.key in stood and command.key not in last)
+
+    def note_broken_off(self, interrupted: Interrupted | None) -> None:
+        """What was found so far was so then. What was set and not yet read back is unknown."""
+        self._interrupted = interrupted
+        self._is_cancelled = interrupted is None
+        for command, written in self.results.items():
+            if written.is_sent and written.is_fine:
+                self.results[command] = _until_then(written)
+        contradiction = None if interrupted is None else interrupted.contradiction
+        if contradiction is None:
+            return
+        command, now = contradiction.after.command, contradiction.after.value
+        known = self.results.get(command)
+        if known is not None and known.is_sent:
+            self.results[command] = known._replace(read_back=now, verified=False, fault=WriteFault.CHANGED)
+        elif command in READABLE_SETTINGS:
+            self._changed = (ChangedSetting(command, contradiction.before.value, now),)
+
+    def settle(self) -> None:
+        """Log what came of the intents."""
+        for command, entry in self.entries.items():
+            written = self.results[command]
+            self.context.journal.settle(entry, _outcome(written), _result(written))
+
+    def report(self) -> WriteReport:
+        fault = WriteFault.NOT_ALLOWED if self.refused else WriteFault.NOT_SENT
+        return WriteReport(
+            results=tuple(self.results.get(change.command, not_sent(change, fault)) for change in self.changes),
+            refusals=self.refused,
+            changed=self._changed,
+            unread=self._unread,
+            read_at=self._read_at,
+            before=self.before,
+            interrupted=self._interrupted,
+            is_cancelled=self._is_cancelled,
+        )
+
+    def _is_sent(self, command: Command) -> bool:
+        return command in self.results and self.results[command].is_sent
+
+
+def _set_each(writing: _Writing) -> Procedure[None]:
+    for done, change in enumerate(writing.changes):
+        title = change.command.title
+        writing.progress = Report(done, len(writing.changes), marked("Writing: {what}"), (("what", title),))
+        yield writing.progress
+        yield from _set_one(writing, change)
+        if writing.refused:
+            return
+
+
+def _set_one(writing: _Writing, change: SettingChange) -> Procedure[None]:
+    command, context = change.command, writing.context
+    request = command.set(change.value)
+    yield from await_flags_free(request, writing.progress)
+    writing.results[command] = not_sent(change, WriteFault.NOT_SENT)
+    entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: change.value})
+    writing.entries[command] = entry
+    # Unlike an act, a set is sent also where the disk takes longer.
+    yield Await(entry, DURABLE_LIMIT_S)
+    yield from _check(writing)
+    if writing.refused:
+        writing.note(not_sent(change, WriteFault.NOT_ALLOWED))
+        return
+    in_flight = Written(command, change.value, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
+    writing.results[command] = in_flight._replace(verified=False if command.reads_back else None)
+    reply = acknowledged((yield Ask(request)))
+    if reply.heard is SetReply.NOT_SENT:
+        writing.note(not_sent(change, WriteFault.NOT_SENT))
+        return
+    writing.results[command] = writing.results[command]._replace(heard=reply.heard)
     if not command.reads_back:
-        return {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(reply.heard)
-    if back.raw is None:
-        return WriteFault.UNSTEADY if back.is_unsteady else WriteFault.NO_READ_BACK
-    if back.raw == target:
+        # Else the next set would wait for the answer to a question, and not come directly after its check.
+        yield from ask_report(is_fenced=True)
+        fault = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(reply.heard)
+        writing.note(Written(command, change.value, reply.heard, fault=fault))
+        return
+    reading = yield from read_twice(command)
+    read_back = None if reading is None else reading.value
+    fault = _fault(change, reply, read_back, writing.before.get(command.key))
+    writing.note(Written(command, change.value, reply.heard, read_back, verified=fault is None, fault=fault))
+
+
+def _check(writing: _Writing) -> Procedure[None]:
+    """Ask who is there and whether writing is allowed, unless that was done a moment ago."""
+    view: EngineView = yield Inspect()
+    if view.now - writing.present_at <= PRESENT_FOR_S:
+        return
+    present = yield from who_is_there()
+    view = yield Inspect()
+    inputs = checked_inputs(present, view, armed=writing.context.armed)
+    writing.refused = refusals(Act.WRITE, replace(inputs, is_unlocked=writing.context.is_unlocked))
+    writing.present_at = view.now
+    _log.debug("before writing: %s", [refusal.condition.name for refusal in writing.refused] or "allowed")
+
+
+def _store_snapshot(context: WriteContext) -> Procedure[None]:
+    if context.store_snapshot is None:
+        return
+    view: EngineView = yield Inspect()
+    settings = view.conversation.settings(view.now)
+    stored = context.store_snapshot(Snapshot(settings=settings, boot_count=view.conversation.boot_count))
+    if stored is not None:
+        yield Await(stored, DURABLE_LIMIT_S)
+
+
+def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tuple[Refusal, ...]:
+    risk = risk_message(change for change in changes if change not in context.accepted_risks)
+    if risk is None:
+        return ()
+    return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
+
+
+# What became of one
+
+
+def _fault(change: SettingChange, reply: Acknowledged, read_back: Value | None, old: Value | None) -> WriteFault | None:
+    if read_back is None:
+        return WriteFault.NO_READ_BACK
+    if read_back == _as_held(change):
         return None
-    if old is not None and back.raw != old:
+    if old is not None and read_back != old:
         return WriteFault.CLAMPED
-    match reply.heard:
-        case SetReply.NOTHING:
-            return WriteFault.LOST
-        case SetReply.OTHER:
-            return WriteFault.REFUSED if old is not None or reply.other == 0x00 else WriteFault.CLAMPED
-        case _:
-            return WriteFault.NOT_RETAINED
+    if reply.heard is SetReply.NOTHING:
+        return WriteFault.LOST
+    if reply.heard is SetReply.OTHER:
+        # Where the old value is not known, another answer than 00 is the value that the module took instead.
+        is_refused = old is not None or reply.other == 0x00
+        return WriteFault.REFUSED if is_refused else WriteFault.CLAMPED
+    return WriteFault.NOT_RETAINED
 
 
-def _value(command: Command, raw: int) -> Value | None:
-    """The value in the field's unit; None for an invalid byte."""
-    return command.write.decode(raw) if command.write is not None and raw in command.write.allowed else None
+def _as_held(change: SettingChange) -> Value:
+    """The value as the module tells it: its byte, decoded."""
+    reply = change.command.reply
+    data = change.command.set(change.value).data
+    return change.value if reply is None else reply.decode(data)
+
+
+def _after_last_reading(written: Written, last: Value | None) -> Written:
+    if written.fault is not None:
+        return written if last is None else written._replace(read_back=last)
+    if last is None:
+        return written._replace(read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
+    if last != written.read_back:
+        return written._replace(read_back=last, verified=False, fault=WriteFault.CHANGED)
+    return written
+
+
+def _after_waiting(written: Written, view: EngineView) -> Written:
+    """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
+    if view.conversation.fresh(written.command.key, view.now) == written.target:
+        return written
+    has_repeated = view.flags is not None and view.flags.has_repeated
+    fault = WriteFault.REPEATED if has_repeated else WriteFault.NO_LAST_READING
+    return written._replace(heard=SetReply.NOTHING, fault=fault)
+
+
+def _until_then(written: Written) -> Written:
+    if written.verified:
+        return written._replace(verified=False, fault=WriteFault.VERIFIED_THEN)
+    if written.command in TRIGGER_FLAGS:
+        return written._replace(heard=SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
+    return written._replace(fault=WriteFault.ACKNOWLEDGED_THEN)
+
+
+_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
+
+
+def _outcome(written: Written) -> Outcome:
+    if not written.is_sent:
+        return Outcome.NOT_SENT
+    if written.is_fine or written.fault in (WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
+        return Outcome.CONFIRMED
+    if written.fault in _REFUSED:
+        return Outcome.REFUSED
+    return Outcome.UNKNOWN
+
+
+def _result(written: Written) -> dict[str, object]:
+    return {
+        "acknowledged": written.is_acknowledged,
+        "read_back": written.read_back,
+        "verified": written.verified,
+        "fault": None if written.fault is None else written.fault.name,
+    }

@@ -10,33 +10,30 @@ from concurrent.futures import Future
 from enum import Enum
 from typing import Protocol
 
-from app.engine.procedure import SLOW_S, EngineView, Inspect, Procedure, await_asking
+from app.engine.procedure import Await, Procedure
 from app.safety.acts import Act
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
+# An intent that is not on the disk by then is taken back, and nothing is sent.
 DURABLE_LIMIT_S = 1.0
-"""An intent that is not on the disk by then is taken back, and nothing is sent."""
 
 
 class Outcome(Enum):
-    """Outcome of an act; the value is the name in the audit log."""
+    """Outcome of an act; the value is its name in the audit log."""
 
-    CONFIRMED = "confirmed"
-    """The module reports the wanted state."""
-    REFUSED = "refused"
-    """The module refused, or reports another state."""
-    UNKNOWN = "unknown"
-    """Sent but not confirmed: it may have been carried out."""
+    CONFIRMED = "confirmed"  # the module reports the wanted state
+    REFUSED = "refused"  # the module refused, or reports another state
+    UNKNOWN = "unknown"  # sent but not confirmed: it may have been carried out
     NOT_SENT = "not sent"
 
 
+# The future of the entry's id, done once it is durable; raises `UserError` if it could not be written.
 Entry = Future[str]
-"""Future of the entry's id, done once it is durable; raises `UserError` if it could not be written."""
 
 
 class Journal(Protocol):
-    """Journal of one connection. Every method returns at once; entries are written in order."""
+    """The journal of one conversation. Every method returns at once; entries are written in order."""
 
     @property
     def is_ready(self) -> bool:
@@ -68,15 +65,11 @@ class NoJournal:
         return
 
 
-def durable(entry: Entry) -> Procedure[bool]:
-    """Wait until the intent is on disk; returns whether it took so long that the conditions are read again. One that is
-    not there in time is taken back; where it is just being written, its outcome "not sent" follows it. Raises
-    `UserError`."""
-    began: EngineView = yield Inspect()
-    is_written = yield from await_asking(entry, DURABLE_LIMIT_S)
+def durable(entry: Entry) -> Procedure[None]:
+    """Wait until the intent is on the disk. One that is not there in time is taken back; where it is just being
+    written, its outcome "not sent" follows it. Raises `UserError`."""
+    is_written = yield Await(entry, DURABLE_LIMIT_S)
     if not is_written or entry.cancelled():
         entry.cancel()
         raise UserError(marked("The disk is too slow."))
     entry.result()
-    ended: EngineView = yield Inspect()
-    return ended.now - began.now > SLOW_S

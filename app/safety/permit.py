@@ -1,4 +1,4 @@
-"""Permit for one frame: created by an explicit act, expires, used once."""
+"""Permit for one frame: given by a person, in one conversation; it expires, and is used once."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -9,27 +9,25 @@ from app.safety.acts import Act
 class Origin(Enum):
     """How the person gave the permit; the value is how long it is valid, in seconds.
 
-    If the sending thread is busy for longer than this, the act is refused rather than carried out late.
+    Whatever takes longer, the act is refused rather than carried out late. The slowest line that takes commands needs
+    1.5 s to ask who is there, and the intent may take a second.
     """
 
-    RITUAL = 1.0
-    """Chosen, armed, held for two seconds."""
-    CONFIRMATION = 5.0
-    """A second click in the window."""
-    COMMAND_LINE = 10.0
-    """--yes."""
+    RITUAL = 3.0  # chosen, armed, held for two seconds
+    CONFIRMATION = 6.0  # a second click in the window; zeroing watches the module for two seconds
+    COMMAND_LINE = 10.0  # --yes
 
 
 @dataclass(slots=True, eq=False)
 class Permit:
-    """For one frame of one act. `granted_at`: monotonic seconds of the session's clock.
-
-    `is_rehearsal`: nothing is ever sent. Only the sending thread calls `spend`.
-    """
+    """For one frame of one act in the conversation of this number. Only the sending thread calls `spend`."""
 
     act: Act
     origin: Origin
+    # By the session's clock, in seconds.
     granted_at: float
+    conversation: int
+    # Nothing is ever sent.
     is_rehearsal: bool = False
     is_spent: bool = False
 
@@ -37,7 +35,7 @@ class Permit:
         return now - self.granted_at
 
     def is_good(self, act: Act, now: float) -> bool:
-        """Whether it allows `act` now."""
+        """Whether it allows `act` now, if it is of the conversation that goes on."""
         is_in_time = 0.0 <= self.age_s(now) <= self.origin.value
         return self.act is act and is_in_time and not self.is_spent and not self.is_rehearsal
 

@@ -15,11 +15,14 @@ Rules that it lives by:
 A rehearsal is the same machine; its permit sends nothing.
 """
 
+import logging
 from enum import Enum, auto
 from math import inf
 
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
+
+_log = logging.getLogger(__name__)
 
 ARMED_FOR_S = 10.0
 HOLD_S = 2.0
@@ -28,12 +31,10 @@ MAX_GAP_S = 0.25
 
 class Stage(Enum):
     IDLE = auto()
-    CHOSEN = auto()
-    """The act and its conditions are shown; the default button is Cancel."""
+    CHOSEN = auto()  # the act and its conditions are shown; the default button is Cancel
     ARMED = auto()
     HOLDING = auto()
-    FIRED = auto()
-    """The permit was given. Lasts until `FINISHED` or the next `CHOOSE`."""
+    FIRED = auto()  # the permit was given; until FINISHED or the next CHOOSE
 
 
 class Input(Enum):
@@ -41,39 +42,28 @@ class Input(Enum):
     ARM = auto()
     PRESS = auto()
     RELEASE = auto()
-    HELD = auto()
-    """By the clock: held for two seconds."""
-    HOLD_BROKEN = auto()
-    """By the clock: it is uncertain whether it was held all the time."""
-    RAN_OUT = auto()
-    """By the clock: ten seconds have passed since arming."""
-    FINISHED = auto()
-    """The outcome has been shown."""
+    FINISHED = auto()  # the outcome has been shown
+    # By the clock
+    HELD = auto()  # held for two seconds
+    HOLD_BROKEN = auto()  # it is uncertain whether it was held all the time
+    RAN_OUT = auto()  # ten seconds have passed since arming
     # What disarms
     CANCEL = auto()
     FOCUS_LOST = auto()
     WINDOW_LEFT = auto()
-    LINK_LOST = auto()
-    MODULE_RESTARTED = auto()
-    OUT_OF_SIGHT = auto()
-    """The armed controls are not entirely visible."""
-    CONDITION_OPENED = auto()
-    """A condition that held when it was armed no longer holds."""
-    SLEPT = auto()
-    """The computer slept."""
-    FAILED = auto()
-    """An exception anywhere in the window."""
+    INTERRUPTED = auto()  # the conversation with the module ended
+    OUT_OF_SIGHT = auto()  # the armed controls are not entirely visible
+    CONDITION_OPENED = auto()  # a condition that held when it was armed no longer holds
+    FAILED = auto()  # an exception anywhere in the window
 
 
 DISARMING = (
     Input.CANCEL,
     Input.FOCUS_LOST,
     Input.WINDOW_LEFT,
-    Input.LINK_LOST,
-    Input.MODULE_RESTARTED,
+    Input.INTERRUPTED,
     Input.OUT_OF_SIGHT,
     Input.CONDITION_OPENED,
-    Input.SLEPT,
     Input.FAILED,
 )
 
@@ -107,8 +97,10 @@ class Ritual:
         self.act = act
         self.stage = Stage.IDLE
         self.is_rehearsal = False
+        # The input that led back to IDLE last, for the notice in the window.
         self.ended_by: Input | None = None
-        """The input that led back to IDLE last, for the notice in the window."""
+        # The number of the conversation in which it was chosen, as the permit will be void in any other.
+        self._conversation = 0
         self._armed_at = self._pressed_at = self._ticked_at = -inf
 
     @property
@@ -123,9 +115,11 @@ class Ritual:
         """Seconds that it has been held, 0 … 2."""
         return min(HOLD_S, max(0.0, now - self._pressed_at)) if self.stage is Stage.HOLDING else 0.0
 
-    def choose(self, *, is_rehearsal: bool = False) -> None:
+    def choose(self, conversation: int, *, is_rehearsal: bool = False) -> None:
+        """`conversation`: the number of the one that goes on."""
         if (self.stage, Input.CHOOSE) in TRANSITIONS:
             self.is_rehearsal = is_rehearsal
+            self._conversation = conversation
             self._apply(Input.CHOOSE)
 
     def arm(self, now: float) -> None:
@@ -164,11 +158,14 @@ class Ritual:
             self._apply(Input.HOLD_BROKEN)
         elif now - self._pressed_at >= HOLD_S:
             self._apply(Input.HELD)
-            return Permit(self.act, Origin.RITUAL, now, self.is_rehearsal)
+            return Permit(self.act, Origin.RITUAL, now, self._conversation, self.is_rehearsal)
         return None
 
     def _apply(self, what: Input) -> None:
         after = TRANSITIONS.get((self.stage, what), self.stage)
-        if after is Stage.IDLE and self.stage is not Stage.IDLE:
+        if after is self.stage:
+            return
+        _log.debug("%s: %s, %s -> %s", self.act.value, what.name, self.stage.name, after.name)
+        if after is Stage.IDLE:
             self.ended_by = what
         self.stage = after

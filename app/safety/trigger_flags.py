@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
@@ -45,6 +45,7 @@ class TriggerFlags(NamedTuple):
         return tuple(TriggerFlags(tilt, fall).text for tilt, fall in flags)
 
 
-def trigger_flags(device: DeviceView, now: float) -> TriggerFlags:
-    tilt, fall = (device.fresh(key, now) for key in (TILT_TRIGGER, FALL_TRIGGER))
+def trigger_flags(conversation: ConversationView, now: float) -> TriggerFlags:
+    tilt = conversation.fresh(TILT_TRIGGER, now)
+    fall = conversation.fresh(FALL_TRIGGER, now)
     return TriggerFlags(tilt if isinstance(tilt, bool) else None, fall if isinstance(fall, bool) else None)

@@ -1,7 +1,6 @@
 """The audit log: the intent of each act, durable before its frame leaves, and what came of it.
 
-An intent whose end nobody saw reads as unknown. So that nobody reads the whole log for them, intents without an end are
-in `state`, too, and so is what they leave behind: see `app.store.left_active`.
+An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`.
 """
 
 from collections.abc import Mapping
@@ -10,18 +9,15 @@ from typing import Any, NamedTuple
 from app.engine.target import is_simulated
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
 from app.store.fact_store import Facts, Kept
 from app.store.kinds import ActEnded, ActIntended, DeployIntended
-from app.store.left_active import KnownAs, LeftActive, end_left, keep_left
+from app.store.rows import time_text
 from app.text.messages import clean
 
-OPEN = "open:"
-"""Beginning of the keys of intents without an end."""
-_LEAVES_ACTIVE = {
-    Act.ACTIVATE: (Outcome.CONFIRMED, Outcome.UNKNOWN),
-    Act.LOCK: (Outcome.REFUSED, Outcome.UNKNOWN),
-}
-_SAYS_LOCKED = (Act.LOCK, Act.SHUTDOWN)
+_LEAVES_ACTIVE = (Act.ACTIVATE, Act.LOCK)
+# After these, confirmed, the module is locked.
+_LOCKS = (Act.LOCK, Act.SHUTDOWN)
 
 
 class Where(NamedTuple):
@@ -50,83 +46,79 @@ class AuditEntry(NamedTuple):
 
 
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
-    """The intent; its id."""
-    known_as = where.known_as
+    """The intent; its id. From now on the module counts as left ACTIVE, if that is what the act may leave behind."""
     intent = (DeployIntended if act is Act.DEPLOY else ActIntended)(
         act=act.value,
         port=clean(where.port),
         frame=frame.hex(" "),
         origin=where.origin,
         adapter=clean(where.adapter),
-        run=known_as.run,
-        is_in_doubt=known_as.is_in_doubt,
+        run=where.known_as.run,
         detail=plain(detail),
     )
-    row = facts.add(intent, known_as.name or None)
-    state = {
-        "act": act.value,
-        "at": row.made_at,
-        "port": where.port,
-        "adapter": where.adapter,
-        "module": known_as.name,
-        "run": known_as.run,
-        "is_in_doubt": known_as.is_in_doubt,
-        "detail": intent.detail,
-    }
-    facts.set_state(OPEN + row.id, state)
+    row = facts.add(intent, where.known_as.name or None)
+    if act in _LEAVES_ACTIVE and not is_simulated(where.port):
+        left = left_at(where, row.made_at)
+        keep_left(facts, left._replace(is_lock_unconfirmed=act is Act.LOCK), intent=row.id)
     return row.id
 
 
-def settle(facts: Facts, intent: str, outcome: Outcome, result: Mapping[str, object]) -> None:
-    """What came of an intent, once."""
-    state = facts.state(OPEN + intent)
-    if state is None:
-        return
-    facts.add(ActEnded(of=intent, outcome=outcome.value, result=plain(result)), state["module"] or None)
-    facts.set_state(OPEN + intent, None)
-    act, left = Act(state["act"]), _left(state)
-    if is_simulated(left.port):
-        return
-    if outcome in _LEAVES_ACTIVE.get(act, ()):
-        keep_left(facts, intent, left)
-    elif act in _SAYS_LOCKED and outcome is Outcome.CONFIRMED and not left.known_as.is_in_doubt:
-        end_left(facts, left)
-        for id_, other in open_intents(facts, *_LEAVES_ACTIVE).items():
-            if other.at < left.at and set(other.keys) & set(left.keys):
-                facts.set_state(OPEN + id_, None)  # the end of it was never seen, and it no longer matters
+def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
+    """What came of an intent; to be called once."""
+    facts.add(ActEnded(of=intent, outcome=outcome.value, result=plain(result)), where.known_as.name or None)
+    has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
+    if act in _LOCKS and outcome is Outcome.CONFIRMED:
+        note_locked(facts, where.known_as.run)
+    elif act in _LEAVES_ACTIVE and has_done_nothing:
+        drop_intent(facts, where.known_as.run, intent)
 
 
-def open_intents(facts: Facts, *acts: Act) -> dict[str, LeftActive]:
-    """By id, those that leave a module ACTIVE as far as anybody knows."""
-    states = facts.states(OPEN)
-    found = {id_: _left(state) for id_, state in states.items() if Act(state["act"]) in acts}
-    return {id_: left for id_, left in found.items() if not is_simulated(left.port)}
+def left_at(where: Where, at: str) -> LeftActive:
+    """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
+    return LeftActive(where.known_as, where.port, where.adapter, at)
+
+
+def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
+    """What the module reports, when that changes, when it gets a name, and at the end of its conversation."""
+    if is_simulated(where.port):
+        return
+    if is_active:
+        keep_left(facts, left_at(where, time_text(facts.now())))
+    else:
+        note_locked(facts, where.known_as.run)
+
+
+def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
+    """A person says that it is locked, or switched off. Nothing was sent: that stands in the log without a frame."""
+    where = Where(left.port, origin, left.adapter, left.known_as)
+    intent = begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where)
+    settle(facts, intent, Act.LOCK, where, Outcome.CONFIRMED, {"sent": 0})
+    note_safe(facts, left)
 
 
 def audit(facts: Facts, *acts: Act) -> tuple[AuditEntry, ...]:
     """The newest first; of these acts, or of all."""
     ends = {kept.content.of: kept.content for kept in facts.of_kind(ActEnded)}
-    entries = []
     intents: list[Kept[ActIntended]] = [*facts.of_kind(ActIntended)]
     intents += [Kept(kept.row, kept.content) for kept in facts.of_kind(DeployIntended)]
+    entries: list[AuditEntry] = []
     for row, intent in sorted(intents, key=lambda kept: kept.row.made_at, reverse=True):
         if acts and Act(intent.act) not in acts:
             continue
         end = ends.get(row.id)
-        outcome = Outcome.UNKNOWN if end is None else Outcome(end.outcome)
         entries.append(
             AuditEntry(
-                row.id,
-                intent.port,
-                row.made_at,
-                Act(intent.act),
-                bytes.fromhex(intent.frame),
-                intent.detail,
-                outcome,
-                {} if end is None else end.result,
-                row.module or "",
-                intent.adapter,
-                intent.origin,
+                id=row.id,
+                port=intent.port,
+                at=row.made_at,
+                act=Act(intent.act),
+                frame=bytes.fromhex(intent.frame),
+                detail=intent.detail,
+                outcome=Outcome.UNKNOWN if end is None else Outcome(end.outcome),
+                result={} if end is None else end.result,
+                module=row.module or "",
+                adapter=intent.adapter,
+                origin=intent.origin,
             )
         )
     return tuple(entries)
@@ -135,9 +127,3 @@ def audit(facts: Facts, *acts: Act) -> tuple[AuditEntry, ...]:
 def plain(values: Mapping[str, object]) -> dict[str, Any]:
     """As it may stand in a fact: texts are bounded."""
     return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}
-
-
-def _left(state: Mapping[str, Any]) -> LeftActive:
-    known_as = KnownAs(state["module"], state["run"], is_in_doubt=state["is_in_doubt"])
-    is_lock = state["act"] == Act.LOCK.value
-    return LeftActive(known_as, state["port"], state["adapter"], state["at"], is_lock_unconfirmed=is_lock)

@@ -8,10 +8,9 @@ import logging
 import sqlite3
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
-LEFT = "left:"
-"""Beginning of the keys in `state`; see `app.store.left_active`."""
+from app.safety.left_active import LEFT
+
 _LEAVES_ACTIVE = {"activate": ("confirmed", "unknown"), "lock": ("refused", "unknown")}
 _ENDS = ("lock", "shutdown")
 _QUERY = """
@@ -23,7 +22,7 @@ _log = logging.getLogger(__name__)
 
 
 def former_state(path: Path) -> dict[str, object]:
-    """By key; empty where the file cannot be read, which is logged."""
+    """By key of the state; empty where the file cannot be read, which is logged."""
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
             rows = connection.execute(_QUERY).fetchall()
@@ -34,7 +33,7 @@ def former_state(path: Path) -> dict[str, object]:
 
 
 def _left(rows: list[tuple[int, str, str, str | None]]) -> dict[str, object]:
-    left: dict[tuple[str, str], dict[str, Any]] = {}
+    left: dict[tuple[str, str], tuple[str, dict[str, object]]] = {}
     for number, at, payload, ended in rows:
         content = json.loads(payload)
         outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
@@ -45,15 +44,9 @@ def _left(rows: list[tuple[int, str, str, str | None]]) -> dict[str, object]:
         if port.startswith("sim://"):
             continue
         if outcome in _LEAVES_ACTIVE.get(act, ()):
-            left[key] = {
-                "key": f"former {number}",
-                "module": module,
-                "run": str(detail.get("run", "")),
-                "port": port,
-                "adapter": adapter,
-                "at": at,
-                "is_lock_unconfirmed": act == "lock",
-            }
+            state: dict[str, object] = {"module": module, "port": port, "adapter": adapter, "at": at}
+            state["is_lock_unconfirmed"] = act == "lock"
+            left[key] = f"{LEFT}former {number}", state
         elif act in _ENDS and outcome == "confirmed" and not detail.get("is_in_doubt"):
             left.pop(key, None)
-    return {LEFT + entry.pop("key"): entry for entry in left.values()}
+    return dict(left.values())

@@ -166,7 +166,6 @@ class ActIntended(Content, frozen=True, kw_only=True):
     origin: Word = ""
     adapter: Text = ""
     run: Word = ""
-    is_in_doubt: bool = False
     detail: Detail = {}
 
 

@@ -1,7 +1,7 @@
 """Remembers that the program switched a module's serial output on, even after being killed.
 
 The intent is on the disk before the module is told, and stands until the module has confirmed "off". A stream that was
-left on is not "as found": the next session switches it off.
+left on is not "as found": the next conversation switches it off.
 
 An adapter does not tell which module is behind it. So only a module on the same start, by its boot count, is the one
 that was switched on; of any other one that streams it is "as found". Where the boot count was not known, the adapter
@@ -19,38 +19,39 @@ _log = logging.getLogger(__name__)
 
 
 class StreamMemory:
-    """Of one connection, by adapter, or by port where there is none; without a store it remembers nothing. What is
-    read of the store may come late, as no port waits for it."""
+    """Of one port, by adapter, or by port where there is none; it outlives conversations. Without a store it forgets
+    with the program. What is read of the store may come late, as no port waits for it."""
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store = store
         self._key = f"stream:{adapter}"
-        self._left_on: Future[Any] | None = None if store is None else store.write(lambda facts: facts.state(self._key))
-        self._is_cleared = False
+        self._read: Future[Any] | None = None if store is None else store.write(lambda facts: facts.state(self._key))
+        # What was noted since, which counts more than what is read.
+        self._noted: Mapping[str, Any] | None = None
         self.is_taken_over = False
 
     @property
     def was_left_on(self) -> bool:
-        """An earlier session did not switch it off."""
-        return self._found is not None
+        """An earlier conversation did not switch it off."""
+        return self._left_on is not None
 
     @property
     def boot_count(self) -> int | None:
         """On which start of the module; None: not known."""
-        found = self._found
-        return None if found is None else found["boot_count"]
+        left_on = self._left_on
+        return None if left_on is None else left_on["boot_count"]
 
     @property
-    def _found(self) -> dict[str, Any] | None:
-        left_on = self._left_on
-        if left_on is None or self._is_cleared or not left_on.done() or left_on.cancelled():
-            return None
-        return None if left_on.exception() is not None else left_on.result()
+    def _left_on(self) -> Mapping[str, Any] | None:
+        read = self._read
+        if read is None or not read.done() or read.cancelled() or read.exception() is not None:
+            return self._noted
+        found: Mapping[str, Any] | None = read.result()
+        return found
 
     def take_over(self) -> None:
-        """It streams, and this session switches it off."""
+        """It streams, and this conversation switches it off; else the next one does."""
         self.is_taken_over = True
-        self._left_on = None
 
     def note_on(self, boot_count: int | None) -> "Future[None]":
         """Done when it is on the disk, or cannot be."""
@@ -58,10 +59,10 @@ class StreamMemory:
 
     def clear(self) -> None:
         """The module has confirmed that it is off, or does not stream."""
-        self._is_cleared = True
         self._keep(None)
 
-    def _keep(self, state: Mapping[str, object] | None) -> "Future[None]":
+    def _keep(self, state: Mapping[str, Any] | None) -> "Future[None]":
+        self._read, self._noted = None, state
         done: Future[None] = Future()
         if self._store is None:
             done.set_result(None)

@@ -10,21 +10,21 @@ from enum import Enum
 from statistics import median
 from typing import NamedTuple
 
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
+from app.engine.procedure import Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
-from protocol.catalogue import BY_NAME
+from protocol.catalogue import BOOT_COUNT, BY_NAME
 from protocol.fields import Quantity
 from protocol.translatable import marked
 
 SAMPLES = 20
 EVERY_S = 0.1
 ENOUGH_SAMPLES = 10
+# Unanswered questions after which a measurement ends.
 MAX_LOST = 10
-"""Unanswered questions after which a measurement ends."""
+# On each side.
 SMALLEST_MARGIN_STEPS = 1
-"""On each side."""
+# A band wider than this is not steady light: a hand, a shadow, a loose lid.
 WIDE_SPREAD_STEPS = 3
-"""A band wider than this is not steady light: a hand, a shadow, a loose lid."""
 
 _LIGHT = BY_NAME["light"]
 _STEPS_PER_V = _LIGHT.reply.per_unit if isinstance(_LIGHT.reply, Quantity) else 0
@@ -35,12 +35,10 @@ class Band(NamedTuple):
 
     raws: tuple[int, ...]
     lost: int = 0
-    is_broken: bool = False
-    """The module restarted or was silent meanwhile: it may be another one."""
 
     @property
     def is_enough(self) -> bool:
-        return len(self.raws) >= ENOUGH_SAMPLES and not self.is_broken
+        return len(self.raws) >= ENOUGH_SAMPLES
 
     @property
     def low_v(self) -> float:
@@ -63,7 +61,6 @@ def measure_light(*, samples: int = SAMPLES, step_of: tuple[int, int] | None = N
     """Read the light several times at the present position of the bay. `step_of`: the step and the steps of a test."""
     raws: list[int] = []
     lost = 0
-    before: EngineView = yield Inspect()
     while len(raws) < samples and lost < MAX_LOST:
         yield Report(*(step_of or (len(raws), samples)), marked("Measuring the light"))
         reading = yield from ask_value(_LIGHT)
@@ -72,8 +69,8 @@ def measure_light(*, samples: int = SAMPLES, step_of: tuple[int, int] | None = N
         else:
             lost += 1
         yield Pause(EVERY_S)
-    after: EngineView = yield Inspect()
-    return Band(tuple(raws), lost, is_broken=after.device.breaks != before.device.breaks)
+    yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
+    return Band(tuple(raws), lost)
 
 
 class CalibrationFault(Enum):
@@ -98,10 +95,10 @@ class Proposal:
     direction: LightDirection
     margin_closed_v: float
     margin_open_v: float
+    # The vendor's advice taken literally: the reading with the bay fully open.
     vendors_v: float
-    """The vendor's advice taken literally: the reading with the bay fully open."""
+    # Both bands are narrow.
     is_steady: bool
-    """Both bands are narrow."""
 
     @property
     def sentence(self) -> str:

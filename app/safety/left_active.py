@@ -1,0 +1,170 @@
+"""Modules left ACTIVE: ACTIVE at the end of a conversation, or LOCK not confirmed, and not known to be safe since.
+
+One entry a conversation, kept in the store's state from the moment at which the frame may leave, so that a killed
+program leaves it behind, too. The program itself does not show the entry of a conversation that goes on.
+
+- It ends when the module reports LOCKED in that conversation.
+- One with a name ends when a module reports LOCKED that a person named so afterwards.
+- One without a name ends when a person says that the module is safe.
+- Another module at the same port never ends it.
+"""
+
+import logging
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
+
+from msgspec import Struct, convert
+from msgspec.structs import replace
+
+from app.safety.last_known import keep_away
+from app.system.wall_clock import MINUTE, local_time
+from app.text.i18n import tr
+from app.text.sentences import join_sentences
+
+_log = logging.getLogger(__name__)
+
+# The beginning of the keys in the store's state; the conversation follows.
+LEFT = "left:"
+
+
+class States(Protocol):
+    """The store's state, within one write."""
+
+    def states(self, prefix: str, /) -> Mapping[str, Any]:
+        """The states whose keys begin with it, by the rest of the key."""
+        ...
+
+    def state(self, key: str, /) -> Any: ...
+
+    def set_state(self, key: str, value: object, /) -> None: ...
+
+
+class _Kept(Struct, frozen=True):
+    """The state of one conversation, as it is kept."""
+
+    module: str = ""
+    port: str = ""
+    adapter: str = ""
+    at: str = ""
+    is_lock_unconfirmed: bool = False
+    is_after_go: bool = False
+    # The act of which it is the consequence, until it is known what came of it.
+    intent: str = ""
+    # A person said the same name afterwards in this conversation.
+    named_again_in: str = ""
+
+
+class KnownAs(NamedTuple):
+    """By what a module is known in the audit log: the `name` that a person said in this conversation, "" where nobody
+    did, and the conversation, `run`, which no other one is called."""
+
+    name: str = ""
+    run: str = ""
+
+
+class LeftActive(NamedTuple):
+    """`at`: when, ISO 8601 in UTC."""
+
+    known_as: KnownAs
+    port: str
+    adapter: str = ""
+    at: str = ""
+    # LOCK was sent, and the module did not report LOCKED.
+    is_lock_unconfirmed: bool = False
+    # It was GO in that conversation: then to be unplugged ACTIVE is its normal end.
+    is_after_go: bool = False
+
+    @property
+    def is_warning(self) -> bool:
+        return self.is_lock_unconfirmed or not self.is_after_go
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use."""
+        when = local_time(self.at, MINUTE)
+        module = self.known_as.name or tr("The module at {port}", port=self.port)
+        if self.is_lock_unconfirmed:
+            text = tr("{module}: LOCK not confirmed on {time}.", module=module, time=when)
+        else:
+            text = tr("{module} was left ACTIVE on {time}.", module=module, time=when)
+        return join_sentences((text, keep_away())) if self.is_warning else text
+
+
+def all_left(states: States) -> tuple[LeftActive, ...]:
+    """The last first; of a name only the last."""
+    found: dict[str, LeftActive] = {}
+    for run, kept in sorted(_kept(states).items(), key=lambda item: item[1].at):
+        key = f"name {kept.module}" if kept.module else run
+        found.pop(key, None)
+        found[key] = LeftActive(
+            KnownAs(kept.module, run), kept.port, kept.adapter, kept.at, kept.is_lock_unconfirmed, kept.is_after_go
+        )
+    return tuple(reversed(found.values()))
+
+
+def keep_left(states: States, left: LeftActive, *, intent: str = "") -> None:
+    """It is ACTIVE, or may be, and nobody saw it locked. `intent`: the act that is about to make it so."""
+    run = left.known_as.run
+    before = _kept(states).get(run)
+    _log.debug("left ACTIVE: %s", left)
+    kept = _Kept(
+        left.known_as.name, left.port, left.adapter, left.at, left.is_lock_unconfirmed, left.is_after_go, intent
+    )
+    if before is not None:
+        kept = replace(
+            kept,
+            module=kept.module or before.module,
+            is_lock_unconfirmed=kept.is_lock_unconfirmed or before.is_lock_unconfirmed,
+            is_after_go=kept.is_after_go or before.is_after_go,
+            intent=before.intent,
+        )
+    states.set_state(LEFT + run, kept)
+
+
+def drop_intent(states: States, run: str, intent: str) -> None:
+    """Nothing came of this act. What another act or a report left behind stays."""
+    kept = _kept(states).get(run)
+    if kept is not None and kept.intent == intent:
+        _forget(states, run)
+
+
+def note_named(states: States, known_as: KnownAs) -> None:
+    """A person says in this conversation which module it is. From now on its report counts for what was left under that
+    name before; not for what is left elsewhere later."""
+    for run, kept in _kept(states).items():
+        if run == known_as.run:
+            states.set_state(LEFT + run, replace(kept, module=known_as.name))
+        elif known_as.name and kept.module == known_as.name:
+            states.set_state(LEFT + run, replace(kept, named_again_in=known_as.run))
+
+
+def note_go(states: States, run: str) -> None:
+    """The verdict is GO in this conversation."""
+    kept = _kept(states).get(run)
+    if kept is not None:
+        states.set_state(LEFT + run, replace(kept, is_after_go=True))
+
+
+def note_locked(states: States, run: str) -> None:
+    """The module of this conversation reports LOCKED."""
+    for other, kept in _kept(states).items():
+        if run in (other, kept.named_again_in):
+            _forget(states, other)
+
+
+def note_safe(states: States, left: LeftActive) -> None:
+    """A person says that it is locked, or switched off."""
+    for run, kept in _kept(states).items():
+        is_same_name = left.known_as.name and kept.module == left.known_as.name
+        if run == left.known_as.run or is_same_name:
+            _forget(states, run)
+
+
+def _kept(states: States) -> dict[str, _Kept]:
+    """By conversation."""
+    return {run: convert(kept, _Kept) for run, kept in states.states(LEFT).items()}
+
+
+def _forget(states: States, run: str) -> None:
+    _log.debug("no longer left ACTIVE: %s", run)
+    states.set_state(LEFT + run, None)
