@@ -495,6 +495,7 @@ class Link:
             events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
         elif not self.is_begun and isinstance(message, Reading):
             self.is_begun = True
+            self.flags.begin_again()
             self.told.contradicted(message, now, is_answer=True)  # the first that is told
             _log.debug("began: boot count %d", message.raw)
             events.append(Began(message.raw, now))
@@ -635,7 +636,6 @@ class Link:
         _log.debug("ended: %s", reason.value)
         self.is_begun = False
         self.told.forget()
-        self.flags.begin_again()
         self.round_trips = RoundTrips()
         self._boots_are_due = False
         self._unasked_at = -inf

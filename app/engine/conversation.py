@@ -23,8 +23,7 @@ from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
-from protocol.flag_answers import TRIGGER_FLAGS
-from protocol.link import Link
+from protocol.flag_answers import TRIGGER_FLAGS, FlagAnswers
 from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
 from protocol.translatable import marked
 
@@ -94,14 +93,21 @@ def _value_text(reading: Reading) -> str:
 
 
 class Interrupted(UserError):
-    """The conversation ended while a procedure ran: what it knows is of a module that may be gone."""
+    """The conversation ended while a procedure ran: what it knows is of a module that may be gone.
+
+    `is_unsent`: the request that the procedure waited for was not sent yet. Else a set or an act may have been carried
+    out.
+    """
 
     code = ErrorCode.INTERRUPTED
 
-    def __init__(self, reason: EndReason, contradiction: Contradiction | None = None) -> None:
+    def __init__(
+        self, reason: EndReason, contradiction: Contradiction | None = None, *, is_unsent: bool = False
+    ) -> None:
         super().__init__(reason_message(reason, contradiction))
         self.reason = reason
         self.contradiction = contradiction
+        self.is_unsent = is_unsent
 
 
 class NoModule(UserError):
@@ -231,11 +237,11 @@ class ConversationView(NamedTuple):
 class Conversation:
     """Collects what the link tells in one conversation. Belongs to the session's thread."""
 
-    def __init__(self, number: int, boot_count: int, began_at: float, baud_rate: int, link: Link) -> None:
+    def __init__(self, number: int, boot_count: int, began_at: float, baud_rate: int, flags: FlagAnswers) -> None:
         self.number = number
         self.began_at = began_at
         self.ended: Ended | None = None
-        self._link = link
+        self._flags = flags
         self._values: dict[str, Known] = {
             BOOT_COUNT.key: Known(boot_count, How.READ, began_at),
             "baud_rate": Known(baud_rate, How.READ, began_at),
@@ -267,12 +273,12 @@ class Conversation:
         samples, self._samples = self._samples, []
         return samples
 
-    def view(self, now: float) -> ConversationView:
+    def view(self, now: float, lag_s: float | None = None) -> ConversationView:
         self._settle()
         if self.ended is not None:
             now = self.ended.at
         values = dict(self._values)
-        if not self._link.flags.are_known(now):
+        if not self._flags.are_known(now):
             # E4: a copy of the other one's acknowledgement may have been taken for it.
             for command in TRIGGER_FLAGS:
                 values.pop(command.key, None)
@@ -287,7 +293,7 @@ class Conversation:
             stream_gaps=self._stream_gaps,
             motion=self._motion.view(now),
             stray_records=tuple(self._stray_records),
-            lag_s=self._link.lag_s if self.ended is None else None,
+            lag_s=lag_s,
         )
 
     def _stream_hz(self, now: float) -> float:

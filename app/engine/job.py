@@ -48,8 +48,8 @@ class Job(Generic[Result]):
         """It has outlasted its conversation: it sends questions only."""
         self.is_overtaken = False
         """LOCK was pressed since it was submitted: it sends nothing dangerous any more."""
-        self.has_activated = False
-        """An activation of this job has left the computer."""
+        self.activated_at: float | None = None
+        """When an activation of this job left the computer."""
         self.submitted_at = 0.0
         self.effect: Effect | None = None
         self._procedure = procedure
@@ -57,6 +57,7 @@ class Job(Generic[Result]):
         self._result: Result | None = None
         self._error: BaseException | None = None
         self._is_cancelled = False
+        self._is_cancel_delivered = False
         self._resume_at = 0.0
         self._awaits_since = 0.0
         self._has_used_rate = False
@@ -95,8 +96,9 @@ class Job(Generic[Result]):
         self.resume(None, now)
 
     def pop_cancel(self) -> bool:
-        """Whether a person has cancelled it since the last call."""
-        is_news, self._is_cancelled = self._is_cancelled, False
+        """Whether to raise `Cancelled` in it now: only once, as a second one would interrupt its cleaning up."""
+        is_news = self._is_cancelled and not self._is_cancel_delivered
+        self._is_cancel_delivered |= is_news
         return is_news
 
     @property
@@ -150,15 +152,25 @@ class Job(Generic[Result]):
 
     def interrupt(self, reason: Interrupted, now: float) -> None:
         """Its conversation is over. Whoever expected that goes on with questions; who did not ends now."""
-        self.throw(reason, now)
-        if self.has_ended:
-            return
         if reason.reason in self.expects:
-            self.is_free = self.asks_only = True
-            return
-        _log.debug("%s wants to go on after %s", self._procedure, reason.reason.value)
-        self._procedure.close()  # nothing that it wants to undo may reach another module
-        self._end(None, reason)
+            self.outlast()
+            self.throw(reason, now)
+        else:
+            self.stop(reason, now)
+
+    def outlast(self) -> None:
+        """From now on it belongs to the port, not to a conversation."""
+        self.asks_only |= not self.is_free
+        self.is_free = True
+
+    def stop(self, reason: Exception, now: float) -> None:
+        """Raise `reason` in it, and end it if it wants to go on: nothing that it wants to undo may reach another
+        module."""
+        self.throw(reason, now)
+        if not self.has_ended:
+            _log.debug("%s wanted to go on: %s", self._procedure, reason)
+            self._procedure.close()
+            self._end(None, reason)
 
     def _drive(self, move: Callable[[], Effect], now: float) -> None:
         try:

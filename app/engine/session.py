@@ -1,57 +1,482 @@
-"""One open port: its link, the conversation on it, and the jobs that run in it. Everything but the thread."""
+"""One open port: its link, the conversation on it, and the jobs that run in it. Everything but the thread.
 
+A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Conversation.apply` and `take_events`. `step`
+is called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
+
+When the conversation ends, everything that was known and everything that was being done ends with it: `Interrupted` is
+thrown into every job but those of the port (`app.engine.job`). The next one begins by itself, with nothing known.
+
+Two jobs may run: one in the foreground (what somebody asked for) and one in the background (which keeps the values
+fresh, and is made anew in each conversation). The background has the line only while the foreground does not need it.
+"""
+
+import logging
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.conversation import ConversationView
+from app.engine.conversation import Conversation, ConversationView, Interrupted, NoModule, StatusSample
 from app.engine.job import Job
-from app.engine.procedure import LinkView, Procedure
+from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, Procedure, UseRate
 from app.engine.transport import Line
 from app.system.clock import Clock
-from protocol.events import EndReason, Event
+from protocol.catalogue import ACTIVATION, LOCK, Hazard, Layout
+from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Received, Sent, Unanswered
+from protocol.link import Link, LinkMisused
 
+_log = logging.getLogger(__name__)
+MAX_STEP_S = 0.02
 BATCH_S = 0.008
 """How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
-MAX_STEP_S = 0.02
+BATCH_FRAME_S = 0.002
+_FRAME = Layout.STATUS.value
+AWAIT_POLL_S = 0.002
+AWAIT_GRACE_S = 0.1
+"""After waiting for a disk for this long the foreground leaves the line to the background."""
+LONGEST_TURN_S = 5.0
+"""After a longer turn the computer slept, or the program stood still: nobody knows what happened meanwhile."""
+NO_MODULE_S = 2.0
+"""How long a job waits for a conversation to begin."""
+_ACTIVATE = ACTIVATION.set(True)
 
 
 class Session:
+    """See the module's docstring. Every method belongs to one thread.
+
+    `step` raises `PortError` when the port is lost; the owner then calls `close`. Everything received before stays in
+    `take_events` and `take_samples`.
+    """
+
     def __init__(
         self,
         line: Line,
         clock: Clock,
         *,
         background: Callable[[], Procedure[None]] | None = None,
+        first: Callable[[], Job[Any] | None] = lambda: None,
         conversations: int = 0,
     ) -> None:
-        """`background` makes the procedure that keeps the values fresh, anew in each conversation. `conversations`:
-        how many there were before at this port."""
+        """`background` makes the procedure that keeps the values fresh, anew in each conversation. `first` makes what
+        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
         self.line = line
         self.clock = clock
+        self.opened_at = clock()
         self.batch_s = BATCH_S
+        self.conversations = conversations
+        self.conversation: Conversation | None = None
+        """The one that goes on, or else the last one of this port."""
+        self.owes_lock = False
+        """A module may have been left active by what was interrupted. The owner resets it."""
+        self._link = Link(self.opened_at)
+        self._make_background = background
+        self._make_first = first
+        self._jobs: list[Job[Any]] = []
+        """The first one runs, the others wait for it."""
+        self._background: Job[None] | None = None
+        self._asking: Job[Any] | None = None
+        self._has_left = False
+        """The request of `_asking` was sent."""
+        self._lock_sent_at = 0.0
+        self._overtaken_at: float | None = None
+        self._rate_before: int | None = None
+        """The port's rate when LOCK overtook another job, which continues at it."""
+        self._proven_rate: int | None = None
+        self._looked_at = self.opened_at
+        self._received_at = self.opened_at
+        self._is_fast = True
+        self._events: list[Event] = []
+
+    # What others want
 
     def run(self, job: Job[Any], *, is_urgent: bool = False) -> None:
-        raise NotImplementedError
+        """Queue a job.
+
+        An urgent one (LOCK) interrupts all others, which continue after it: a question is abandoned and asked again
+        later; the outcome of a set or an act in flight is unknown then. What is dangerous and was confirmed before it
+        is not sent after it. A second urgent one replaces the first.
+        """
+        now = job.submitted_at = self.clock()
+        if not is_urgent:
+            if self._is_going and job.conversation is None and not job.outlives:
+                job.conversation = self.conversations
+            self._jobs.append(job)
+            return
+        _log.debug("an urgent job overtakes %d", len(self._jobs))
+        job.is_urgent = True
+        for other in self._all():
+            other.is_overtaken = True
+            if other.is_urgent:
+                other.cancel()
+        self._overtaken_at = now
+        self._rate_before = self._rate_before or self.line.baud_rate
+        self._free_line(now)
+        self._jobs.insert(0, job)
+        job.start(now)
 
     def treat_as_another(self) -> None:
         """A person said that another module is connected now."""
-        raise NotImplementedError
+        self._end_conversation(EndReason.ANOTHER, self.clock())
+
+    def cancel_all(self) -> None:
+        """The port is about to be closed: everything but LOCK may undo what it changed, and ends."""
+        for job in self._all():
+            if not job.is_urgent:
+                job.cancel()
 
     @property
     def is_busy(self) -> bool:
-        raise NotImplementedError
+        return bool(self._jobs) or self._background is not None
 
-    def conversation_view(self) -> ConversationView:
-        raise NotImplementedError
+    # What is known
+
+    @property
+    def _is_going(self) -> bool:
+        return self.conversation is not None and self.conversation.ended is None
+
+    def conversation_view(self, now: float) -> ConversationView:
+        if self.conversation is None:
+            return ConversationView()
+        return self.conversation.view(now, self._link.lag_s if self._is_going else None)
 
     def link_view(self) -> LinkView:
-        raise NotImplementedError
-
-    def step(self, longest_s: float = MAX_STEP_S) -> None:
-        raise NotImplementedError
+        link = self._link
+        is_slow = link.lag_s is not None and not link.allows_commands
+        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s, is_slow)
 
     def take_events(self) -> list[Event]:
-        raise NotImplementedError
+        """What happened since the last call, in order."""
+        events, self._events = self._events, []
+        return events
+
+    def take_samples(self) -> list[StatusSample]:
+        """The status reports of `conversation` since the last call; to be taken after each step."""
+        return [] if self.conversation is None else self.conversation.take_samples()
+
+    # The loop
+
+    def step(self, longest_s: float = MAX_STEP_S) -> None:
+        """Wait at most `longest_s` for bytes, and do what is due."""
+        now = self.clock()
+        self._notice_sleep(now)
+        self._serve(now)
+        wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
+        data = self._read(wait_s)
+        now = self.clock()
+        if self._notice_sleep(now):
+            data = b""  # it may be from before the sleep
+        self._digest(self._link.receive(data, now), now)
+        self._serve(now)  # before the link asks for itself: nothing comes between a check and its frame
+        self._digest(self._link.tick(now), now)
+        self._write_outgoing()
+        self._serve(now)
 
     def close(self, reason: EndReason) -> None:
-        raise NotImplementedError
+        """End the conversation and all jobs, and close the port. Never raises."""
+        now = self.clock()
+        self.owes_lock |= any(job.is_urgent and not job.has_ended for job in self._jobs)
+        self._end_conversation(reason, now)
+        for job in self._all():
+            job.stop(Interrupted(reason), now)
+        self._jobs.clear()
+        self._background = None
+        self.line.close()
+
+    def _read(self, wait_s: float) -> bytes:
+        began = self.clock()
+        line, is_idle = self.line, self._link.is_idle
+        data = line.read(wait_s, self.batch_s if is_idle and self._is_fast else 0.0)
+        while is_idle and 0 < len(data) < _FRAME and (rest := line.read(BATCH_FRAME_S, 0.0)):
+            data += rest
+        now = self.clock()
+        if not data and now - began > wait_s:
+            data = line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
+        if data:
+            self._is_fast = len(data) * self.batch_s > _FRAME * (now - self._received_at)
+            self._received_at = now
+        return data
+
+    def _notice_sleep(self, now: float) -> bool:
+        """Whether the computer slept since it was last looked at. Then nothing that was decided before is done."""
+        turn_s, self._looked_at = now - self._looked_at, now
+        if turn_s <= LONGEST_TURN_S:
+            return False
+        _log.debug("a turn took %.1f s", turn_s)
+        self._end_conversation(EndReason.SLEPT, now)
+        self.line.use_rate(self.line.baud_rate)  # bytes in the driver may be from before the sleep
+        return True
+
+    def _all(self) -> list[Job[Any]]:
+        return [*self._jobs, self._background] if self._background is not None else list(self._jobs)
+
+    def _next_due(self, now: float) -> float:
+        dues = [self._link.next_deadline(now)]
+        for job in self._all():
+            if job.due_at is not None:
+                dues.append(job.due_at)
+            if job.awaits_since is not None:
+                dues.append(now + AWAIT_POLL_S)
+        if self._jobs and not self._jobs[0].is_started:
+            dues.append(self._jobs[0].submitted_at + NO_MODULE_S)
+        ask = None if self._asking is None else self._asking.pending_ask
+        if ask is not None and ask.repeat is not None and ask.repeat.is_repeating(now):
+            dues.append(ask.repeat.next_at)
+        return min(dues)
+
+    def _serve(self, now: float) -> None:
+        """Advance the jobs that need no new bytes, and send the next request."""
+        is_more = True
+        while is_more:
+            for job in self._all():
+                if job.pop_cancel():
+                    self._cancel(job, now)
+                job.tick(now)
+                while job.is_inspecting:
+                    job.resume(self._view(now), now)
+            self._start_next(now)
+            self._repeat_lock(now)
+            is_more = self._serve_next(now)
+
+    def _cancel(self, job: Job[Any], now: float) -> None:
+        if self._asking is job:
+            ask = job.pending_ask
+            self._asking = None
+            self._digest(self._link.abandon(now), now)
+            if ask is not None and self._is_held(ask):
+                job.resume(Unanswered(ask.request, 0, 0.0, now), now)
+        job.throw(Cancelled(), now)
+
+    def _start_next(self, now: float) -> None:
+        """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
+        self._drop_ended(now)
+        while self._jobs and not self._jobs[0].is_started:
+            job = self._jobs[0]
+            if job.outlives:
+                job.start(now)
+            elif self._is_going and job.conversation in (None, self.conversations):
+                job.conversation = self.conversations
+                job.start(now)
+            elif job.conversation is not None:
+                job.stop(Interrupted(self._last_reason), now)
+            elif now - job.submitted_at >= NO_MODULE_S:
+                job.stop(NoModule(), now)
+            else:
+                return
+            self._drop_ended(now)
+
+    def _drop_ended(self, now: float) -> None:
+        if self._background is not None and self._background.has_ended:
+            self._background = None
+        self._jobs = [job for job in self._jobs if not job.has_ended]
+        rate = self._rate_before
+        if rate is not None and not any(job.is_urgent for job in self._jobs):
+            self._rate_before = None
+            if rate != self.line.baud_rate and any(job.is_started for job in self._jobs):
+                self._use_rate(rate, now)
+
+    @property
+    def _last_reason(self) -> EndReason:
+        """Why the conversation is over in which a job was decided."""
+        ended = None if self.conversation is None else self.conversation.ended
+        return EndReason.CLOSED if ended is None else ended.reason
+
+    def _next_job(self, now: float) -> Job[Any] | None:
+        """The job that has the line: the background also while the foreground waits for a slow disk."""
+        first = self._jobs[0] if self._jobs else None
+        if first is None or not first.is_started:
+            return self._background
+        since = first.awaits_since
+        return self._background if since is not None and now - since > AWAIT_GRACE_S else first
+
+    def _serve_next(self, now: float) -> bool:
+        """Do what the next job wants of the line. Whether it went on."""
+        job = self._next_job(now)
+        if job is None or self._asking is not None:
+            return False
+        if isinstance(job.effect, UseRate):
+            job.outlast()
+            self._use_rate(job.effect.baud_rate, now)
+            job.resume(now, now)
+            return True
+        ask = job.pending_ask
+        if ask is None:
+            return False
+        if job.is_free and self._link.is_own:
+            self._link.abandon(now)  # it does not wait until a module answers the link
+        if not self._link.is_idle:
+            return False
+        return self._send(job, ask)
+
+    def _send(self, job: Job[Any], ask: Ask) -> bool:
+        """Send the request of `job`, if it may be sent. Whether the job went on without that."""
+        now, request = self.clock(), ask.request
+        if not request.is_repeatable and self._notice_sleep(now):
+            return True  # it was decided before
+        if request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
+            job.throw(LinkMisused(f"{request.command.name} is dangerous and needs an explicit act"), now)
+            return True
+        if not request.is_repeatable and request != LOCK and not self._may_change(job, ask):
+            _log.debug("%s is not sent any more", request.command.name)
+            job.resume(Unanswered(request, 0, 0.0, now), now)
+            return True
+        self._asking = job
+        self._has_left = False
+        self._digest(
+            self._link.ask(request, now, is_fenced=ask.is_fenced, is_deliberate=ask.is_deliberate, limit_s=ask.limit_s),
+            now,
+        )
+        self._write_outgoing()
+        return self._asking is None
+
+    def _may_change(self, job: Job[Any], ask: Ask) -> bool:
+        """Whether a set or an act of this job may be sent."""
+        if job.asks_only or (job.is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
+            return False
+        return self._link.allows_commands
+
+    def _repeat_lock(self, now: float) -> None:
+        """Send LOCK if it is due, without waiting for the answer to the question in flight."""
+        ask = None if self._asking is None else self._asking.pending_ask
+        if ask is None or ask.repeat is None or not self._has_left or not ask.repeat.is_due(now):
+            return
+        ask.repeat.note_sent(now)
+        self._digest(self._link.lock_again(now, ask.repeat.sent), now)
+        self._write_outgoing()
+
+    def _free_line(self, now: float) -> None:
+        """Nothing that is in flight is waited for any more."""
+        asking = self._asking
+        ask = None if asking is None else asking.pending_ask
+        if asking is None or ask is None:
+            self._link.abandon(now)  # the link's own question
+        elif ask.request.is_repeatable:
+            self._asking = None  # it asks again when it is its turn
+            self._link.abandon(now)
+        elif self._is_held(ask):
+            self._asking = None
+            self._link.abandon(now)
+            asking.resume(Unanswered(ask.request, 0, 0.0, now), now)
+        else:
+            self._digest(self._link.abandon(now), now)
+
+    def _is_held(self, ask: Ask) -> bool:
+        """Whether it is a set or an act that was not sent yet: it waited for a quiet line."""
+        return not ask.request.is_repeatable and not self._has_left
+
+    def _write_outgoing(self) -> None:
+        outgoing = self._link.take_outgoing()
+        if outgoing:
+            self.line.write(outgoing)
+
+    def _use_rate(self, baud_rate: int, now: float) -> None:
+        """Each rate has its own link: bytes received at another rate cannot be mistaken for an answer."""
+        _log.debug("%d baud", baud_rate)
+        self.line.use_rate(baud_rate)
+        self._end_conversation(EndReason.RATE_CHANGED, now)
+        self._link = Link(now, before=self._link)
+
+    def _view(self, now: float) -> EngineView:
+        link = self._link
+        return EngineView(
+            now,
+            self.opened_at,
+            self.line.baud_rate,
+            self.conversation_view(now),
+            self.link_view(),
+            proven_rate=self._proven_rate,
+            is_rate_searched=any(job.searches_rate and not job.is_urgent for job in self._jobs),
+            overtaken_at=self._overtaken_at,
+            sets_rate=self.line.sets_rate,
+            flags=link.flags,
+            told=link.told,
+        )
+
+    # What the link tells
+
+    def _digest(self, events: list[Event], now: float) -> None:
+        for event in events:
+            self._events.append(event)
+            match event:
+                case Began():
+                    self._on_began(event, now)
+                case Ended():
+                    self._on_ended(event, now)
+                case Sent():
+                    self._on_sent(event)
+                case Answered() | Unanswered() | OutcomeUnknown():
+                    self._apply(event)
+                    if isinstance(event, Answered):
+                        self._proven_rate = self.line.baud_rate
+                    job, self._asking = self._asking, None
+                    if job is not None:
+                        job.resume(event, now)
+                case Received():
+                    self._apply(event)
+                    for job in self._all():
+                        job.hear(event)
+
+    def _apply(self, event: Event) -> None:
+        if self.conversation is not None and self.conversation.ended is None:
+            self.conversation.apply(event)
+
+    def _on_sent(self, sent: Sent) -> None:
+        job = self._asking
+        ask = None if job is None else job.pending_ask
+        if job is not None and ask is not None and ask.request == sent.request:
+            self._has_left = True
+            if sent.request == _ACTIVATE:
+                job.activated_at = sent.at
+            if sent.request == LOCK and ask.repeat is not None and sent.attempt == 1:
+                ask.repeat.note_sent(sent.at)
+        if sent.request == LOCK:
+            self._lock_sent_at = sent.at
+
+    def _on_began(self, began: Began, now: float) -> None:
+        self.conversations += 1
+        _log.debug("conversation %d begins, boot count %d", self.conversations, began.boot_count)
+        self._proven_rate = self.line.baud_rate
+        self.conversation = Conversation(
+            self.conversations, began.boot_count, now, self.line.baud_rate, self._link.flags
+        )
+        first = self._make_first()
+        if first is not None:
+            self.run(first, is_urgent=True)
+        if self._make_background is not None:
+            self._background = Job(self._make_background(), conversation=self.conversations)
+            self._background.start(now)
+
+    def _end_conversation(self, reason: EndReason, now: float) -> None:
+        """End it, if one goes on, for a reason that the link does not know."""
+        self._digest(self._link.end(reason, now), now)
+        self._give_up_asking(now)
+
+    def _on_ended(self, ended: Ended, now: float) -> None:
+        _log.debug("conversation %d ends: %s", self.conversations, ended.reason.value)
+        if self.conversation is not None:
+            self.conversation.apply(ended)
+        asking, had_left = self._asking, self._has_left
+        if asking is not None and not asking.is_free:
+            self._asking = None
+        for job in self._all():
+            if job.is_free or job.has_ended or (not job.is_started and job.conversation is None):
+                continue
+            if job.activated_at is not None and not self._is_locked_since(job.activated_at):
+                self.owes_lock = True
+            job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=job is asking and not had_left), now)
+        self._give_up_asking(now)
+
+    def _give_up_asking(self, now: float) -> None:
+        """What a job of the port asked is not waited for any more either."""
+        job, self._asking = self._asking, None
+        ask = None if job is None else job.pending_ask
+        if job is None or ask is None:
+            return
+        if ask.request.is_repeatable or not self._has_left:
+            job.resume(Unanswered(ask.request, 1 if self._has_left else 0, 0.0, now), now)
+        else:
+            job.resume(OutcomeUnknown(ask.request, 0.0, now), now)
+
+    def _is_locked_since(self, at: float) -> bool:
+        """Whether the module reported LOCKED after a LOCK that was sent since then."""
+        if self.conversation is None or self._lock_sent_at < at:
+            return False
+        active = self.conversation.view(at).values.get("active")
+        return active is not None and active.value is False and active.at > self._lock_sent_at

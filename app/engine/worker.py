@@ -1,20 +1,43 @@
-"""The thread that owns the port, from open to close."""
+"""The thread that owns the port, from open to close.
 
+It takes orders from a queue and reports through one callback, in batches: at once where something changed, else every
+`publish_every_s`, as a signal for each frame of a stream would cost more than the stream. Nothing else touches the
+port. `stop` waits for it until a deadline.
+"""
+
+import logging
+import queue
+import threading
 from collections.abc import Callable
 from enum import Enum
 from typing import Any, NamedTuple
 
-from app.engine.conversation import ConversationView, StatusSample
+from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from app.engine.job import Job
 from app.engine.procedure import LinkView, Procedure, Result
-from app.engine.transport import PortError
+from app.engine.session import BATCH_S, Session
+from app.engine.transport import PortError, SerialLine, open_line
 from app.system.clock import Clock, steady_time
-from protocol.events import Event
+from app.system.uncaught import report_uncaught_error
+from protocol.catalogue import LOCK
+from protocol.events import Answered, EndReason, Event, Received, Rejected, Sent
+from protocol.messages import Reading, Status
 
 __all__ = ["Batch", "Connection", "Job", "OwedLock", "PortState", "Worker"]
 
+_log = logging.getLogger(__name__)
 PUBLISH_EVERY_S = 1 / 10
 """The interval of batches without news: reports of a module whose state is unchanged."""
+MAX_STEP_S = 0.05
+"""An order ends it earlier; see `SerialLine.interrupt`."""
+MAX_BATCH_S = 0.025
+"""How long a stream is gathered where batches are published a few times a second only."""
+CLOSING_LIMIT_S = 0.3
+"""How long the procedures may take to undo what they changed (stream off) before the port closes."""
+ABORT_AFTER_S = 0.33
+"""`stop` then interrupts a blocked write."""
+OWED_FOR_S = 60.0
+"""How long an owed LOCK is sent."""
 
 
 class PortState(Enum):
@@ -36,10 +59,10 @@ class Connection(NamedTuple):
 
 class OwedLock(NamedTuple):
     """LOCK is owed to the module at this port: an act that activates it was interrupted after its frame had left, or
-    LOCK was pressed while the port was not open.
+    LOCK itself was interrupted, or was pressed while the port was not open.
 
     It goes first in the next conversation on the same adapter within `OWED_FOR_S`. Afterwards it is not sent any more,
-    and stands until LOCK is sent.
+    and stands until LOCK is sent for another reason.
     """
 
     since: float
@@ -47,11 +70,8 @@ class OwedLock(NamedTuple):
     """The adapter where it is known, else the port."""
 
     def is_due(self, now: float) -> bool:
-        """Whether it is still sent."""
+        """Whether it would still be sent."""
         return now - self.since <= OWED_FOR_S
-
-
-OWED_FOR_S = 60.0
 
 
 class Batch(NamedTuple):
@@ -71,6 +91,14 @@ class Batch(NamedTuple):
     owed_lock: OwedLock | None = None
 
 
+class _Pending:
+    def __init__(self) -> None:
+        self.samples: list[StatusSample] = []
+        self.events: list[Event] = []
+        self.finished: list[Job[Any]] = []
+        self.is_urgent = False
+
+
 class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
@@ -82,11 +110,32 @@ class Worker:
         make_lock: Callable[[], Job[Any]] | None = None,
     ) -> None:
         """`make_lock` makes the job of an owed LOCK; without it none is sent."""
+        self._callback = callback
+        self._clock = clock
+        self._make_lock = make_lock
+        self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        """What other threads want done in this one."""
+        self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
+        self._session: Session | None = None
+        self._line: SerialLine | None = None
+        self._connection = Connection()
+        self._adapter = ""
+        self._openings = 0
+        self._conversations = 0
+        self._conversation = ConversationView()
+        self._owed_lock: OwedLock | None = None
+        self._jobs: list[Job[Any]] = []
+        self._pending = _Pending()
+        self._published_at = 0.0
+        self._reported: tuple[bool, bool] | None = None
+        """Triggered and active, by the last report."""
+        self._read: dict[str, int] = {}
+        self._is_stopping = False
         self.publish_every_s = PUBLISH_EVERY_S
         """The interval of batches without news. Any thread may set it."""
 
     def start(self) -> None:
-        raise NotImplementedError
+        self._thread.start()
 
     def open(
         self,
@@ -101,23 +150,236 @@ class Worker:
         `background` makes the procedure that keeps the values fresh; it is made anew in each conversation. `adapter`
         identifies the adapter, for an owed LOCK; by default it is the port.
         """
-        raise NotImplementedError
+        self._openings += 1
+        connection = Connection(PortState.OPENING, port, baud_rate, opening=self._openings)
+
+        def enter() -> None:
+            self._close_in_order()
+            self._read.clear()
+            self._adapter = adapter or port
+            self._set_connection(connection)
+            line = self._line = open_line(port, baud_rate)
+            self._session = Session(
+                line,
+                self._clock,
+                background=background,
+                first=self._pop_owed_lock,
+                conversations=self._conversations,
+            )
+            self._set_connection(connection._replace(state=PortState.OPEN))
+
+        self._order(enter)
+        return connection.opening
 
     def treat_as_another(self) -> None:
         """A person said that another module is connected now: the conversation ends with `EndReason.ANOTHER`."""
-        raise NotImplementedError
+
+        def end() -> None:
+            if self._session is not None:
+                self._session.treat_as_another()
+
+        self._order(end)
 
     def close(self) -> None:
         """Close the port, after the background procedure has undone its changes."""
-        raise NotImplementedError
+        self._order(self._close_in_order)
 
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
-        """Run a job; without an open port it ends at once with the port's error or `Interrupted`."""
-        raise NotImplementedError
+        """Run a job; without an open port it ends at once with the port's error or `Interrupted`. An urgent one (LOCK)
+        is owed to the module then."""
+        self._order(lambda: self._run(job, is_urgent=is_urgent))
+        return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
         """Close the port and end the thread; return whether it ended within `deadline_s`. Idempotent.
 
         A thread that the driver blocks for longer is left running; it is a daemon thread.
         """
-        raise NotImplementedError
+        if not self._thread.is_alive():
+            return True
+        self._order(self._end)
+        self._thread.join(min(deadline_s, ABORT_AFTER_S))
+        line = self._line
+        if self._thread.is_alive() and line is not None:
+            line.abort()
+        self._thread.join(max(0.0, deadline_s - ABORT_AFTER_S))
+        return not self._thread.is_alive()
+
+    # The thread
+
+    def _order(self, order: Callable[[], None]) -> None:
+        self._orders.put(order)
+        line = self._line
+        if line is not None:
+            line.interrupt()  # else the order would wait for the read to end
+
+    def _work(self) -> None:
+        while not self._is_stopping:
+            self._turn()
+        self._end_session(EndReason.CLOSED)
+        self._pending.is_urgent = True
+        self._publish()
+
+    def _turn(self) -> None:
+        """Carry out one order, or else do one step on the port; then hand over what happened."""
+        try:
+            self._do_next()
+        except PortError as error:
+            self._lose_port(error)
+        except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
+            self._lose_port(None)
+            report_uncaught_error(error)
+        self._publish()
+
+    def _do_next(self) -> None:
+        session = self._session
+        try:
+            order = self._orders.get(block=session is None)
+        except queue.Empty:
+            pass
+        else:
+            order()
+            self._collect()
+            self._pending.is_urgent = True
+            return
+        if session is not None:
+            session.batch_s = max(BATCH_S, min(MAX_BATCH_S, self.publish_every_s / 10))
+            session.step(MAX_STEP_S)
+            self._collect()
+
+    def _run(self, job: Job[Any], *, is_urgent: bool) -> None:
+        self._jobs.append(job)
+        if self._session is not None:
+            self._session.run(job, is_urgent=is_urgent)
+            return
+        if is_urgent and self._adapter:
+            self._owe_lock()
+        job.stop(self._connection.trouble or Interrupted(EndReason.CLOSED), self._clock())
+
+    def _owe_lock(self) -> None:
+        _log.debug("LOCK is owed at %s", self._adapter)
+        self._owed_lock = OwedLock(self._clock(), self._adapter)
+
+    def _pop_owed_lock(self) -> Job[Any] | None:
+        """What goes first in the conversation that begins."""
+        owed = self._owed_lock
+        if owed is None or self._make_lock is None or owed.port != self._adapter or not owed.is_due(self._clock()):
+            return None
+        job = self._make_lock()
+        self._jobs.append(job)
+        return job
+
+    # What is handed over
+
+    def _collect(self) -> None:
+        """Take what happened on the port, and the jobs that ended."""
+        session, pending = self._session, self._pending
+        if session is not None:
+            events, samples = session.take_events(), session.take_samples()
+            pending.events += events
+            pending.samples += samples
+            for event in events:
+                pending.is_urgent |= self._is_news(event)
+            for sample in samples:
+                if (sample.triggered, sample.active) != self._reported:
+                    self._reported = (sample.triggered, sample.active)
+                    pending.is_urgent = True
+            if session.owes_lock:
+                session.owes_lock = False
+                self._owe_lock()
+        for job in [job for job in self._jobs if job.has_ended]:
+            self._jobs.remove(job)
+            pending.finished.append(job)
+            pending.is_urgent = True
+
+    def _is_news(self, event: Event) -> bool:
+        """Whether it may change more than the numbers of the last report."""
+        match event:
+            case Received(message=Reading(command=command, raw=raw)):
+                before, self._read[command.key] = self._read.get(command.key), raw
+                return raw != before
+            case Answered(messages=messages):
+                return not all(isinstance(message, Reading | Status) for message in messages)  # seen as `Received`
+            case Sent(request=request):
+                if request == LOCK:
+                    self._owed_lock = None
+                return request == LOCK
+            case Received(message=Status()) | Rejected():
+                return False
+        return True
+
+    def _publish(self) -> None:
+        now = self._clock()
+        if not self._pending.is_urgent and now - self._published_at < self.publish_every_s:
+            return
+        pending, self._pending = self._pending, _Pending()
+        self._published_at = now
+        link = None
+        session = self._session
+        if session is not None:
+            link = session.link_view()
+            self._connection = self._connection._replace(baud_rate=session.line.baud_rate)
+            self._conversations = session.conversations
+            if session.conversation is not None:
+                self._conversation = session.conversation_view(now)
+        batch = Batch(
+            now,
+            self._connection,
+            self._conversation,
+            link,
+            tuple(pending.samples),
+            tuple(pending.events),
+            tuple(pending.finished),
+            self._owed_lock,
+        )
+        try:
+            self._callback(batch)
+        finally:
+            for job in pending.finished:
+                job.finish()  # whoever waits for it has the batch with all that it read
+
+    # Ends
+
+    def _end(self) -> None:
+        self._close_in_order()
+        self._is_stopping = True
+
+    def _close_in_order(self) -> None:
+        """Close the port after urgent jobs (LOCK) have run and the background has undone its changes."""
+        session = self._session
+        if session is None:
+            return
+        session.cancel_all()
+        deadline = self._clock() + CLOSING_LIMIT_S
+        try:
+            while session.is_busy and self._clock() < deadline:
+                session.step()
+                self._collect()
+                self._publish()
+        except PortError as error:
+            self._lose_port(error)
+            return
+        self._end_session(EndReason.CLOSED)
+        self._set_connection(self._connection._replace(state=PortState.CLOSED))
+
+    def _end_session(self, reason: EndReason) -> None:
+        session = self._session
+        if session is None:
+            return
+        session.close(reason)
+        self._line = None
+        self._collect()
+        self._conversations = session.conversations
+        if session.conversation is not None:
+            self._conversation = session.conversation_view(self._clock())
+        self._session = None
+
+    def _lose_port(self, error: PortError | None) -> None:
+        """`error`: None for a bug, after which nothing is known of the port either."""
+        self._end_session(EndReason.PORT_LOST)
+        self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=error))
+
+    def _set_connection(self, connection: Connection) -> None:
+        self._connection = connection
+        self._pending.is_urgent = True
+        self._publish()
