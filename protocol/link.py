@@ -52,7 +52,7 @@ from protocol.flag_answers import FLAG_CODES, FlagAnswers
 from protocol.frame import Direction, Frame, Noise
 from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
 from protocol.request_gap import Gap
-from protocol.stale_replies import StaleReplies
+from protocol.stale_replies import FENCES, StaleReplies
 from protocol.stream import Piece, StreamParser
 from protocol.timing import (
     ANSWER_S,
@@ -297,7 +297,7 @@ class Link:
         self._stale.drop_expired(now)
         request = flight.request
         needs_fence = is_fenced or self._stale.could_answer(request, now)
-        is_own_fence = request == _BOOTS and not self._stale.could_be_late(_BOOTS, now)
+        is_own_fence = request in FENCES and not self._stale.could_be_late(request, now)
         if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
             fence = _Flight(self._stale.fence(now), now, is_own=flight.is_own, limit_s=flight.limit_s)
             fence.behind = request
