@@ -10,13 +10,14 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
+from app.engine.conversation import reason_message
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
-from protocol.events import Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
+from protocol.events import Began, Ended, Event, OutcomeUnknown, Unanswered
 from protocol.fields import Done, Field
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import Acknowledgement, EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord, decode
@@ -65,12 +66,10 @@ def link_sentence(event: Event) -> str:
             )
         case OutcomeUnknown():
             return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
-        case Restarted():
-            return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
-        case WentOnline():
+        case Began():
             return tr("the module answers")
-        case WentOffline():
-            return tr("the module does not answer")
+        case Ended():
+            return reason_message(event.reason, event.contradiction).translated()
         case _:
             return ""
 

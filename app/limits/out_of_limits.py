@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import MAX_LAG_S, DeviceView
+from app.engine.conversation import SLOW_LINE_S, ConversationView
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.i18n import tr
 from protocol.fields import Value
@@ -71,10 +71,10 @@ def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False
     return None if is_dark else Outside(OutOfLimit.BAY_OPEN, f"{threshold_v:.1f} V")
 
 
-def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
+def value_outside(key: str, conversation: ConversationView, now: float, in_use: LimitsInUse) -> Outside | None:
     """Judge the module's last value; None also if the value or its limit is unknown."""
-    values = {name: known.value for name in (key, "charging") if (known := device.known(name, now)) is not None}
-    threshold = device.fresh("light_threshold_v", now)
+    values = {name: known.value for name in (key, "charging") if (known := conversation.known(name, now)) is not None}
+    threshold = conversation.fresh("light_threshold_v", now)
     return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, in_use)
 
 
@@ -108,8 +108,8 @@ def line_outside(
 ) -> Outside | None:
     """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
     most_ms = in_use.profile.limit("round_trip_max_ms")
-    if lag_s is not None and lag_s > MAX_LAG_S:
-        return Outside(OutOfLimit.LATE, f"{MAX_LAG_S:g} s")
+    if lag_s is not None and lag_s > SLOW_LINE_S:
+        return Outside(OutOfLimit.LATE, f"{SLOW_LINE_S:g} s")
     if has_damaged:
         return Outside(OutOfLimit.DAMAGED, "0")
     if round_trip_s is not None and round_trip_s * 1000 > most_ms:

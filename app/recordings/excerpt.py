@@ -1,10 +1,10 @@
-"""What a session measured, live or recorded: series, limits over time, markers; an excerpt of it and its CSV table.
+"""What was measured, live or recorded: series, limits over time, markers; an excerpt of it and its CSV table.
 
-Times are monotonic seconds.
+Times are seconds of the program's clock.
 """
 
 from abc import abstractmethod
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from heapq import merge
 from itertools import islice
 from math import inf
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
-from app.recordings.markers import Marker, MarkerKind, ModuleLimits
+from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Readable, Seconds, Window
 from app.samples.step_function import MAX_STEPS, StepFunction
@@ -95,8 +95,6 @@ class Measured(LimitSteps):
     cell: Readable
     light: Readable
     markers: Collection[Marker]
-    settled_s: Collection[float] = ()
-    """When doubts ended, as far as is known: a recording does not tell."""
 
     @abstractmethod
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
@@ -107,16 +105,24 @@ class Measured(LimitSteps):
         tilt, acceleration, cell, light = (
             series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
-        earlier = {marker.kind: marker for marker in self.markers if marker.time_s < start_s}
-        markers = [marker._replace(time_s=start_s) for marker in earlier.values() if self._goes_on(marker, start_s)]
-        markers += [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
-        return Excerpt(start_s, tilt, acceleration, flags, cell, light, tuple(markers), is_whole)
+        within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
+        markers = (*_held_at(start_s, self.markers), *within)
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, is_whole)
 
-    def _goes_on(self, marker: Marker, until_s: float) -> bool:
-        """It still holds then."""
-        if marker.kind is MarkerKind.DOUBTED:
-            return not any(marker.time_s <= settled_s <= until_s for settled_s in self.settled_s)
-        return marker.kind is MarkerKind.CONNECTED and is_simulated(marker.port)
+
+def _held_at(start_s: float, markers: Iterable[Marker]) -> list[Marker]:
+    """What still holds from before: that the module is simulated, and its name."""
+    held: dict[MarkerKind, Marker] = {}
+    for marker in markers:
+        if marker.time_s >= start_s:
+            break
+        if marker.kind in STATE_LOST:
+            held.pop(MarkerKind.NAMED, None)
+        if marker.kind is MarkerKind.CONNECTED:
+            held.clear()
+        if marker.kind is MarkerKind.NAMED or (marker.kind is MarkerKind.CONNECTED and is_simulated(marker.text)):
+            held[marker.kind] = marker._replace(time_s=start_s)
+    return list(held.values())
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:
@@ -159,11 +165,10 @@ def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
 
 def event_text(marker: Marker) -> str:
     """ "connected: /dev/ttyUSB0"; in English, as in all files."""
-    names_port = marker.kind in (MarkerKind.CONNECTED, MarkerKind.RECONNECTED, MarkerKind.PORT_LOST)
-    if not names_port or not marker.port:
+    if not marker.text:
         return marker.kind.value
-    simulated = " (simulated)" if is_simulated(marker.port) else ""
-    return f"{marker.kind.value}: {marker.port}{simulated}"
+    simulated = " (simulated)" if is_simulated(marker.text) else ""
+    return f"{marker.kind.value}: {marker.text}{simulated}"
 
 
 def _quoted(text: str) -> str:

@@ -1,7 +1,7 @@
-"""Records the current session in a background thread.
+"""Records what goes over one port, in a background thread: from `begin` to `end` one file.
 
-`on_batch` only adds a batch to a bounded list, so a slow, full or missing disk never delays the link. What does not fit
-is counted and noted in the recording.
+A conversation that ends is a mark in it, not its end. `on_batch` only adds a batch to a bounded list, so a slow, full
+or missing disk never delays the link. What does not fit is counted and noted in the recording.
 """
 
 import errno
@@ -9,21 +9,21 @@ import logging
 import shutil
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from app import version
-from app.captures.line import NANOSECONDS
-from app.engine.device import Sleep
+from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
-from app.recordings.library import RecordingLibrary, new_path, stopped_message
+from app.recordings.library import RecordingLibrary, stopped_message
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker
-from app.recordings.session_format import Opening
+from app.recordings.session_format import Opening, time_of
 from app.recordings.writer import SessionWriter
 from app.stations.station import find_station, fingerprint_of
+from app.system.clock import Clock, steady_time
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
 
@@ -31,23 +31,21 @@ _log = logging.getLogger(__name__)
 
 FLUSH_EVERY_S = 0.5
 SYNC_EVERY_S = 30.0
-DISK_CHECK_EVERY_S = 10.0
+"""How often the disk is made to keep what was written, and is asked for its free space."""
 RESERVE_BYTES = 256 * 1024**2
-MAX_WAITING = 200_000
-"""Status reports and events that wait for the thread; more than a minute at full line rate."""
+"""Left free for the store, which must be able to keep an intent."""
+MAX_WAITING = 10_000
+"""Batches that wait for the thread; more than a minute of the fastest stream."""
 MAX_SESSION_S = 24 * 3600.0
-CLOCK_JUMP_S = 2.0
-"""Change of the wall clock after which a new session begins, with the right time."""
+"""After this, or with a fifth of what the library may hold, the recording goes on in the next file."""
 
 
-class _Session(NamedTuple):
-    """What is known when a session begins. `number` counts the sessions, to tell a failure of this one from one of an
-    earlier session."""
+class _Port(NamedTuple):
+    """What is recorded. `number` counts the calls of `begin`, to tell the failure of this one from an earlier one's."""
 
-    port: str
+    name: str
     baud_rate: int
-    module: str
-    at: float
+    begun_at: float
     number: int
 
 
@@ -61,81 +59,82 @@ class Recorder:
         self,
         library: RecordingLibrary,
         *,
-        clock: Callable[[], float] = time.monotonic,
-        wall_clock: Callable[[], float] = time.time,
+        clock: Clock = steady_time,
+        wall_clock: Clock = time.time,
         find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         max_waiting: int = MAX_WAITING,
     ) -> None:
         self.library = library
-        self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
+        self.is_recording = False
+        """A recording was begun, although there may be no byte yet."""
+        self.dropped = 0
+        """Status reports and events of this recording that were lost because the disk was too slow."""
+        self._clock = clock
+        self._wall_clock = wall_clock
+        self._find_free_bytes = find_free_bytes
         self._max_waiting = max_waiting
-        self._came = threading.Condition()
-        # Under the condition:
-        self._acts: list[Callable[[], None]] = []
-        self._is_urgent = False
-        """One of them does not wait for the next flush."""
-        self._waiting = self._dropped = self._lost = 0
-        """Status reports and events that wait; that were dropped in this session; of those, not noted in it yet."""
-        self._latest: Batch | None = None
-        self._is_wanted = False
+        self._acts: deque[Callable[[], None]] = deque()
+        self._is_urgent = threading.Event()
+        self._lock = threading.Lock()
+        # Under the lock:
+        self._thread: threading.Thread | None = None
         self._is_stopped = False
         self._begun = 0
+        self._lost = 0  # of `dropped`, those that are not noted in the recording yet
         self._error: Exception | None = None
         # Of the thread:
-        self._thread: threading.Thread | None = None
-        self._session: _Session | None = None
-        self._tracker = MarkerTracker()
-        self._pending: list[Marker] = []
-        self._sleep: Sleep | None = None
+        self._port: _Port | None = None
         self._writer: SessionWriter | None = None
-        self._synced_at = self._disk_checked_at = 0.0
+        self._tracker = MarkerTracker()
+        self._markers: list[Marker] = []
+        self._named: tuple[str, ConversationView] | None = None
+        self._synced_at = 0.0
 
     # Any thread
 
-    def begin(self, port: str, baud_rate: int, module: str = "") -> None:
+    def begin(self, port: str, baud_rate: int) -> None:
         """Starts recording; ends the current recording."""
-        with self._came:
+        with self._lock:
             if self._is_stopped:
                 return
-            self._is_wanted, self._error, self._dropped = True, None, 0
+            self._put(self._end)
             self._begun += 1
-            session = _Session(port, baud_rate, module, self._clock(), self._begun)
-            self._put(partial(self._begin, session))
+            self.is_recording, self.dropped, self._error = True, 0, None
+            self._put(partial(self._begin, _Port(port, baud_rate, self._clock(), self._begun)))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
 
     def on_batch(self, batch: Batch) -> None:
         """Records this batch, if a recording was begun."""
-        count = len(batch.samples) + len(batch.events)
-        with self._came:
-            if not self._is_wanted:
+        with self._lock:
+            if not self.is_recording:
                 return
-            if self._waiting + count + 1 > self._max_waiting:
-                self._latest = batch._replace(samples=(), events=(), finished=())
-                self._dropped += count
+            if len(self._acts) >= self._max_waiting:
+                count = len(batch.samples) + len(batch.events)
+                self.dropped += count
                 self._lost += count
                 return
-            self._make_up()
+            self._note_lost()
             self._acts.append(partial(self._record, batch))
-            self._waiting += count + 1
 
-    def name_module(self, module: str) -> None:
-        with self._came:
-            if self._is_wanted:
-                self._put(partial(self._name, module))
+    def name_module(self, module: str, conversation: ConversationView) -> None:
+        """A person said which module it is in this conversation."""
+        with self._lock:
+            if self.is_recording:
+                self._put(partial(self._name, module, conversation))
 
     def end(self) -> None:
         """Closes the recording. Idempotent."""
-        with self._came:
-            if self._is_wanted:
-                self._is_wanted = False
+        with self._lock:
+            if self.is_recording:
+                self.is_recording = False
                 self._put(self._end)
 
     def settle(self, deadline_s: float) -> bool:
         """Waits until everything before is on disk or given up; False on timeout."""
         done = threading.Event()
-        with self._came:
+        with self._lock:
             if self._thread is None or self._is_stopped:
                 return True
             self._put(self._flush)
@@ -144,33 +143,14 @@ class Recorder:
 
     def stop(self, deadline_s: float = 0.4) -> bool:
         """Closes the recording and ends the thread; False on timeout. Idempotent."""
-        with self._came:
-            thread = self._thread
+        with self._lock:
             if not self._is_stopped:
-                self._is_wanted, self._is_stopped = False, True
+                self.is_recording, self._is_stopped = False, True
                 self._put(self._end)
-        if thread is None:
+        if self._thread is None:
             return True
-        thread.join(deadline_s)
-        return not thread.is_alive()
-
-    def _put(self, act: Callable[[], None]) -> None:
-        """Under the condition: to be done at once. Always fits."""
-        self._make_up()
-        self._acts.append(act)
-        self._is_urgent = True
-        self._came.notify_all()
-
-    def _make_up(self) -> None:
-        """Under the condition: notes what was dropped, and the state after it."""
-        if self._latest is not None:
-            self._acts += (partial(self._note_missing, self._lost), partial(self._record, self._latest))
-            self._latest, self._lost = None, 0
-
-    @property
-    def is_recording(self) -> bool:
-        """Whether a session is recorded, or will be from its first byte."""
-        return self._is_wanted
+        self._thread.join(deadline_s)
+        return not self._thread.is_alive()
 
     @property
     def path(self) -> Path | None:
@@ -179,16 +159,10 @@ class Recorder:
         return None if writer is None else writer.path
 
     @property
-    def started_at(self) -> datetime | None:
-        """When the current recording began, UTC; None before the first byte."""
+    def opening(self) -> Opening | None:
+        """Of the current recording; None before the first byte."""
         writer = self._writer
-        return None if writer is None else writer.opening.started_at
-
-    @property
-    def wall_offset_s(self) -> float:
-        """Of the current recording; 0 before the first byte."""
-        writer = self._writer
-        return 0.0 if writer is None else writer.opening.wall_offset_ns / NANOSECONDS
+        return None if writer is None else writer.opening
 
     @property
     def trouble(self) -> UserMessage | None:
@@ -196,123 +170,101 @@ class Recorder:
         error = self._error
         return None if error is None else stopped_message(error, self.library.folder)
 
-    @property
-    def dropped(self) -> int:
-        """Status reports and events of this session that were lost because the disk was too slow."""
-        return self._dropped
+    def _put(self, act: Callable[[], None]) -> None:
+        """To be done at once. Always fits."""
+        self._note_lost()
+        self._acts.append(act)
+        self._is_urgent.set()
+
+    def _note_lost(self) -> None:
+        """Notes in the recording that something is missing before what comes next."""
+        if self._lost:
+            self._acts.append(partial(self._note_missing, self._lost))
+            self._lost = 0
 
     # The thread
 
     def _work(self) -> None:
-        is_stopping = False
-        while not is_stopping:
-            with self._came:
-                self._came.wait_for(lambda: self._is_urgent, None if self._session is None else FLUSH_EVERY_S)
-                acts, self._acts = self._acts, []
-                self._waiting, self._is_urgent = 0, False
-                is_stopping = self._is_stopped
-            for act in acts:
-                self._guarded(act)
-            self._guarded(self._maintain)
+        while self._acts or not self._is_stopped:
+            self._is_urgent.wait(None if self._port is None else FLUSH_EVERY_S)
+            self._is_urgent.clear()
+            while self._acts:
+                self._do(self._acts.popleft())
+            self._do(self._maintain)
 
-    def _guarded(self, act: Callable[[], None]) -> None:
-        """An error ends the recording, and nothing else."""
+    def _do(self, act: Callable[[], None]) -> None:
         try:
             act()
-        except Exception as error:  # noqa: BLE001  the program goes on without a recording
+        except Exception as error:  # noqa: BLE001  it ends the recording, and nothing else
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
-            _log.warning("The session is no longer recorded: %s", error)
-            session, self._session = self._session, None
-            with self._came:
-                if session is not None and session.number == self._begun:
-                    self._is_wanted, self._error = False, error
+            _log.warning("Not recorded any more: %s", error)
+            port, self._port = self._port, None
             self._release()
+            with self._lock:
+                if port is not None and port.number == self._begun:
+                    self.is_recording, self._error = False, error
 
-    def _begin(self, session: _Session) -> None:
-        self._guarded(self._close)
-        self._session, self._sleep = session, None
-        self._tracker, self._pending = MarkerTracker(), []
+    def _begin(self, port: _Port) -> None:
+        self._port = port
+        self._tracker, self._markers, self._named = MarkerTracker(), [], None
+
+    def _end(self) -> None:
+        self._close()
+        self._port = None
 
     def _note_missing(self, count: int) -> None:
         if self._writer is not None:
             self._writer.note(self._clock(), MarkerKind.MISSING.value, count=count)
 
-    def _end(self) -> None:
-        self._close()
-        self._session = None
-
     def _record(self, batch: Batch) -> None:
-        session = self._session
-        if session is None:
+        if self._port is None:
             return
-        sleep = batch.device.last_sleep
-        if sleep is not None and sleep != self._sleep and self._writer is not None:
-            self._end_session(sleep.ended_at)  # the clock may have stopped during the sleep
-        self._sleep = sleep
-        markers = self._pending + self._tracker.on_batch(batch)
-        self._pending = []
+        self._markers += self._tracker.on_batch(batch)
         if self._writer is None:
             firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
-                self._pending = markers
                 return
-            self._open(session, min(session.at, *firsts, *(marker.time_s for marker in markers)))
+            self._open(self._port, min(self._port.begun_at, *firsts))
+            if self._named is not None and self._named[1].number == batch.conversation.number:
+                self._name(*self._named)
         if self._writer is not None:
-            self._writer.put(batch, markers, self._tracker.limits)
+            self._writer.put(batch, self._markers)
+        self._markers = []
 
-    def _open(self, session: _Session, start_s: float) -> None:
-        wall_offset_s = self._find_wall_offset_s()
+    def _name(self, module: str, conversation: ConversationView) -> None:
+        self._named = (module, conversation)
+        if self._writer is not None:
+            self._writer.name_module(module, conversation.began_at)
+
+    def _open(self, port: _Port, start_s: float) -> None:
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune()
         self._check_disk()
         opening = Opening(
-            started_at=datetime.fromtimestamp(start_s + wall_offset_s, UTC),
+            started_at=time_of(start_s + self._wall_clock() - self._clock()),
             start_s=start_s,
-            port=session.port,
-            baud_rate=session.baud_rate,
-            module=session.module,
+            port=port.name,
+            baud_rate=port.baud_rate,
             station=_own_station(self.library.folder.parent),
             program=f"DPS-S Configurator {version()}",
-            sequence=self.library.next_sequence(),
         )
-        self._writer = SessionWriter(new_path(self.library.folder, opening.started_at), opening)
-        self._synced_at = self._disk_checked_at = self._clock()
-
-    def _name(self, module: str) -> None:
-        if self._session is not None:
-            self._session = self._session._replace(module=module)
-        if self._writer is not None:
-            self._writer.name_module(module)
+        self._writer = SessionWriter(self.library.new_path(opening.started_at), opening)
+        self._synced_at = self._clock()
 
     def _maintain(self) -> None:
-        """Flushes, syncs, checks the disk, and ends a session that is too long, whose clock was set or whose file was
-        deleted."""
+        """Flushes, syncs, checks the disk, and goes on in the next file after a day."""
         writer, now = self._writer, self._clock()
-        if writer is None or self._session is None:
+        if writer is None or self._port is None:
             return
         self._flush()
         if now - self._synced_at >= SYNC_EVERY_S:
             self._synced_at = now
             writer.sync()
-        if now - self._disk_checked_at >= DISK_CHECK_EVERY_S:
-            self._disk_checked_at = now
             self._check_disk()
-        opening = writer.opening
-        has_jumped = abs(self._find_wall_offset_s() - opening.wall_offset_s) > CLOCK_JUMP_S
-        is_long = now - opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5
-        if has_jumped or is_long or writer.is_deleted:
-            self._end_session(now)
-
-    def _find_wall_offset_s(self) -> float:
-        """Wall clock minus monotonic clock, both read now: a slow disk is no jump of the clock."""
-        return self._wall_clock() - self._clock()
-
-    def _end_session(self, at: float) -> None:
-        """The next one begins with the next byte, not before `at`."""
-        self._close()
-        if self._session is not None:
-            self._session = self._session._replace(at=at)
+        if now - writer.opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5:
+            self._close()
+            self._port = self._port._replace(begun_at=now)
 
     def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
@@ -320,14 +272,14 @@ class Recorder:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
-    def _flush(self, *, is_last: bool = False) -> None:
+    def _flush(self) -> None:
         if self._writer is not None:
-            self._writer.flush(self._clock(), is_last=is_last)
+            self._writer.flush(self._clock())
 
     def _close(self) -> None:
         try:
-            self._flush(is_last=True)
             if self._writer is not None:
+                self._writer.flush(self._clock(), is_last=True)
                 self._writer.sync()
         finally:
             self._release()

@@ -32,7 +32,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.device import DeviceView, Known
+from app.engine.conversation import ConversationView, Known
 from app.guided.results import GuidedKind
 from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Value
@@ -166,14 +166,14 @@ class ProfileRow(NamedTuple):
         return self.match in (Match.DIFFERENT, Match.UNKNOWN)
 
 
-def compare(profile: Profile, device: DeviceView, now: float) -> tuple[ProfileRow, ...]:
+def compare(profile: Profile, conversation: ConversationView, now: float) -> tuple[ProfileRow, ...]:
     """Compares all settings, in the order of the catalogue. A stale module value counts as unknown."""
-    return tuple(_row(command, profile, device, now) for command in SETTINGS)
+    return tuple(_row(command, profile, conversation, now) for command in SETTINGS)
 
 
-def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> ProfileRow:
+def _row(command: Command, profile: Profile, conversation: ConversationView, now: float) -> ProfileRow:
     target = profile.settings.get(command.key)
-    module_value = device.known(command.key, now)
+    module_value = conversation.known(command.key, now)
     if target is None:
         return ProfileRow(command, None, module_value, Match.NOT_IN_PROFILE)
     if module_value is None or module_value.is_stale:

@@ -1,7 +1,6 @@
 """Recordings are listed, pinned, pruned (oldest first, never pinned or running ones) and deleted."""
 
 import json
-import os
 import time
 from datetime import timedelta
 from pathlib import Path
@@ -10,10 +9,9 @@ import pytest
 
 import app.__main__ as program
 from app.recordings.library import RecordingLibrary, recordings_folder
-from app.recordings.session_reader import SessionFile, read_heading
 from app.text.user_error import UserError
 from tests.support.cli_line import Program
-from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, written_at_once
+from tests.support.records.recordings_made import NAME, NOON, batch, recorded, recorder_in, report, written_at_once
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 
@@ -21,13 +19,13 @@ pytest_plugins = ["tests.support.cli_fixtures"]
 def library_of(folder: Path, *days: float) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(days):
-        written_at_once(folder, 1000 + number, days=before)
+        written_at_once(folder, 1000 + number, days=before, number=len(days) - number)
     return RecordingLibrary(folder, max_bytes=1 << 40)
 
 
 def damage_heading(path: Path) -> None:
     raw = path.read_bytes()
-    path.write_bytes(raw[:20] + raw[20:].replace(b"Bench 7", b"Bench 8", 1))
+    path.write_bytes(raw[:20] + raw[20:].replace(b"ttyUSB0", b"ttyUSB8", 1))
 
 
 def ages(library: RecordingLibrary) -> list[float]:
@@ -40,10 +38,14 @@ def test_the_default_folder_is_the_platforms(user_files: Path) -> None:
     assert user_files in recordings_folder().parents
 
 
+def numbers(library: RecordingLibrary) -> list[int]:
+    return [int(entry.name.rpartition("-")[2]) for entry in library.entries()]
+
+
 def numbered(library: RecordingLibrary, *days: float) -> None:
     """Recordings in this order that began so many days before noon by the wall clock at that time."""
     for number, before in enumerate(days, 1):
-        written_at_once(library.folder, 100 + number, days=before, sequence=number)
+        written_at_once(library.folder, 100 + number, days=before, number=number)
 
 
 @pytest.mark.promise("f")
@@ -52,11 +54,11 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
     library = RecordingLibrary(tmp_path)
     numbered(library, 6, 5, 4, -100, 3, 2, 1)
     assert library.prune() == ()
-    assert [entry.sequence for entry in library.entries()] == [7, 6, 5, 4, 3, 2, 1]
+    assert numbers(library) == [7, 6, 5, 4, 3, 2, 1]
     with recorder_in(tmp_path) as bench:
         bench.clock.wall_offset_s += 100 * 86400
         bench.record(batch(1000.0, report(1000.0)))
-        assert [entry.sequence for entry in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
+        assert numbers(bench.library) == [8, 7, 6, 5, 4, 3, 2, 1]
 
 
 def test_a_full_disk_takes_the_oldest_fifth_before_recording_stops(tmp_path: Path) -> None:
@@ -67,7 +69,7 @@ def test_a_full_disk_takes_the_oldest_fifth_before_recording_stops(tmp_path: Pat
         bench.recorder._find_free_bytes = lambda _folder: 0 if len(library.entries()) == 5 else 1 << 40
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
-        assert [entry.sequence for entry in library.entries()] == [6, 5, 4, 3, 2]
+        assert numbers(library) == [6, 5, 4, 3, 2]
 
 
 def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:
@@ -138,22 +140,16 @@ def test_other_files_are_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "notes.txt").exists()
 
 
-def test_only_what_has_changed_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    library = library_of(tmp_path, 1, 2)
-    for age_s, entry in enumerate(library.entries(), 100):
-        os.utime(entry.path, times=(time.time() - age_s,) * 2)
-    before, read = library.entries(), list[Path]()
-
-    def counted(path: Path) -> SessionFile:
-        read.append(path)
-        return read_heading(path)
-
-    monkeypatch.setattr("app.recordings.library.read_heading", counted)
-    library.set_pinned(before[0], is_pinned=True)
-    damage_heading(before[1].path)
-    now = {entry.path: entry for entry in library.entries()}
-    assert (read, now[before[0].path]) == ([before[1].path], before[0]._replace(is_pinned=True))
-    assert now[before[1].path].trouble is not None
+def test_thousands_are_listed_at_once(tmp_path: Path) -> None:
+    """Whatever their length: only the head of each file is read."""
+    first = written_at_once(tmp_path, 100_000)
+    raw = first.read_bytes()[:20_000]
+    for number in range(2000):
+        (tmp_path / f"20261121T120000Z-{number:05}.mcap").write_bytes(raw)
+    begun_at = time.perf_counter()
+    entries = RecordingLibrary(tmp_path).entries()
+    assert time.perf_counter() - begun_at < 1.0
+    assert {entry.sample_count for entry in entries} == {100_000}
 
 
 def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
@@ -179,7 +175,7 @@ def test_a_recording_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, mo
         unlink(self, missing_ok=missing_ok)
 
     monkeypatch.setattr(Path, "unlink", refuse)
-    assert [(NOON - one.started_at).days for one in library.prune(newest.size_bytes)] == [200]
+    assert len(library.prune(newest.size_bytes)) == 1
     assert ages(library) == [1, 100]
 
 
@@ -200,12 +196,12 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, dps_s: Program) -> 
     assert folder.stem in page
     assert "0:02" in page
     assert "2880" in page
-    assert "Bench 7" in page
+    assert NAME in page
     assert page.rstrip().endswith("pinned")
     (listed,) = json.loads(dps_s(["recordings", "list", "--json"]).out)["recordings"]
     assert listed == {
         "name": folder.stem, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
-        "port": "/dev/ttyUSB0", "baud_rate": 115200, "module": "Bench 7", "samples": 2880,
+        "port": "/dev/ttyUSB0", "baud_rate": 115200, "modules": [NAME], "samples": 2880,
         "size_bytes": folder.stat().st_size, "kept": True, "running": False, "cut_off": False,
         "triggered": False, "simulated": False, "readable": True,
     }  # fmt: skip

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from app.flights.flight_log import REPORT_HZ, TILT_GAP_S, FlightLog, gaps_between
 from app.flights.judge import MAX_GAP_S
 from app.flights.summary import FlightSummary, summarise

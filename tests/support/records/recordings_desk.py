@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
-from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
+from tests.support.records.recordings_made import HEADING, batch, recorder_in, report, talk
 from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.steps import Driver, notice_text
 from ui.core.texts import Texts
@@ -35,7 +35,7 @@ def record(
     """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(*HEADING)
-        bench.recorder.name_module(module)
+        bench.name(module)
         for second in range(seconds):
             start_s = 1000.0 + second
             is_tipped = second == seconds // 2
@@ -44,7 +44,7 @@ def record(
                 for n in range(10)
             ]
             values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
-            view = device(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
+            view = talk(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
             bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it reads the clock, which moves on next
         bench.clock.now_s += seconds

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, Explainer
-from app.engine.device import DeviceView, How, Known, StatusSample
+from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
@@ -23,7 +23,6 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
 from protocol.frame import Direction, Frame
-from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.patience import PATIENCE_S
 from tests.support.records.written_sessions import write_session
@@ -35,7 +34,8 @@ CLOSED = OPEN._replace(state=PortState.CLOSED)
 LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, ""))
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
-HEADING = PORT, 115200, "Bench 7"
+HEADING = PORT, 115200
+NAME = "Bench 7"
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
 
@@ -71,21 +71,22 @@ def asked(at: float) -> Sent:
     return Sent(request.encode(), request, 1, at)
 
 
-def device(at: float, **values: Value) -> DeviceView:
+def talk(at: float, *, number: int = 1, **values: Value) -> ConversationView:
+    """Return a conversation that goes on, with values that were read at that time."""
     known = {key: Known(value, How.READ, at) for key, value in values.items()}
-    return DeviceView(MappingProxyType(known), Presence.ONLINE, at)
+    return ConversationView(number=number, began_at=1000.0, values=MappingProxyType(known))
 
 
 def batch(
     at: float,
     *samples: StatusSample,
-    view: DeviceView | None = None,
+    view: ConversationView | None = None,
     connection: Connection = OPEN,
     events: tuple[Event, ...] | None = None,
 ) -> Batch:
     """Make a batch; `events` are by default the frames of the samples."""
     frames = tuple(map(received, samples)) if events is None else events
-    return Batch(at, connection, view or device(at), None, samples, frames)
+    return Batch(at, connection, view or talk(at), None, samples, frames)
 
 
 def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterator[Batch]:
@@ -97,7 +98,7 @@ def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterato
         at = samples[-1].at
         polled_s = float(np.floor(at))
         volts, light = 3.0 + int(polled_s) % 100 / 100, int(polled_s) % 33 / 10
-        view = device(polled_s, cell_voltage_v=volts, light_v=light, attitude_threshold_deg=60)
+        view = talk(polled_s, cell_voltage_v=volts, light_v=light, attitude_threshold_deg=60)
         yield batch(at, *samples, view=view)
 
 
@@ -120,6 +121,10 @@ class Bench:
         """Begins a recording with these batches."""
         self.recorder.begin(*HEADING)
         self.feed(*batches)
+
+    def name(self, module: str, *, number: int = 1) -> None:
+        """A person says which module it is."""
+        self.recorder.name_module(module, talk(self.clock.now_s, number=number))
 
     def finish(self) -> None:
         """Ends the recording."""
@@ -154,37 +159,36 @@ def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> P
         bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
+        bench.name(NAME)
         bench.recorder.end()
         bench.settle()
         return bench.path
 
 
 def written_at_once(
-    library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0, days: float = 0.0, sequence: int = 0
+    library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0, days: float = 0.0, number: int = 0
 ) -> Path:
     """Write a session of `rows` reports in reads of 8 ms, a sine with noise, `days` before noon; return its path."""
     library.mkdir(parents=True, exist_ok=True)
-    path = library / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}.mcap"
+    started_at = NOON - timedelta(days=days)
+    path = library / f"{started_at:%Y%m%dT%H%M%SZ}-{number:05}.mcap"
     random = np.random.default_rng(7)
 
     def entries() -> Iterator[CaptureEntry]:
         per_read = max(1, round(rate_hz * 0.008))
         for first in range(0, rows, 1 << 16):
-            number = np.arange(first, min(rows, first + (1 << 16)))
-            at = start_s + number / rate_hz
-            frames = np.zeros((len(number), 8), np.uint8)
+            row = np.arange(first, min(rows, first + (1 << 16)))
+            at = start_s + row / rate_hz
+            frames = np.zeros((len(row), 8), np.uint8)
             frames[:, :3] = 0x41, 0x75, 0x32
-            frames[:, 3] = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(number))).clip(0, 180)
-            frames[:, 4] = np.rint(10 + random.normal(0, 1, len(number))).clip(0, 255)
-            frames[:, 5], frames[:, 6] = (number >> 16) & 1, (number >> 18) & 1
+            frames[:, 3] = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(row))).clip(0, 180)
+            frames[:, 4] = np.rint(10 + random.normal(0, 1, len(row))).clip(0, 255)
+            frames[:, 5], frames[:, 6] = (row >> 16) & 1, (row >> 18) & 1
             frames[:, 7] = frames[:, 2:7].sum(axis=1, dtype=np.uint8)
-            for place in range(0, len(number), per_read):
+            for place in range(0, len(row), per_read):
                 yield CaptureEntry(float(at[place]), Way.IN, frames[place : place + per_read].tobytes())
 
-    started_at = NOON - timedelta(days=days)
-    opening = Opening(
-        started_at=started_at, start_s=start_s, port=PORT, baud_rate=115200, module="Bench 7", sequence=sequence
-    )
+    opening = Opening(started_at=started_at, start_s=start_s, port=PORT, baud_rate=115200)
     write_session(path, opening, entries())
     return path
 
