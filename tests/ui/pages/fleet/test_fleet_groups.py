@@ -263,6 +263,7 @@ def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk)
 
 def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
     case = check(options={"mute_codes": "35"}).assessment.case
+    store = store_of(desk.services.storage)  # only where it is open something can be said of its modules
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
         desk.page.checks._ended[connection] = partial(SetMember, "port", name, _filed(case))
@@ -272,7 +273,6 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     assert say.text == "New, no records: M-1, M-2"
     say.act()
     desk.wait(lambda: desk.page.checks.is_running)
-    store = store_of(desk.services.storage)
     names = [module.name for module in modules_in(store)]
     known = store.read(lambda facts: {name: KeptTriggers(facts).is_said_new(name) for name in names})
     assert known == {"M-1": True, "M-2": True}
