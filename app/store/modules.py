@@ -1,16 +1,21 @@
 """What this station knows of its modules. A module has no serial number of its own: the technician names it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.engine.identity import IdentityEvidence
-from app.engine.snapshots import Snapshot, restorable
+from app.engine.snapshots import Snapshot
 from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed, ModuleVisited, SettingsSeen
 from app.store.rows import Row, time_text
 from app.text.messages import clean
+from protocol.catalogue import SETTINGS
+from protocol.fields import Value
 
 _MODULE = "module:"
-_EVIDENCE = "evidence:"
+_LAST_READ = "evidence:"
+BOOTS = 256
+"""The boot count is one byte: 0 follows 255."""
 
 
 class Module(NamedTuple):
@@ -18,6 +23,24 @@ class Module(NamedTuple):
 
     name: str
     adapter: str
+
+
+class LastRead(NamedTuple):
+    """What was last read of a module. `settings`: by key, in the field's unit, without those that were not read."""
+
+    boot_count: int | None = None
+    settings: Mapping[str, Value] = MappingProxyType({})
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the boot count and every setting that can be read are known."""
+        readable = [command.key for command in SETTINGS if command.reads_back]
+        return self.boot_count is not None and all(key in self.settings for key in readable)
+
+
+def went_back(before: int, now: int) -> bool:
+    """Whether a boot count fell: forward it would have gone at least half of the way round."""
+    return (now - before) % BOOTS >= BOOTS // 2
 
 
 def register_module(facts: Facts, name: str, adapter: str = "") -> None:
@@ -32,7 +55,7 @@ def register_module(facts: Facts, name: str, adapter: str = "") -> None:
 def modules(facts: Facts) -> tuple[Module, ...]:
     """The last seen first."""
     states = facts.states(_MODULE)
-    names = sorted(states, key=lambda name: str(states[name].get("seen_at")), reverse=True)
+    names = sorted(states, key=lambda name: str(states[name]["seen_at"]), reverse=True)
     return tuple(_module(name, states[name]) for name in names)
 
 
@@ -42,19 +65,19 @@ def module_named(facts: Facts, name: str) -> Module | None:
     return None if state is None else _module(name, state)
 
 
-def store_evidence(facts: Facts, module: str, evidence: IdentityEvidence) -> None:
-    """What was last read of a module, to recognise it by."""
-    state = {"boot_count": evidence.boot_count, "settings": dict(evidence.settings)}
-    facts.set_state(_EVIDENCE + module, state)
+def store_evidence(facts: Facts, module: str, read: tuple[int | None, Mapping[str, Value]]) -> None:
+    """What was read of a module just now: its boot count, and its settings by key."""
+    boot_count, settings = read
+    facts.set_state(_LAST_READ + module, {"boot_count": boot_count, "settings": dict(settings)})
 
 
-def evidence_of(facts: Facts, module: str) -> IdentityEvidence:
-    """What was last read of a module, else the boot count of its last visit, else empty."""
-    state = facts.state(_EVIDENCE + module)
+def evidence_of(facts: Facts, module: str) -> LastRead:
+    """What was last read of a module, else the boot count of its last visit, else nothing."""
+    state = facts.state(_LAST_READ + module)
     if state is not None:
-        return IdentityEvidence(state["boot_count"], restorable(state["settings"]))
+        return LastRead(state["boot_count"], state["settings"])
     visit = last_booted(facts, module)
-    return IdentityEvidence() if visit is None else IdentityEvidence(visit.boot_count)
+    return LastRead() if visit is None else LastRead(visit.boot_count)
 
 
 def last_booted(facts: Facts, module: str) -> ModuleVisited | None:
