@@ -100,7 +100,7 @@ class HelpActions(QObject):
             self._window.show_message(tr("The user guide is not installed."))
             return
         if self._guide is None:
-            self._guide = GuideViewer(self._services.texts, self._window)
+            self._guide = GuideViewer(self._window)
         self._guide.bring_up()
         chosen = "" if self._window.panel.isVisible() else self._window.navigation.chosen
         chapter = next((entry.chapter for entry in self._entries if entry.key == chosen), "Connect")
@@ -110,7 +110,7 @@ class HelpActions(QObject):
         from ui.help.windows import ShortcutsView
 
         if self._keys is None:
-            self._keys = ShortcutsView(self._window, self._services.texts)
+            self._keys = ShortcutsView(self._window)
         self._keys.bring_up()
 
     def show_about(self) -> None:

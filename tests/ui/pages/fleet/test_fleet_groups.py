@@ -32,10 +32,9 @@ from protocol.link_states import Presence
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import modules_in
 from tests.support.window.fake_ports import FakeWorker
-from tests.support.window.fakes_ui import speak_chinese, store_of
+from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
-from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath
 from ui.services.port import Port
 from ui.services.port_check import ENTRIES
@@ -71,8 +70,6 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
     shown = desk.page.panel.table.filter.index(1, 2)
     assert shown.data() == "FAILED: Link lost: the rest is unknown."
-    speak_chinese()
-    assert shown.data().endswith("通信中断：其余未知。")
     desk.modules[1][1].open("/dev/port1", 115200)
     desk.modules[1][1].say(attitude_threshold_deg=60)
     desk.settle()
@@ -331,7 +328,7 @@ def test_the_report_of_all_is_exported_by_its_button(
 
 def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]:
     """The window's, wired as there, while this page is shown."""
-    bar, connector = NoticeBar(Texts()), desk.ports.connector
+    bar, connector = NoticeBar(), desk.ports.connector
     desk.qtbot.addWidget(bar)
     attention = Attention(
         connector, bar, acts={}, pending_edits=desk.services.pending_edits, go_to=lambda _page: None,
