@@ -286,7 +286,6 @@ class RitualWidget(QFrame):
         in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
         self.hold.reserve(in_earnest, as_rehearsal)
         self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
-        self.hold.setAccessibleName(self.hold.text())
         self.refresh()
 
     def _show_step(self, now: float) -> None:

@@ -12,6 +12,7 @@ from protocol.translatable import marked
 from ui.services.context import PageEntry, Services
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
+from ui.widgets.controls import name_of
 from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def explain(widget: QWidget) -> None:
     if any(candidate.whatsThis() and not candidate.property(_SAYS_TOOLTIP) for candidate in around):
         return
     for candidate in around:
-        candidate.setWhatsThis(candidate.toolTip() or candidate.accessibleName())
+        candidate.setWhatsThis(candidate.toolTip() or name_of(candidate))
         candidate.setProperty(_SAYS_TOOLTIP, True)
         if candidate.whatsThis():
             return

@@ -124,7 +124,6 @@ class SimulatorPanel(QWidget):
 
     def _name_drop(self, height_m: int) -> None:
         self.drop.setText(tr("Drop {height} m", height=height_m))
-        self.drop.setAccessibleName(tr("Drop {height} m", height=height_m))
 
     def _name_plug(self, *, is_plugged_in: bool) -> None:
         if self.plug.property("is_plugged_in") is is_plugged_in:

@@ -16,14 +16,14 @@ from threading import Thread
 from unittest.mock import Mock
 
 import pytest
-from PySide6.QtCore import QEvent, QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
+from PySide6.QtCore import QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
 from PySide6.QtGui import QIcon, QImage
 from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, QMenu, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
 from app.cli.commands import is_file_name
-from app.text.i18n import CHINESE, set_language
+from app.text.i18n import CHINESE
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window import walk
@@ -321,18 +321,6 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     save(live, "live_save_csv", None)
     assert live.page.save.note.label.text() == ""
     assert not live.page.save.note.job.is_writing
-
-
-def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
-    live.say()
-    path = tmp_path / "values.csv"
-    save(live, "live_save_csv", path)
-    set_language(CHINESE)
-    QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
-    assert (
-        live.page.save.note.label.text()
-        == f"已保存到 {path}。行数：{len(path.read_text('utf-8-sig').splitlines()) - 1}。"
-    )
 
 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.garbage import living_garbage
 from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
+from tests.support.window import screen_reader
 from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
 from tests.support.window.controls import controls_in, goes_back, place, tab_chain, takes_tab
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
@@ -214,7 +215,7 @@ def nameless(root: QWidget) -> list[str]:
     return [
         f"{button.objectName()!r} with {button.text() or button.toolTip()!r} has no name"
         for button in root.findChildren(QAbstractButton)
-        if (button.text() or button.toolTip()) and not (button.objectName() and button.accessibleName())
+        if (button.text() or button.toolTip()) and not (button.objectName() and screen_reader.name_of(button))
         and not button.objectName().startswith("qt_")
     ]  # fmt: skip
 

@@ -19,6 +19,7 @@ from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from tests.support.thorough import some
+from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_window
@@ -75,7 +76,7 @@ def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
     qtbot.addWidget(bar)
     bar.show_notice(Notice(Meaning.ATTENTION, "", (Choice("same_module", "It is R&D-1", bar.hide),)))
     button = given(bar.button("same_module"))
-    assert (button.text(), button.accessibleName()) == ("It is R&&D-1", "It is R&D-1")
+    assert (button.text(), screen_reader.name_of(button)) == ("It is R&&D-1", "It is R&D-1")
     assert button.shortcut().isEmpty()
 
 

@@ -19,6 +19,7 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
 from tests.support.line.sim_line import FakeClock
+from tests.support.window import screen_reader
 from tests.support.window.steps import find, given
 from ui.simulator.panel import SimulatorPanel
 
@@ -156,7 +157,7 @@ def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) 
     assert len(set(names)) == len(names)
     for control in controls:
         assert control.objectName()
-        assert control.accessibleName(), control.objectName()
+        assert screen_reader.name_of(control), control.objectName()
 
 
 def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot) -> None:

@@ -125,7 +125,6 @@ class CardWidget(QFrame):
         self.need.setToolTip(need)
         self.question.setVisible(card.identity.is_for_a_person and not card.is_shown)  # the window asks about that
         self.same.setText(same_module_words(card.expected))
-        self.same.setAccessibleName(self.same.text())
         self.show_action.setEnabled(not card.is_shown)
         self.setAccessibleName(f"{card.title}, {card.port}: {need}")
         self.update()

@@ -129,7 +129,6 @@ class CheckList(ScrollArea):
         self._failed.show_title(" · ".join(titles))
         self._manual.show_title(tr("Manual checks"))
         self.fold.setText(tr("{count} passed", count=passed) if judged else tr("Checks: {count}", count=passed))
-        self.fold.setAccessibleName(self.fold.text())
 
     def _sort(self, failed: list[str]) -> None:
         """Show what did not pass at the top and the rest below the fold, each in its order."""

@@ -93,7 +93,6 @@ class SettingsPage(Page):
         count = len(form.changes(device, now))
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(_write_text(count or writing))
-        self.write.setAccessibleName(self.write.text())
         self.write.setEnabled(work.can_write and count > 0 and not form.mistyped)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)

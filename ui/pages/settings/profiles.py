@@ -103,7 +103,6 @@ class ProfileCompare(QWidget):
             self._rows[row.command.key].show_row(row, now, is_touched=row.command.key in self._is_touched)
         count = len(self.ticked)
         self.apply.setText(tr("Apply {count} ticked", count=count))
-        self.apply.setAccessibleName(self.apply.text())
         self.apply.setEnabled(can_apply and count > 0)
 
     @property

@@ -204,7 +204,6 @@ class TestsPage(Page):
         self._safety_mark.show_icon(MEANING_ICONS[meaning], meaning)
         self.made_safe.setVisible(bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
-        self.made_safe.setAccessibleName(self.made_safe.text())
         with QSignalBlocker(self.made_safe):
             self.made_safe.setChecked(self.work.is_stated_safe)
 
