@@ -132,6 +132,13 @@ def nothing_is_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
         pytest.fail(f"threads still running after the test: {names}", pytrace=False)
 
 
+@pytest.fixture
+def spoken(request: pytest.FixtureRequest) -> str:
+    """The language of all that is made after it: to be asked for before a window, and parametrised."""
+    i18n.set_language(request.param)
+    return str(request.param)
+
+
 @pytest.fixture(scope="session")
 def _homes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """One folder per test is taken from here; none is made before a test writes into it."""

@@ -24,16 +24,16 @@ from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log, start_log
 from app.system.uncaught import catch_uncaught_errors
-from app.text.i18n import LANGUAGES, system_language, tr
+from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.archive.archive_actions import ArchiveActions
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.garbage_collector import garbage_freed_here
+from ui.core.language import has_font_for, use_language
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
@@ -123,7 +123,6 @@ class Assembly:
     connector: Ports
     ports: PortWatcher
     appearance: Appearance
-    language_switch: LanguageSwitch
     storage: Storage
     left_active: LeftActiveWatch
     armed: Armed = field(default_factory=Armed)
@@ -146,25 +145,23 @@ def assemble(
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
     install_accessible_roles()
     preferences = preferences or Preferences()
-    texts = Texts()
-    language_switch = LanguageSwitch(app, texts)
-    language_switch.use(_language(options, preferences))
+    use_language(app, _language(options, preferences))
     zoom(preferences.zoom_percent)
     appearance = Appearance(app, _theme(preferences))
     ports = ports or PortWatcher()
     storage = storage or Storage()
     connector = Ports(ports, storage)
     announce_states(connector)
-    services = Services(connector, texts, appearance, preferences, log=log)
+    services = Services(connector, appearance, preferences, log=log)
     left_active = LeftActiveWatch(connector)
-    window = MainWindow(services, language_switch, left_active, entries=entries)
+    window = MainWindow(services, left_active, entries=entries)
     connector.setParent(window)  # else its signal connections would keep it alive
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
     return Assembly(
-        window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,
+        window, help_actions, ArchiveActions(window, services), connector, ports, appearance, storage,
         left_active, services.armed, load,
     )  # fmt: skip
 
@@ -246,9 +243,14 @@ def run(options: WindowOptions) -> int:
     app.setWindowIcon(app_icon())
     with _memory(options) as folder, _logging(folder) as log:
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
+        has_font = has_font_for(_language(options, preferences))
+        if not has_font:
+            options = options._replace(language=ENGLISH)
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
         window = assembly.window
-        window.choices.need_fonts(window.attention.queue_notice)
+        if not has_font:
+            text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
+            window.attention.queue_notice(lambda: Notice(Meaning.ATTENTION, text))
         with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
             start(assembly, options)
             if options.offscreen_seconds is not None:

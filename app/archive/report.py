@@ -13,7 +13,6 @@ from msgspec import Struct, field
 
 from app.archive.archive import Archive
 from app.archive.due import Due, DueKind
-from app.engine.setting_changes import BOOTS
 from app.guided.guided_store import told_test
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.modules.service import COUNTS_ANEW, ServiceKind, all_due
@@ -29,6 +28,7 @@ from app.store.kinds import (
     TriggerRecordJudged,
     TriggerRecordSeen,
 )
+from app.store.modules import went_back
 from app.store.rows import AHEAD, time_text
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, message
@@ -139,7 +139,7 @@ def two_modules(boots: Iterable[Boot], services: Sequence[Kept[Serviced]]) -> li
     found = []
     before: Boot | None = None
     for boot in boots:
-        if before is not None and (boot.boot_count - before.boot_count) % BOOTS >= BOOTS // 2:
+        if before is not None and went_back(before.boot_count, boot.boot_count):
             apart = datetime.fromisoformat(boot.at) - datetime.fromisoformat(before.at)
             if (boot.station == before.station or apart > CLOCKS) and boot.at[:10] > explained:
                 text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")

@@ -147,7 +147,7 @@ class Bench:
             )
             keep_check(facts, filed)
         if why is None:
-            store_evidence(facts, name, IdentityEvidence(boot_count, settings))
+            store_evidence(facts, name, (boot_count, settings))
         turn = ModuleProvisioned(
             batch=self.batch.key,
             name=name,
@@ -178,7 +178,7 @@ class Bench:
         names, most_starts = [module.name for module in modules(facts)], BOOTS
         if self._are_all_new:
             names, most_starts = [self._last or self._named_last(facts)], REPLUGGED_STARTS if self._last else 0
-        return [(name, evidence_of(facts, name)) for name in names if name], most_starts
+        return [(name, IdentityEvidence(*evidence_of(facts, name))) for name in names if name], most_starts
 
     def _named_last(self, facts: Facts) -> str:
         """In a former run: it may still be plugged in."""

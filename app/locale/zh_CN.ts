@@ -1320,6 +1320,10 @@
         <translation>语言</translation>
     </message>
     <message>
+        <source>Language and text size take effect at the next start.</source>
+        <translation>语言和文字大小在下次启动时生效。</translation>
+    </message>
+    <message>
         <source>Largest tilt</source>
         <translation>最大倾角</translation>
     </message>

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from msgspec import to_builtins
 
-from app.engine.identity import IdentityEvidence, went_back
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
@@ -30,7 +29,7 @@ from app.stations.station import own_station
 from app.store.fact_store import Facts, Store
 from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
 from app.store.kinds import Serviced
-from app.store.modules import evidence_of, last_booted, register_module, store_evidence
+from app.store.modules import LastRead, evidence_of, last_booted, register_module, store_evidence, went_back
 from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
@@ -129,7 +128,7 @@ def keep_check(facts: Facts, filed: Filed) -> None:
         claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
     if history is None or not is_one_module:
         return
-    now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
+    now = LastRead(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
     slots = [record.raw for record in history.records]
     triggers.store_visit(name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed)
     if name is not None:
@@ -169,13 +168,14 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     triggers = KeptTriggers(facts)
     booted = last_booted(facts, name)
     boot_count = None if booted is None else booted.boot_count
-    has_newer = None not in (boot_count, known.boot_count) and not went_back(boot_count, known.boot_count)
+    if boot_count is not None and known.boot_count is not None and not went_back(boot_count, known.boot_count):
+        boot_count = known.boot_count
     counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
     passed = next((check for check in counted if check.has_passed), None)
     judged = [record.raw for record in triggers.records(name) if record.judgement is not None]
     return Past(
         module=name,
-        boot_count=known.boot_count if has_newer else boot_count,
+        boot_count=boot_count,
         reviewed=Counter(judged),
         has_check=passed is not None,
         do_records_follow=slots is None or triggers.do_follow(name, slots, is_confirmed=is_confirmed),

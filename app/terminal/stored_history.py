@@ -32,7 +32,7 @@ def may_be_another(conversation: Conversation, store: Store, module: str) -> boo
 
 def known_evidence(facts: Facts, name: str) -> IdentityEvidence | None:
     """None: there is no module of this name."""
-    return evidence_of(facts, name) if module_named(facts, name) is not None else None
+    return IdentityEvidence(*evidence_of(facts, name)) if module_named(facts, name) is not None else None
 
 
 def refuted(conversation: Conversation, known: IdentityEvidence | None) -> list[str]:

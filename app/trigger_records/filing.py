@@ -88,7 +88,8 @@ def file_triggers(
         do_follow = kept.do_follow(name, slots, is_confirmed=history.is_confirmed)
         booted = last_booted(facts, name)
         of_visit = IdentityEvidence(None if booted is None else booted.boot_count)
-        befores = (now,) if is_compared else (of_visit, evidence_of(facts, name))
+        last = IdentityEvidence(*evidence_of(facts, name))
+        befores = (now,) if is_compared else (of_visit, last)
         against = [refuted_by(before, now, do_records_follow=do_follow) for before in befores]
         if any(against):
             return PossiblyOther(tuple(dict.fromkeys(chain(*against))))

@@ -7,8 +7,8 @@
 
 A capital letter, a full stop or an ellipsis needs no message of its own: see `app.text.i18n.variants`.
 
-Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``, ``control(...)``,
-``scroll_area(...)`` and ``RowsTable(...)``.  Any other argument of ``tr`` has to be the name of a marked text.
+Texts are the literals in calls of ``tr(...)`` and ``marked(...)``.  Any other argument of ``tr`` has to be the name of
+a marked text.
 """
 
 import argparse
@@ -34,9 +34,7 @@ TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 TEMPLATES: Final = "app/templates"
 CONTEXT: Final = "dps-s"
-_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3, "RowsTable": 2}
-_KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip", "about")}
-_WITHOUT_VALUES: Final = ("marked", "control", "scroll_area", "RowsTable")
+_CALLED: Final = ("tr", "marked")
 
 
 @dataclass(slots=True)
@@ -79,16 +77,10 @@ def extract_template(source: str, path: str, found: Extract) -> None:
 
 def extract(source: str, path: str, found: Extract) -> None:
     """Add the texts and faults of one source text."""
-    is_any = any(f"{name}(" in source for name in _POSITION_OF_TEXT)
+    is_any = any(f"{name}(" in source for name in _CALLED)
     for node in ast.walk(ast.parse(source)) if is_any else ():
-        if isinstance(node, ast.Call):
-            name = _called_name(node.func)
-            place, position = f"{path}:{node.lineno}", _POSITION_OF_TEXT.get(name)
-            if position is not None and len(node.args) > position:
-                _extract_call(node, name, node.args[position], place, found)
-            for keyword in node.keywords:
-                if keyword.arg in _KEYWORDS_OF_TEXT.get(name, ()):
-                    _extract_call(node, name, keyword.value, place, found)
+        if isinstance(node, ast.Call) and node.args and (name := _called_name(node.func)) in _CALLED:
+            _extract_call(node, name, node.args[0], f"{path}:{node.lineno}", found)
 
 
 def _called_name(function: ast.expr) -> str:
@@ -102,7 +94,7 @@ def _extract_call(call: ast.Call, name: str, text: ast.expr, place: str, found: 
     match text:
         case ast.Constant(value=str(literal)):
             found.texts.setdefault(literal, place)
-            if name not in _WITHOUT_VALUES:
+            if name != "marked":
                 _check_values(call, literal, place, found)
         case ast.IfExp(body=one, orelse=other):
             _extract_call(call, name, one, place, found)

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QApplication
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.markers import ModuleLimits
 from tests.benchmarks.figures import Figure, measured
-from ui.core.texts import Texts
 from ui.pages.live.data import LiveData, live_lanes
 from ui.plots.time_plot import TimePlot
 
@@ -95,7 +94,7 @@ def _ours(app: QApplication, length_s: int, rate_hz: int, draws: int) -> list[fl
     data.light.append(slow, np.full(len(slow), 0.3))
     data.cell.append(slow, np.full(len(slow), 3.9))
     data.put(0.0, ModuleLimits(60.0, 50.0, 0.5, 1.8))
-    plot = TimePlot(live_lanes(data, LimitsInUse()), Texts(), wall_offset_s=0.0)
+    plot = TimePlot(live_lanes(data, LimitsInUse()), wall_offset_s=0.0)
     plot.resize(*_SIZE)
     plot.show()
     plot.time_range.choose_length(length_s)

@@ -11,6 +11,7 @@ from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.text.i18n import tr
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import ASKING, OutcomeWatch, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
@@ -39,7 +40,6 @@ class ActRow(QFrame):
         self._job = RunningJob(services.connector, self)
         self._performed: Performed | None = None
         self._watch = OutcomeWatch(services)
-        texts = services.texts
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")
         self.live = named(ElidedLabel(), f"{name}_live", "small")
@@ -47,11 +47,11 @@ class ActRow(QFrame):
         self.conditions = text_label(f"{name}_conditions", "attention")
         # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
-        self.confirm = Confirm(name, texts, ask=f"{TITLES[act]}…", go=TITLES[act])
-        self.notice_bar = named(NoticeBar(texts), f"{name}_said")
-        texts.bind(self._title.setText, TITLES[act])
-        texts.bind(self._effect.setText, EFFECTS[act])
-        texts.bind(self.setWhatsThis, EFFECTS[act])
+        self.confirm = Confirm(name, ask=f"{TITLES[act]}…", go=TITLES[act])
+        self.notice_bar = named(NoticeBar(), f"{name}_said")
+        self._title.setText(tr(TITLES[act]))
+        self._effect.setText(tr(EFFECTS[act]))
+        self.setWhatsThis(tr(EFFECTS[act]))
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._dismiss)
         self._lay_out()

@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
-from ui.core.texts import Texts
+from app.text.i18n import tr
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
 from ui.widgets.layouts import FlowRow
@@ -24,15 +24,25 @@ class Confirm(QWidget):
     confirmed = Signal()
     cancelled = Signal()
 
-    def __init__(self, name: str, texts: Texts, *, ask: str, go: str) -> None:
+    def __init__(self, name: str, *, ask: str, go: str) -> None:
         super().__init__()
         self.setObjectName(f"{name}_confirm")
         self.is_asking = False
-        self.ask = control(StepButton(), texts, f"{name}_ask", ask, slot=self._ask)
-        self.go = control(StepButton(), texts, f"{name}_go", go, role="danger", slot=self._go,
-                          about="Sends it once: never repeated, never kept for later.")  # fmt: skip
-        self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Nothing is sent.",
-                              key="Esc", slot=self.withdraw)  # fmt: skip
+        self.ask = control(StepButton(tr(ask)), f"{name}_ask", slot=self._ask)
+        self.go = control(
+            StepButton(tr(go)),
+            f"{name}_go",
+            role="danger",
+            slot=self._go,
+            about=tr("Sends it once: never repeated, never kept for later."),
+        )
+        self.cancel = control(
+            StepButton(tr("Cancel"), is_safe=True),
+            f"{name}_cancel",
+            tip=tr("Nothing is sent."),
+            key="Esc",
+            slot=self.withdraw,
+        )
         FlowRow(right=(self.go, self.cancel, self.ask), of=self)
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)

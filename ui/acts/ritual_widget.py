@@ -77,7 +77,6 @@ class RitualWidget(QFrame):
         self.clock_with_sleep = sleepless_clock()
         """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
         self._sleeps = SleepDetector()
-        texts = services.texts
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
@@ -88,23 +87,30 @@ class RitualWidget(QFrame):
         self.step.setWordWrap(False)
         self.step.setMinimumHeight(_MARK_PX)
         self.marks = [named(QLabel(), f"ritual_step_{name}") for name, _ in _STEPS]
-        self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Disarms in")
+        self.countdown = control(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
         self.countdown.setFixedWidth(_COUNTDOWN_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
-        self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
-                              slot=partial(self._choose, is_rehearsal=False),
-                              about="Arm, then hold for two seconds. Letting go, Esc or leaving the page sends "
-                              "nothing.")  # fmt: skip
-        self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
-                                tip="Nothing is sent.",
-                                slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
-        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger")
-        self.hold = control(HoldButton(), texts, "ritual_hold", tip="Mouse or space bar")
-        self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
-                              tip="Nothing is sent.", key="Esc")  # fmt: skip
-        self.notice_bar = named(NoticeBar(texts), "ritual_said")
+        self.choose = control(
+            StepButton(tr("Deploy…")),
+            "ritual_choose",
+            role="danger",
+            slot=partial(self._choose, is_rehearsal=False),
+            about=tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing."),
+        )
+        self.rehearse = control(
+            StepButton(tr("Rehearse…")),
+            "ritual_rehearse",
+            tip=tr("Nothing is sent."),
+            slot=partial(self._choose, is_rehearsal=True),
+        )
+        self.arm = named(StepButton(tr("Arm for 10 s")), "ritual_arm", "danger")
+        self.hold = control(HoldButton(), "ritual_hold", tip=tr("Mouse or space bar"))
+        self.cancel = control(
+            StepButton(tr("Cancel"), is_safe=True), "ritual_cancel", tip=tr("Nothing is sent."), key="Esc"
+        )
+        self.notice_bar = named(NoticeBar(), "ritual_said")
         self.arm.chosen.connect(self._arm)
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)
@@ -280,7 +286,6 @@ class RitualWidget(QFrame):
         in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
         self.hold.reserve(in_earnest, as_rehearsal)
         self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
-        self.hold.setAccessibleName(self.hold.text())
         self.refresh()
 
     def _show_step(self, now: float) -> None:
@@ -344,7 +349,7 @@ class RitualWidget(QFrame):
         stacked(self._head, self._words, self.notice_bar)
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
         self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
-        VisibilityTimer(self, self._fit, retranslate=self._show, restyle=self._fit)
+        VisibilityTimer(self, self._fit, restyle=self._fit)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing=Space.L)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)

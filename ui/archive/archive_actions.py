@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QToolButton
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from ui.archive.archive_exchange import ArchiveExchange, last_time
-from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.shell.main_window import MainWindow
 from ui.style.icons import Icon, icon
@@ -26,9 +25,9 @@ SMALLEST_PX: Final = 80
 class ArchiveLine(QToolButton):
     """Hidden without a server. A click opens the archive."""
 
-    def __init__(self, exchange: ArchiveExchange, texts: Texts) -> None:
+    def __init__(self, exchange: ArchiveExchange) -> None:
         super().__init__()
-        control(self, texts, "archive_line", says="Archive", tip="Archive", role="quiet")
+        control(self, "archive_line", says=tr("Archive"), tip=tr("Archive"), role="quiet")
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.setMinimumWidth(SMALLEST_PX)
         self._exchange = exchange
@@ -60,7 +59,7 @@ class ArchiveActions(QObject):
         super().__init__(window)
         self._window, self._services = window, services
         self.exchange = ArchiveExchange(services.storage, self)
-        self.line = ArchiveLine(self.exchange, services.texts)
+        self.line = ArchiveLine(self.exchange)
         window.status_bar.add(self.line)
         self.dialog: ArchiveDialog | None = None
         window.archive_wanted.connect(self.show)

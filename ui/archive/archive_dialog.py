@@ -92,35 +92,50 @@ class ArchiveDialog(QDialog):
         self.setObjectName("archive_dialog")
         self.resize(QSize(*map(scaled, FIRST_SIZE.toTuple())).boundedTo(self.screen().availableSize()))
         self._exchange, self._services = exchange, services
-        texts = services.texts
-        texts.bind(self.setWindowTitle, "Archive of all stations")
-        texts.bind(self.setAccessibleName, "Archive of all stations")
+        self.setWindowTitle(tr("Archive of all stations"))
+        self.setAccessibleName(tr("Archive of all stations"))
         self.ask_file: Callable[[QWidget, ThenPath], object] = _ask_file
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[tuple[HistoryEvent, ...]] = BackgroundTask("dps-s archive life", self)
-        self.server = control(QLineEdit(), texts, "archive_server", says="Server", tip="Without the password")
+        self.server = control(QLineEdit(), "archive_server", says=tr("Server"), tip=tr("Without the password"))
         self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
-        self.use = control(QPushButton(), texts, "archive_use_server", "Use", slot=self._use_server)
+        self.use = control(QPushButton(tr("Use")), "archive_use_server", slot=self._use_server)
         self.server.returnPressed.connect(self.use.click)
         self.sign = IconLabel("archive_sign", _SIGN_PX)
         self.state = text_label("archive_state", is_selectable=True)
-        self.sync = control(QPushButton(), texts, "archive_sync", "Sync now", picture=Icon.AGAIN, slot=exchange.sync)
-        self.carry = control(QPushButton(), texts, "archive_file", "Exchange with a file…",
-                             picture=Icon.FOLDER, slot=self._choose_file)  # fmt: skip
-        label = control(QLabel(), texts, "archive_server_label", "Server")
+        self.sync = control(QPushButton(tr("Sync now")), "archive_sync", picture=Icon.AGAIN, slot=exchange.sync)
+        self.carry = control(
+            QPushButton(tr("Exchange with a file…")), "archive_file", picture=Icon.FOLDER, slot=self._choose_file
+        )
+        label = named(QLabel(tr("Server")), "archive_server_label")
         label.setBuddy(self.server)
-        self.service = control(QPushButton(), texts, "archive_service", "Service…", picture=Icon.CLOCK,
-                               slot=self._ask_service)  # fmt: skip
-        self.modules = RowsTable(texts, "archive_modules", "Modules", _MODULE_COLUMNS, lambda row: row.name,
-                                 _accessible_text, row_px=_ROW_PX, is_single=True)  # fmt: skip
-        self.life = RowsTable(texts, "archive_life", "Records", _HISTORY_COLUMNS, lambda row: row.row.id,
-                              lambda row: row.text.translated(), row_px=_ROW_PX, is_single=True)  # fmt: skip
+        self.service = control(
+            QPushButton(tr("Service…")), "archive_service", picture=Icon.CLOCK, slot=self._ask_service
+        )
+        self.modules = RowsTable(
+            "archive_modules",
+            tr("Modules"),
+            _MODULE_COLUMNS,
+            lambda row: row.name,
+            _accessible_text,
+            row_px=_ROW_PX,
+            is_single=True,
+        )
+        self.life = RowsTable(
+            "archive_life",
+            tr("Records"),
+            _HISTORY_COLUMNS,
+            lambda row: row.row.id,
+            lambda row: row.text.translated(),
+            row_px=_ROW_PX,
+            is_single=True,
+        )
         self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         split.addWidget(self.modules)
         split.addWidget(self.life)
         self.empty = EmptyState(
-            "archive_empty", Icon.BUNDLE, texts, marked("No modules yet"), marked("Each check or test adds its module.")
+            "archive_empty", Icon.BUNDLE, tr("No modules yet"), tr("Each check or test adds its module.")
         )
         self._views = stacked(named(QStackedWidget(), "archive_views"), split, self.empty)
         actions = FlowRow(right=(self.service, self.sync, self.carry))
@@ -131,7 +146,7 @@ class ArchiveDialog(QDialog):
             of=self, spacing=Space.M, margins=Space.L,
         )  # fmt: skip
         exchange.changed.connect(self._refresh)
-        VisibilityTimer(self, self._refresh, retranslate=self._refresh)
+        VisibilityTimer(self, self._refresh)
         self._refresh()
 
     def bring_up(self) -> None:
@@ -155,7 +170,7 @@ class ArchiveDialog(QDialog):
         chosen = self.modules.chosen()
         if chosen:
             services, keep = self._services, partial(self._keep_service, chosen[0].name)
-            ServiceForm(self, services.texts, clean(chosen[0].name), services.preferences.who, keep)
+            ServiceForm(self, clean(chosen[0].name), services.preferences.who, keep)
 
     def _keep_service(self, module: str, content: Serviced) -> None:
         def keep(archive: Archive, _on_page: object) -> None:

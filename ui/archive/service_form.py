@@ -18,9 +18,8 @@ from PySide6.QtWidgets import (
 from app.modules.service import TITLES, ServiceKind, serviced
 from app.store.kinds import Serviced
 from app.text.i18n import tr
-from ui.core.texts import Texts
 from ui.files.file_dialogs import open_dialog
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 
 MAX_LENGTH = 200
 REPACKED_FOR_MONTHS = 6
@@ -30,21 +29,19 @@ REPACKED_FOR_MONTHS = 6
 class ServiceForm(QDialog):
     """`then` gets the service once it was confirmed."""
 
-    def __init__(
-        self, parent: QWidget, texts: Texts, module: str, who: str, then: Callable[[Serviced], object]
-    ) -> None:
+    def __init__(self, parent: QWidget, module: str, who: str, then: Callable[[Serviced], object]) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("Service of {module}", module=module))
         today = QDate.currentDate()
-        self.kind = control(QComboBox(), texts, "service_kind", says="What was done")
+        self.kind = control(QComboBox(), "service_kind", says=tr("What was done"))
         for kind, title in TITLES.items():
             self.kind.addItem(tr(title), kind)
-        self.on = control(QDateEdit(today), texts, "service_on", says="Done on")
-        self.is_due = control(QCheckBox(), texts, "service_is_due", "Due again on")
+        self.on = control(QDateEdit(today), "service_on", says=tr("Done on"))
+        self.is_due = named(QCheckBox(tr("Due again on")), "service_is_due")
         proposed = QDateEdit(today.addMonths(REPACKED_FOR_MONTHS))
-        self.due = control(proposed, texts, "service_due", says="Due again on")
-        self.who = control(QLineEdit(who), texts, "service_who", says="Done by")
-        self.note = control(QLineEdit(), texts, "service_note", says="Note")
+        self.due = control(proposed, "service_due", says=tr("Due again on"))
+        self.who = control(QLineEdit(who), "service_who", says=tr("Done by"))
+        self.note = control(QLineEdit(), "service_note", says=tr("Note"))
         for edit in (self.who, self.note):
             edit.setMaxLength(MAX_LENGTH)
         for day in (self.on, self.due):

@@ -30,7 +30,6 @@ from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.port_watcher import key_of
 from ui.core.preferences import LastPort
-from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space, scaled
@@ -179,7 +178,7 @@ class ConnectPanel(QScrollArea):
     shown = Signal()
     """Opened or closed."""
 
-    def __init__(self, connector: Ports, texts: Texts) -> None:
+    def __init__(self, connector: Ports) -> None:
         super().__init__()
         self.setObjectName("connect_panel")
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -187,31 +186,50 @@ class ConnectPanel(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._connector = connector
         self._ports = ports = connector.ports
-        self._texts = texts
         self._last: LastPort | None = None
         self._connected: tuple[str, int] | None = None
         """Key and rate of the open port that the list and the rate were set to."""
         self._focus = FocusBack(self)
         self.list = PortList()
-        self.other = control(QLineEdit(), texts, "port_address", says="Other port")
-        self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate")
-        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect", role="primary",
-                                      slot=self.connect_chosen)  # fmt: skip
-        self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect",
-                                         key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
+        self.other = control(QLineEdit(), "port_address", says=tr("Other port"))
+        self.rate = control(QComboBox(), "rate_box", says=tr("Baud rate"))
+        self.connect_button = control(
+            QPushButton(tr("Connect")), "connect_button", role="primary", slot=self.connect_chosen
+        )
+        self.disconnect_button = control(
+            QPushButton(tr("Disconnect")), "disconnect_button", key="Ctrl+D", slot=self.disconnect_wanted
+        )
         self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
-        self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
-                               picture=Icon.CHEVRON_DOWN, role="quiet", is_checkable=True)  # fmt: skip
-        self.flights = control(FlightDrop(), texts, "connect_flights", "Drop flight logs here: would it have fired?",
-                               picture=Icon.MAP, role="quiet")  # fmt: skip
+        self.options = control(
+            QToolButton(),
+            "connect_options",
+            text=tr("Other port or baud rate"),
+            picture=Icon.CHEVRON_DOWN,
+            role="quiet",
+            is_checkable=True,
+        )
+        self.flights = control(
+            FlightDrop(),
+            "connect_flights",
+            text=tr("Drop flight logs here: would it have fired?"),
+            picture=Icon.MAP,
+            role="quiet",
+        )
         self.flights.setAcceptDrops(True)
         self.flights.clicked.connect(lambda: self.flights.dropped.emit([]))
-        self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", picture=Icon.CROSS,
-                              role="quiet", slot=self.hide)  # fmt: skip
+        self._close = control(
+            QToolButton(),
+            "connect_close",
+            says=tr("Close"),
+            key="Esc",
+            picture=Icon.CROSS,
+            role="quiet",
+            slot=self.hide,
+        )
         WheelGuard(self.rate)
-        texts.bind(self.setAccessibleName, "Choose a port")
-        texts.bind(self.list.setAccessibleName, "Ports")
-        texts.bind(self.other.setPlaceholderText, "device or socket://host:port")
+        self.setAccessibleName(tr("Choose a port"))
+        self.list.setAccessibleName(tr("Ports"))
+        self.other.setPlaceholderText(tr("device or socket://host:port"))
         self._build()
         self.list.chosen_changed.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
@@ -220,7 +238,7 @@ class ConnectPanel(QScrollArea):
         ports.listed.connect(self.refresh)
         connector.changed.connect(self.refresh)
         self.hide()
-        VisibilityTimer(self, self._on_shown, retranslate=self.refresh, restyle=self._restyle, hidden=self._on_hidden)
+        VisibilityTimer(self, self._on_shown, restyle=self._restyle, hidden=self._on_hidden)
 
     def prefer(self, last: LastPort | None) -> None:
         """Preselects this port as soon as it is listed."""
@@ -281,7 +299,7 @@ class ConnectPanel(QScrollArea):
     # Construction
 
     def _build(self) -> None:
-        title = control(QLabel(), self._texts, "connect_title", "Choose a port", role="title")
+        title = named(QLabel(tr("Choose a port")), "connect_title", "title")
         self._form = named(QWidget(), "connect_form")
         self._form.setLayout(self._build_form())
         self._form.hide()
@@ -311,13 +329,13 @@ class ConnectPanel(QScrollArea):
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
         for field, english in ((self.other, marked("Other port")), (self.rate, marked("Baud rate"))):
-            form.addRow(label_for(self._texts, field, english), field)
+            form.addRow(label_for(field, tr(english)), field)
         for number, rate in enumerate(dict.fromkeys((DEFAULT_BAUD_RATE, *BAUD_RATES))):
             self.rate.addItem(str(rate), rate)
             if rate == DEFAULT_BAUD_RATE:
-                self._texts.bind(partial(self.rate.setItemText, number), "115200 (usual)")
+                self.rate.setItemText(number, tr("115200 (usual)"))
         self.rate.addItem("", FIND_RATE)
-        self._texts.bind(partial(self.rate.setItemText, self.rate.count() - 1), "Find the baud rate")
+        self.rate.setItemText(self.rate.count() - 1, tr("Find the baud rate"))
         return form
 
     # Choosing

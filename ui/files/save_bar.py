@@ -16,7 +16,6 @@ from app.recordings.export import write_parts
 from app.text.i18n import tr
 from app.text.sentences import not_written, saved_text
 from ui.core.background_task import Running
-from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.job_notice import JobNotice
 from ui.style.icons import MEANING_ICONS, Icon
@@ -142,7 +141,6 @@ class SaveBar(QWidget):
 
     def __init__(
         self,
-        texts: Texts,
         *,
         take_excerpt: Callable[[], Excerpt],
         take_picture: Callable[[str], QImage],
@@ -155,12 +153,19 @@ class SaveBar(QWidget):
         self._take_drawing = take_drawing
         self.note = SaveNote("live_note")
         retain_size(self.note)  # the row knows by it when it needs two lines
-        self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
-                           keys="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
-        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", keys="Ctrl+Shift+S",
-                           picture=Icon.CAMERA, slot=self.save_png)  # fmt: skip
-        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS,
-                            slot=self.note.job.cancel_files)  # fmt: skip
+        self.csv = control(
+            QPushButton(tr("Save values…")), "live_save_csv", keys="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv
+        )
+        self.png = control(
+            QPushButton(tr("Save picture…")),
+            "live_save_png",
+            keys="Ctrl+Shift+S",
+            picture=Icon.CAMERA,
+            slot=self.save_png,
+        )
+        self.stop = control(
+            QPushButton(tr("Cancel")), "live_save_cancel", picture=Icon.CROSS, slot=self.note.job.cancel_files
+        )
         self.stop.hide()
         self.note.job.changed.connect(self._refresh_buttons)
         self._buttons = FlowRow(right=(self.stop, self.csv, self.png))

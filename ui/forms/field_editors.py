@@ -2,7 +2,6 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
@@ -17,7 +16,6 @@ from app.text.sentences import in_brackets, labelled
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Size, Space, font, scaled
@@ -49,15 +47,19 @@ class NumberEditor(FieldEditor):
     cancelled = Signal()
     """The field was emptied."""
 
-    def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
+    def __init__(self, command: Command, field: Quantity) -> None:
         super().__init__()
         kind = NumberKind.of_field(field)
         start = float(DEFAULTS.get(command.key) or 0)
-        self.line = control(NumberLine(kind, start=start, may_be_empty=True), texts, f"{command.name}_wanted",
-                            says=command.title, tip=command.explanation)  # fmt: skip
+        self.line = control(
+            NumberLine(kind, start=start, may_be_empty=True),
+            f"{command.name}_wanted",
+            says=tr(command.title),
+            tip=tr(command.explanation),
+        )
         self.line.setFixedWidth(NUMBER_PX)
         limits = {"low": field.text(0), "high": field.text(255)}
-        texts.bind(self.line.setAccessibleDescription, "{low} to {high}", **limits)
+        self.line.setAccessibleDescription(tr("{low} to {high}", **limits))
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
         in_row(self.line, unit, 1, of=self, spacing=Space.XS, margins=0)
@@ -89,10 +91,10 @@ class FlagEditor(FieldEditor):
 
     cancelled = Signal()
 
-    def __init__(self, command: Command, texts: Texts) -> None:
+    def __init__(self, command: Command) -> None:
         super().__init__()
-        self.on = self._button(texts, command, "on", marked("Enabled"))
-        self.off = self._button(texts, command, "off", marked("Disabled"))
+        self.on = self._button(command, "on", tr("Enabled"))
+        self.off = self._button(command, "off", tr("Disabled"))
         in_row((self.on, 1), (self.off, 1), of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.on)
         self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
@@ -110,36 +112,39 @@ class FlagEditor(FieldEditor):
         else:
             self.chosen.emit(value)
 
-    def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
-        button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
-                         role="choice", is_checkable=True)  # fmt: skip
+    def _button(self, command: Command, name: str, text: str) -> QToolButton:
+        button = control(
+            ChoiceButton(),
+            f"{command.name}_{name}",
+            text=text,
+            tip=tr(command.explanation),
+            role="choice",
+            is_checkable=True,
+        )
         button.setMinimumWidth(_FLAG_PX)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         set_icon_size(button, 14)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        texts.bind(partial(_name_after, button, command), english)
+        # With the setting, since screen readers do not tell the row.
+        button.setAccessibleName(labelled(tr(command.title), text))
         return button
 
 
 class ChoiceEditor(FieldEditor):
     """A combo box; nothing is chosen at first."""
 
-    def __init__(self, command: Command, field: Choice, texts: Texts) -> None:
+    def __init__(self, command: Command, field: Choice) -> None:
         super().__init__()
-        self.box = control(QComboBox(), texts, f"{command.name}_wanted", says=command.title, tip=command.explanation)
-        for number, value in enumerate(sorted(field.values.values(), reverse=True)):
-            self.box.addItem("", value)
-            texts.bind(partial(self._name_item, number, value), field.unit)
+        self.box = control(QComboBox(), f"{command.name}_wanted", says=tr(command.title), tip=tr(command.explanation))
+        for value in sorted(field.values.values(), reverse=True):
+            self.box.addItem(f"{value} {tr(field.unit)}", value)
         self.box.setCurrentIndex(-1)
-        texts.bind(self.box.setPlaceholderText, "choose")
+        self.box.setPlaceholderText(tr("choose"))
         WheelGuard(self.box)
         in_row(self.box, of=self, margins=0)
         self.setFocusProxy(self.box)
         self.box.activated.connect(lambda: self.chosen.emit(self.value))
-
-    def _name_item(self, number: int, value: int, unit: str) -> None:
-        self.box.setItemText(number, f"{value} {unit}")
 
     @property
     def value(self) -> int | None:
@@ -151,29 +156,20 @@ class ChoiceEditor(FieldEditor):
             self.box.setCurrentIndex(-1 if edited is None else self.box.findData(edited))
 
 
-def _name_after(button: QToolButton, command: Command, what: str) -> None:
-    """Adds the setting to the name, since screen readers do not tell the row."""
-    button.setAccessibleName(labelled(tr(command.title), what))
-
-
-def explain_setting(texts: Texts, widget: QWidget, command: Command) -> None:
-    """Binds the "What's this?" text of a setting: term, code, explanation, range, default and advice."""
-    texts.bind(partial(_set_whats_this, widget, command), command.explanation)
-
-
-def _set_whats_this(widget: QWidget, command: Command, _explanation: str) -> None:
+def explain_setting(widget: QWidget, command: Command) -> None:
+    """Sets the "What's this?" text of a setting: term, code, explanation, range, default and advice."""
     widget.setWhatsThis(what_is(command))
 
 
-def make_editor(command: Command, texts: Texts) -> FieldEditor:
+def make_editor(command: Command) -> FieldEditor:
     """The editor for a command. Raises `LookupError` for one that cannot be set."""
     match command.write:
         case Quantity() as field:
-            return NumberEditor(command, field, texts)
+            return NumberEditor(command, field)
         case Flag():
-            return FlagEditor(command, texts)
+            return FlagEditor(command)
         case Choice() as field:
-            return ChoiceEditor(command, field, texts)
+            return ChoiceEditor(command, field)
         case _:
             raise LookupError(f"{command.name} cannot be set")
 

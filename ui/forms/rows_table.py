@@ -8,8 +8,6 @@ from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QLabel, QLineEdit, QStackedWidget, QTableView, QWidget
 
 from app.text.i18n import tr
-from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon
 from ui.style.theme import Size, Space, font, scaled
@@ -27,19 +25,28 @@ _SEARCH_PX: Final = 140
 
 
 class RowsTable(QTableView, Generic[Row]):
-    """Makes a table of its columns; `says` is its accessible name in English, the rest as in `RowsModel`. Sorted by a
+    """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`. Sorted by a
     column, newest or largest first, or not at all."""
 
     opened = Signal()
     remove_wanted = Signal()
 
     def __init__(
-        self, texts: Texts, name: str, says: str, columns: Sequence[TableColumn[Row]],
-        identify: Callable[[Row], object], tell: Callable[[Row], str], *, row_px: int, sorted_by: int | None = None,
-        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder, is_single: bool = False, searches_sentence: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        says: str,
+        columns: Sequence[TableColumn[Row]],
+        identify: Callable[[Row], object],
+        tell: Callable[[Row], str],
+        *,
+        row_px: int,
+        sorted_by: int | None = None,
+        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder,
+        is_single: bool = False,
+        searches_sentence: bool = False,
+    ) -> None:
         super().__init__()
-        control(self, texts, name, says=says)
+        control(self, name, says=says)
         self._widths: dict[int, int] = {}
         self._stretches = 0
         self.source: RowsModel[Row] = RowsModel((), identify, tell, self)
@@ -132,16 +139,16 @@ class RowsTable(QTableView, Generic[Row]):
 class SearchedRows(QStackedWidget):
     """A table, or why it shows no rows; the page places `search`. `words`: title and text of `empty`, as there."""
 
-    def __init__(self, texts: Texts, page: str, table: RowsTable[Row], picture: Icon, *words: str) -> None:
+    def __init__(self, page: str, table: RowsTable[Row], picture: Icon, *words: str) -> None:
         super().__init__()
         self._table: RowsTable[Any] = table
-        self.search = control(QLineEdit(), texts, f"{page}_search", says="Search", keys="Ctrl+F")
+        self.search = control(QLineEdit(), f"{page}_search", says=tr("Search"), keys="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
-        texts.bind(self.search.setPlaceholderText, "Search")
+        self.search.setPlaceholderText(tr("Search"))
         self.search.textChanged.connect(self._filter)
-        self.empty = EmptyState(f"{page}_empty", picture, texts, *words)
-        self.no_match = EmptyState(f"{page}_no_match", picture, texts, marked("No matches"))
+        self.empty = EmptyState(f"{page}_empty", picture, *words)
+        self.no_match = EmptyState(f"{page}_no_match", picture, tr("No matches"))
         stacked(self, self.empty, table, self.no_match)
 
     def show_rows(self, rows: Sequence[object]) -> None:
@@ -161,11 +168,9 @@ NAME_PX: Final = 88
 
 
 class FactRows(QWidget):
-    """`names`: the name of each fact by its key, in English, marked. `labels`: used in place of labels that wrap."""
+    """`names`: the name of each fact by its key, marked. `labels`: used in place of labels that wrap."""
 
-    def __init__(
-        self, texts: Texts, page: str, names: Mapping[str, str], labels: Mapping[str, QLabel] | None = None
-    ) -> None:
+    def __init__(self, page: str, names: Mapping[str, str], labels: Mapping[str, QLabel] | None = None) -> None:
         super().__init__()
         self.setObjectName(f"{page}_fact_rows")
         self.values: dict[str, QLabel] = {}
@@ -173,9 +178,9 @@ class FactRows(QWidget):
         self._names: list[QLabel] = []
         for key, english in names.items():
             value = (labels or {}).get(key) or text_label(f"{page}_{key}", "", is_selectable=True)
-            name = control(QLabel(), texts, f"{page}_{key}_name", english, role="muted")
+            name = named(QLabel(tr(english)), f"{page}_{key}_name", "muted")
             self._names.append(name)
-            texts.bind(value.setAccessibleDescription, english)
+            value.setAccessibleDescription(tr(english))
             row = named(QWidget(), f"{page}_{key}_row")
             in_row(name, (value, 1), of=row, spacing=Space.S, margins=0)
             self.values[key], self._rows[key] = value, row

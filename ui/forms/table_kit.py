@@ -63,8 +63,6 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self.rows: Sequence[Row] = ()
         self.columns, self.tell = columns, tell
         self._identify = identify
-        if parent is not None:
-            VisibilityTimer(parent, retranslate=self._retranslate)
 
     def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
         """Replaces the columns, and removes the rows."""
@@ -83,11 +81,6 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self.beginResetModel()
         self.rows = rows
         self.endResetModel()
-
-    def _retranslate(self) -> None:
-        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self.columns) - 1)
-        if self.rows:
-            self._emit_data_changed()
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008  Qt's own signature
         return 0 if parent.isValid() else len(self.rows)

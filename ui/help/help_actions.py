@@ -12,6 +12,7 @@ from protocol.translatable import marked
 from ui.services.context import PageEntry, Services
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
+from ui.widgets.controls import name_of
 from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def explain(widget: QWidget) -> None:
     if any(candidate.whatsThis() and not candidate.property(_SAYS_TOOLTIP) for candidate in around):
         return
     for candidate in around:
-        candidate.setWhatsThis(candidate.toolTip() or candidate.accessibleName())
+        candidate.setWhatsThis(candidate.toolTip() or name_of(candidate))
         candidate.setProperty(_SAYS_TOOLTIP, True)
         if candidate.whatsThis():
             return
@@ -100,7 +101,7 @@ class HelpActions(QObject):
             self._window.show_message(tr("The user guide is not installed."))
             return
         if self._guide is None:
-            self._guide = GuideViewer(self._services.texts, self._window)
+            self._guide = GuideViewer(self._window)
         self._guide.bring_up()
         chosen = "" if self._window.panel.isVisible() else self._window.navigation.chosen
         chapter = next((entry.chapter for entry in self._entries if entry.key == chosen), "Connect")
@@ -110,7 +111,7 @@ class HelpActions(QObject):
         from ui.help.windows import ShortcutsView
 
         if self._keys is None:
-            self._keys = ShortcutsView(self._window, self._services.texts)
+            self._keys = ShortcutsView(self._window)
         self._keys.bring_up()
 
     def show_about(self) -> None:

@@ -24,7 +24,6 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMainWindow, QMessageBo
 from app import version
 from app.text.i18n import ENGLISH, language, tr
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.files.file_dialogs import bring_to_front
 from ui.services.page import Page
 from ui.style.icons import app_icon
@@ -37,20 +36,20 @@ _SIZE = QSize(760, 520)
 
 
 class DocumentWindow(QDialog):
-    """`title` is English, marked. Shown again it is where the reader left it."""
+    """Shown again it is where the reader left it."""
 
-    def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:
+    def __init__(self, name: str, title: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName(name)
         self.resize(_SIZE)
-        self.text = control(QTextBrowser(), texts, f"{name}_text", says=title)
+        self.text = control(QTextBrowser(), f"{name}_text", says=title)
         self.text.setOpenExternalLinks(False)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
         self.buttons.rejected.connect(self.reject)
-        texts.bind(self.setWindowTitle, title)
-        texts.bind(self.setAccessibleName, title)
+        self.setWindowTitle(title)
+        self.setAccessibleName(title)
         close = self.buttons.button(QDialogButtonBox.StandardButton.Close)
-        control(close, texts, f"{name}_close", "Close", key="Esc")
+        control(close, f"{name}_close", text=tr("Close"), key="Esc")
         in_column((self.text, 1), self.buttons, of=self, spacing=Space.S, margins=Space.M)
 
     def show_markdown(self, text: str, base: QUrl | None = None) -> None:
@@ -91,8 +90,8 @@ def guide_page(folder: Path = GUIDE) -> Path | None:
 
 
 class GuideViewer(DocumentWindow):
-    def __init__(self, texts: Texts, parent: QWidget, folder: Path = GUIDE) -> None:
-        super().__init__("guide_viewer", marked("User guide"), texts, parent)
+    def __init__(self, parent: QWidget, folder: Path = GUIDE) -> None:
+        super().__init__("guide_viewer", tr("User guide"), parent)
         self._folder = folder
         self._shown: Path | None = None
         self.text.setOpenLinks(False)
@@ -221,8 +220,8 @@ def _page_of(action: QAction) -> str:
 class ShortcutsView(DocumentWindow):
     """One table, first what works everywhere."""
 
-    def __init__(self, window: QMainWindow, texts: Texts) -> None:
-        super().__init__("keys_view", marked("Keyboard shortcuts"), texts, window)
+    def __init__(self, window: QMainWindow) -> None:
+        super().__init__("keys_view", tr("Keyboard shortcuts"), window)
         self._window = window
         VisibilityTimer(self, self.refresh)
 

@@ -23,7 +23,6 @@ from app.text.sentences import labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.core.texts import Texts
 from ui.files.save_bar import SaveNote
 from ui.plots.lanes import Lane, Scale, Span, Steps, acceleration_lane, tilt_lane
 from ui.plots.time_plot import TimePlot
@@ -42,10 +41,9 @@ class FlightPlot(QWidget):
 
     shown = Signal(object)
 
-    def __init__(self, name: str, texts: Texts) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(f"{name}_plot")
-        self._texts = texts
         self.plot: TimePlot | None = None
         self._path: Path | None = None
         self._trouble: UserError | None = None
@@ -63,8 +61,8 @@ class FlightPlot(QWidget):
     ) -> None:
         """Reads the file and judges it in the background."""
         self.close_log()
-        self._path, self._trouble = path, None
-        self.retranslate()
+        self._path = path
+        self.waiting.setText(tr("Reading logs…"))
         self.waiting.show()
 
         def read(_running: object) -> tuple[FlightLog, object]:
@@ -88,20 +86,11 @@ class FlightPlot(QWidget):
             self.plot.time_range.choose_length(_WINDOW_S)
             self.plot.time_range.show_instant(moment_s)
 
-    def retranslate(self) -> None:
-        if self._path is not None:
-            self.waiting.setText(
-                tr("Reading logs…") if self._trouble is None
-                else labelled(self._path.name, self._trouble.sentence)
-            )  # fmt: skip
-
     def _show(self, path: Path, limits: TriggerLimits, read: tuple[FlightLog, object]) -> None:
         log, judged = read
         self.waiting.hide()
         end_s = max(log.duration_s, float(log.time_s[-1]))
-        plot = self.plot = TimePlot(
-            lanes_of(log, limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s)
-        )
+        plot = self.plot = TimePlot(lanes_of(log, limits), wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s))
         note, place = self.saved, path.with_name(f"{path.stem}-plot.png")
         plot.save_picture_wanted.connect(
             lambda: note.save_picture(place, plot.canvas.grab().toImage(), plot.canvas.svg())
@@ -116,8 +105,8 @@ class FlightPlot(QWidget):
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, UserError):
             raise error
-        self._trouble = error
-        self.retranslate()
+        if self._path is not None:
+            self.waiting.setText(labelled(self._path.name, error.sentence))
 
 
 def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:

@@ -17,7 +17,6 @@ from app.text.i18n import tr
 from app.text.sentences import in_brackets
 from ui.style.painted_widget import Freshness, PaintedWidget, cleared_word, hatch, pen
 from ui.style.theme import Meaning, Size, Theme, current, font
-from ui.widgets.visibility_timer import VisibilityTimer
 
 _ARM: Final = 0.6
 """Length of an arm as a part of the radius."""
@@ -60,7 +59,6 @@ class TiltGauge(PaintedWidget):
         """From where it fires and below which it rearms; whether it is not known that it acts on that."""
         self._face = QPixmap()
         self._face_of: Hashable = None
-        VisibilityTimer(self, retranslate=self._changed)
         self._changed()
 
     def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None, is_stale: bool = False) -> None:

@@ -13,12 +13,11 @@ from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
-from ui.core.texts import Texts
 from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import ChoiceButton, control, named, rename
+from ui.widgets.controls import ChoiceButton, control, named
 from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -38,9 +37,7 @@ class TimePlot(QWidget):
     """All samples in sight, as a table."""
     save_picture_wanted = Signal()
 
-    def __init__(
-        self, lanes: Sequence[Lane], texts: Texts, *, wall_offset_s: float, bounds: Span | None = None
-    ) -> None:
+    def __init__(self, lanes: Sequence[Lane], *, wall_offset_s: float, bounds: Span | None = None) -> None:
         super().__init__()
         self.setObjectName("time-plot")
         self.time_range = TimeRange(bounds)
@@ -48,16 +45,16 @@ class TimePlot(QWidget):
         """The values at the cursor in words."""
         self.menu = named(QMenu(self), "time_plot_menu")
         self.canvas = PlotView(lanes, self.time_range, wall_offset_s)
-        self._head = PlotHeader(texts, self.time_range)
+        self._head = PlotHeader(self.time_range)
         self.pause = self._head.pause
         in_column(self._head, (self.canvas, 1), of=self, spacing=Space.XS, margins=0)
-        texts.bind(self.canvas.setAccessibleName, "Plots")
-        texts.bind(self.canvas.setWhatsThis, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
+        self.canvas.setAccessibleName(tr("Plots"))
+        self.canvas.setWhatsThis(tr("Arrow keys move, + and − zoom, Shift with arrow keys reads off"))
         self.canvas.customContextMenuRequested.connect(self._show_menu)
         self._head.clock.toggled.connect(self._show_clock_time)
         self.time_range.changed.connect(self._redraw)
         self.apply_theme()
-        VisibilityTimer(self, self._redraw, retranslate=self._retranslate, restyle=self.apply_theme)
+        VisibilityTimer(self, self._redraw, restyle=self.apply_theme)
 
     def be_at(self, wall_offset_s: float) -> None:
         """Sets the offset of wall time for new samples; see the class."""
@@ -91,10 +88,6 @@ class TimePlot(QWidget):
         self.canvas.apply_theme()
         self._redraw()
 
-    def _retranslate(self) -> None:
-        self.canvas.arrange()
-        self._redraw()
-
     def _show_clock_time(self, shows_clock: bool, /) -> None:
         self.canvas.shows_clock = shows_clock
         self._redraw()
@@ -111,7 +104,6 @@ class TimePlot(QWidget):
         self._head.refresh()
 
     def _show_menu(self, place: QPoint) -> None:
-        """Made again each time, in the language in use."""
         menu, time_range = self.menu, self.time_range
         menu.clear()
         menu.addAction(tr("Save picture…"), self.save_picture_wanted.emit)
@@ -133,19 +125,32 @@ class TimePlot(QWidget):
 class PlotHeader(QWidget):
     """Above the plots: state, time span, pause."""
 
-    def __init__(self, texts: Texts, time_range: TimeRange) -> None:
+    def __init__(self, time_range: TimeRange) -> None:
         super().__init__()
         self.setObjectName("time-plot-header")
-        self._time_range, self._texts = time_range, texts
+        self._time_range = time_range
         self._offers_pause: bool | None = None
         self.chip = named(StateChip(tr("Plots"), is_measured=True), "time-plot-state")
-        texts.bind(self.chip.set_caption, "Plots")
-        self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day", picture=Icon.CLOCK,
-                             role="segment", is_checkable=True)  # fmt: skip
+        self.chip.set_caption(tr("Plots"))
+        self.clock = control(
+            QToolButton(),
+            "time-plot-clock",
+            says=tr("Time of day"),
+            picture=Icon.CLOCK,
+            role="segment",
+            is_checkable=True,
+        )
         self._lengths = {length_s: self._segment(length_s) for length_s in _LENGTHS_S}
-        self._whole = control(QToolButton(), texts, "time-plot-whole", "All", key="End", role="segment",
-                              is_checkable=True, slot=time_range.back_to_live)  # fmt: skip
-        self.pause = control(QPushButton(), texts, "time-plot-pause", slot=time_range.toggle_pause)
+        self._whole = control(
+            QToolButton(),
+            "time-plot-whole",
+            text=tr("All"),
+            key="End",
+            role="segment",
+            is_checkable=True,
+            slot=time_range.back_to_live,
+        )
+        self.pause = control(QPushButton(), "time-plot-pause", slot=time_range.toggle_pause)
         self.pause.setAutoDefault(False)
         at_right = (self.clock, *self._lengths.values(), self._whole, self.pause)
         self.row = FlowRow(self.chip, right=at_right, of=self, spacing=Space.XS)
@@ -155,10 +160,15 @@ class PlotHeader(QWidget):
 
     def _segment(self, length_s: float) -> QToolButton:
         text, value = _LENGTHS_S[length_s]
-        button = control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}", tip="Length of the time line",
-                         role="segment", slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
-        self._texts.bind(button.setAccessibleDescription, "Length of the time line")
-        rename(button, self._texts, text, value=value)
+        button = control(
+            ChoiceButton(),
+            f"time-plot-window-{length_s:g}",
+            tip=tr("Length of the time line"),
+            role="segment",
+            slot=lambda: self._time_range.choose_length(length_s),
+        )
+        button.setAccessibleDescription(tr("Length of the time line"))
+        button.setText(tr(text, value=value))
         return button
 
     def refresh(self) -> None:
@@ -170,10 +180,16 @@ class PlotHeader(QWidget):
         if time_range.is_live != self._offers_pause:
             self._offers_pause = time_range.is_live
             if time_range.is_live:
-                control(self.pause, self._texts, "time-plot-pause", "Pause", tip="Pause; recording continues",
-                        key="Space", picture=Icon.PAUSE)  # fmt: skip
+                control(
+                    self.pause,
+                    "time-plot-pause",
+                    text=tr("Pause"),
+                    tip=tr("Pause; recording continues"),
+                    key="Space",
+                    picture=Icon.PAUSE,
+                )
             else:
-                control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
+                control(self.pause, "time-plot-pause", text=tr("Live"), key="End", picture=Icon.TO_LIVE)
         self.chip.setVisible(not time_range.is_live)  # the title of the page says it
         if time_range.is_recorded:
             self.chip.show_state(tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)

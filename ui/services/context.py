@@ -10,7 +10,6 @@ from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.preferences import Preferences
-from ui.core.texts import Texts
 from ui.services.page import Page
 from ui.services.port import LockControl, Ports
 from ui.services.storage import PendingEdits, Storage
@@ -47,7 +46,6 @@ class Services:
     """What the pages share."""
 
     connector: Ports
-    texts: Texts
     appearance: Appearance
     preferences: Preferences = field(default_factory=Preferences)
     armed: Armed = field(default_factory=Armed)

@@ -5,7 +5,7 @@ from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
 from app.modules.labels import MAX_NAME_LENGTH
-from ui.core.texts import Texts
+from app.text.i18n import tr
 from ui.services.port import Ports
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
@@ -24,7 +24,7 @@ class _NameEdit(QLineEdit):
 class ModuleField(QComboBox):
     """A name to type or choose, applied by Enter, by choosing, or by leaving the field for another of the window."""
 
-    def __init__(self, name: str, ports: Ports, texts: Texts) -> None:
+    def __init__(self, name: str, ports: Ports) -> None:
         super().__init__()
         named(self, name)
         self._ports = ports
@@ -39,15 +39,15 @@ class ModuleField(QComboBox):
         edit.setObjectName(f"{name}_edit")
         self.label = named(edit.addAction(icon(Icon.LABEL), QLineEdit.ActionPosition.TrailingPosition), f"{name}_label")
         self.label.triggered.connect(ports.label_wanted)
-        texts.bind(self.label.setText, "Print labels")
+        self.label.setText(tr("Print labels"))
         for button in edit.findChildren(QToolButton):
-            texts.bind(named(button, f"{name}_label_button").setAccessibleName, "Print labels")
+            named(button, f"{name}_label_button").setAccessibleName(tr("Print labels"))
         edit.editingFinished.connect(self._apply)
         self.activated.connect(self._apply)
-        texts.bind(self.setAccessibleName, "Module")
-        texts.bind(edit.setAccessibleName, "Module")
-        texts.bind(edit.setPlaceholderText, "not named")
-        texts.bind(self.setToolTip, "Without a serial number its name identifies it")
+        self.setAccessibleName(tr("Module"))
+        edit.setAccessibleName(tr("Module"))
+        edit.setPlaceholderText(tr("not named"))
+        self.setToolTip(tr("Without a serial number its name identifies it"))
         ports.renamed.connect(self.show_name)
         for is_over in (ports.invalidated, ports.broke_in_doubt):
             is_over.connect(self._end_editing)  # what was typed was meant for the former module

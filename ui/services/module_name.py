@@ -175,7 +175,7 @@ class ModuleName(QObject):
         if store is None or read != self._stored.get(name, UNKNOWN):
             return read
         try:
-            return store.read(lambda facts: kept_evidence(facts, name))
+            return IdentityEvidence(*store.read(lambda facts: kept_evidence(facts, name)))
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return read

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEv
 from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.engine.worker import Batch
-from ui.core.texts import Texts
+from app.text.i18n import tr
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
@@ -23,16 +23,15 @@ WaysBack = Iterable[tuple[object, Callable[[], object]]]
 
 
 class PageHeader(QWidget):
-    """`name` is the page's key, `title` its English title, marked. The same height on every page."""
+    """`name` is the page's key, `title` its title. The same height on every page."""
 
-    def __init__(self, name: str, texts: Texts, title: str, *actions: QWidget) -> None:
+    def __init__(self, name: str, title: str, *actions: QWidget) -> None:
         super().__init__()
         self.setObjectName(f"{name}_header")
-        self._name, self._texts = name, texts
-        self.title = control(QLabel(), texts, f"{name}_title", title, role="title")
+        self._name = name
+        self.title = named(QLabel(title), f"{name}_title", "title")
         self._menu: QMenu | None = None
-        self.more = control(QToolButton(), texts, f"{name}_more", says="More", picture=Icon.MORE,
-                            role="quiet")  # fmt: skip
+        self.more = control(QToolButton(), f"{name}_more", says=tr("More"), picture=Icon.MORE, role="quiet")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()
         self._actions = FlowRow()
@@ -55,13 +54,13 @@ class PageHeader(QWidget):
         self.more.setVisible(self._menu is not None)
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:
-        """An entry of the menu behind "⋯"; `text` is English, marked."""
+        """An entry of the menu behind "⋯"."""
         if self._menu is None:
             self._menu = named(QMenu(self), f"{self._name}_more_menu")
             self.more.setMenu(self._menu)
             self.more.show()
         action = named(QAction(self), name)
-        self._texts.bind(action.setText, text)
+        action.setText(text)
         action.triggered.connect(slot)
         self._menu.addAction(action)
         return action
@@ -94,9 +93,9 @@ class Page(QWidget):
     def key(self) -> str:
         return self.objectName().removesuffix("_page")
 
-    def make_header(self, texts: Texts, title: str, *actions: QWidget) -> PageHeader:
-        """The first row of the page; `title` is English, marked."""
-        return PageHeader(self.key, texts, title, *actions)
+    def make_header(self, title: str, *actions: QWidget) -> PageHeader:
+        """The first row of the page."""
+        return PageHeader(self.key, title, *actions)
 
     def open_file(self, path: Path) -> None:
         """A file of one of `suffixes`."""

@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QAbstractButton, QMainWindow, QMenu, QStackedWidge
 
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.services.page import Page
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import Shortcut, name_of, named, without_key
@@ -38,8 +37,8 @@ class MenuEntry(NamedTuple):
 class Actions:
     """The window's menus, and its actions by the name of their entries."""
 
-    def __init__(self, window: QMainWindow, texts: Texts, pages: QStackedWidget) -> None:
-        self._window, self._texts, self._pages = window, texts, pages
+    def __init__(self, window: QMainWindow, pages: QStackedWidget) -> None:
+        self._window, self._pages = window, pages
         self._actions: dict[str, QAction] = {}
         self._conditions: dict[QAction, Callable[[], bool]] = {}
         self.main = named(QMenu(window), "main_menu")
@@ -58,7 +57,7 @@ class Actions:
         around = parent or self._menus["file"]
         menu = self._menus[name] = named(QMenu(around), f"menu_{name}")
         around.addMenu(menu)
-        self._texts.bind(menu.setTitle, title)
+        menu.setTitle(tr(title))
         return menu
 
     def add(self, menu: str, *entries: MenuEntry | None) -> None:
@@ -76,7 +75,7 @@ class Actions:
             (action.toggled if entry.is_checkable else action.triggered).connect(entry.act)
             if entry.when is not None:
                 self._conditions[action] = entry.when
-            self._texts.bind(action.setText, entry.text)
+            action.setText(tr(entry.text))
             self._menus[menu].addAction(action)
             self._window.addAction(action)  # shortcuts of a hidden menu do not work
 

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSizeP
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Outcome
 from app.text.i18n import tr
-from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.style.icons import Icon
 from ui.style.theme import Space
@@ -31,13 +30,14 @@ _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 class LockStrip(QWidget):
     """LOCK and its outcome, in a line at the top of a dialog: hidden until there is a module to be locked."""
 
-    def __init__(self, ports: Ports, texts: Texts) -> None:
+    def __init__(self, ports: Ports) -> None:
         super().__init__()
         named(self, "lock_strip")
         self._ports = ports
         self.sentence = named(ElidedLabel(), "lock_strip_said")
-        self.button = control(QPushButton(), texts, "lock_strip_button", "LOCK", key=LOCK_KEYS[0],
-                              picture=Icon.LOCK, slot=ports.lock.press)  # fmt: skip
+        self.button = control(
+            QPushButton(tr("LOCK")), "lock_strip_button", key=LOCK_KEYS[0], picture=Icon.LOCK, slot=ports.lock.press
+        )
         self.button.setAutoDefault(False)  # Enter belongs to the dialog
         in_row((self.sentence, 1), self.button, of=self, spacing=Space.S, margins=(Space.M, Space.S, Space.M, 0))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -67,9 +67,9 @@ class LockAbove(QObject):
     The labels of dialogs and the tool tips show plain text: a module may be named like a picture or a heading.
     """
 
-    def __init__(self, ports: Ports, texts: Texts, button: QPushButton, parent: QObject) -> None:
+    def __init__(self, ports: Ports, button: QPushButton, parent: QObject) -> None:
         super().__init__(parent)
-        self._ports, self._texts, self._lock, self._button = ports, texts, ports.lock, button
+        self._ports, self._lock, self._button = ports, ports.lock, button
         self._keys = [QKeySequence(key) for key in LOCK_KEYS]
         application().installEventFilter(self)
 
@@ -96,7 +96,7 @@ class LockAbove(QObject):
         if isinstance(watched, QDialog):
             layout = watched.layout()
             if layout is not None and layout.menuBar() is None:
-                layout.setMenuBar(LockStrip(self._ports, self._texts))
+                layout.setMenuBar(LockStrip(self._ports))
             for label in watched.findChildren(QLabel):  # Qt's own dialogs show names of files
                 be_plain(label)
         elif isinstance(watched, QLabel) and watched.windowType() == Qt.WindowType.ToolTip:

@@ -19,9 +19,8 @@ from ui.connect.connect_panel import ConnectPanel
 from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
-from ui.core.texts import LanguageSwitch
 from ui.files.file_dialogs import FileOpener, FilePage
-from ui.preferences.dialog import Choices, PreferencesDialog
+from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions, MenuEntry
@@ -55,7 +54,6 @@ class MainWindow(QMainWindow):
     def __init__(
         self,
         services: Services,
-        language_switch: LanguageSwitch,
         left_active: LeftActiveWatch,
         *,
         entries: tuple[PageEntry, ...],
@@ -64,7 +62,6 @@ class MainWindow(QMainWindow):
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
         self._services, self._remembered = services, services.preferences
-        self.choices = Choices(services.appearance, language_switch, services.preferences)
         self._connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
@@ -73,21 +70,20 @@ class MainWindow(QMainWindow):
         self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
-        texts = services.texts
-        texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts, services.in_use)
-        self.notice_bar = NoticeBar(texts, is_foot=True)
-        self.navigation = Sidebar(entries, texts)
+        self.setWindowTitle(tr("DPS-S Configurator"))
+        self.top_bar = TopBar(self._connector, services.in_use)
+        self.notice_bar = NoticeBar(is_foot=True)
+        self.navigation = Sidebar(entries)
         self.area = PageArea()
         self.stack = self.area.stack
-        self.panel = ConnectPanel(self._connector, texts)
-        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
+        self.panel = ConnectPanel(self._connector)
+        self.status_bar = StatusBar(self._connector, services.in_use, self.notice_bar)
         self.recording_sign = RecordingSign(lambda: self._connector.current.recording.sign)
         self.status_bar.add(self.recording_sign)
         self._lay_out()
-        self.simulator = SimulatorDock(self._connector, texts, self)
+        self.simulator = SimulatorDock(self._connector, self)
         self.simulator.hide()
-        self.menus = Actions(self, texts, self.stack)
+        self.menus = Actions(self, self.stack)
         self.top_bar.menu.setMenu(self.menus.main)
         self._preferences: PreferencesDialog | None = None
         acts = {
@@ -138,7 +134,7 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        lock_above = LockAbove(connector, self._services.texts, self.top_bar.lock, self)
+        lock_above = LockAbove(connector, self.top_bar.lock, self)
         self.closing.connect(lock_above.stop)
         self._maker.around = lock_above.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
@@ -325,7 +321,9 @@ class MainWindow(QMainWindow):
 
     def show_preferences(self) -> None:
         if self._preferences is None:
-            self._preferences = PreferencesDialog(self._services.texts, self.choices, self.menus["names"], self)
+            self._preferences = PreferencesDialog(
+                self._remembered, self._services.appearance, self.menus["names"], self
+            )
         self._preferences.bring_up()
 
     def use_sidebar(self, is_wide: bool) -> None:
@@ -361,11 +359,6 @@ class MainWindow(QMainWindow):
         handle = self.windowHandle()
         if not event.spontaneous() and handle is not None:
             handle.screenChanged.connect(lambda _screen: fit_screen(self, SMALLEST))
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self.attention.refresh()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.attention.may_close(self.close_now):

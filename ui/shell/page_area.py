@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from ui.core.bridge import Bridge
-from ui.core.texts import Texts
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.style.icons import icon
@@ -198,7 +198,7 @@ class PageMaker(QObject):
         entry = self._entries[key]
         with self.around():
             page = self.pages[key] = entry.make(self._services)
-            self._services.texts.bind(page.setAccessibleName, entry.title)
+            page.setAccessibleName(tr(entry.title))
             self._place(key, page)
         self._awaited.discard(key)
         if not self._awaited:
@@ -221,12 +221,12 @@ class Sidebar(QListWidget):
 
     page_wanted = Signal(str)
 
-    def __init__(self, entries: tuple[PageEntry, ...], texts: Texts) -> None:
+    def __init__(self, entries: tuple[PageEntry, ...]) -> None:
         super().__init__()
         named(self, "navigation", "navigation")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMouseTracking(True)
-        texts.bind(self.setAccessibleName, "Pages")
+        self.setAccessibleName(tr("Pages"))
         self._entries = entries
         self.is_wide = False
         for entry in entries:
@@ -236,7 +236,7 @@ class Sidebar(QListWidget):
         self._name_rows()
         self._fit()
         self.currentItemChanged.connect(self._on_current_changed)
-        VisibilityTimer(self, self._fit, retranslate=self._name_rows, restyle=self._fit)
+        VisibilityTimer(self, self._fit, restyle=self._fit)
 
     def choose(self, key: str) -> bool:
         """Chooses the page with this key; returns whether there is one."""
@@ -286,7 +286,7 @@ class Sidebar(QListWidget):
             key = QKeySequence(f"Ctrl+{(row + 1) % 10}").toString(QKeySequence.SequenceFormat.NativeText)
             title = tr(entry.title)
             self.item(row).setText(title)
-            self.item(row).setToolTip(tr("{tip} ({key})", tip=title, key=key))
+            self.item(row).setToolTip(title + in_brackets(key))
 
     # Qt
 

@@ -13,7 +13,6 @@ from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.link_states import Presence
-from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.services.storage import RecordingState
 from ui.style.icons import Icon
@@ -62,7 +61,7 @@ class StatusBar(QFrame):
     A notice takes their place, so that nothing else in the window moves when it appears; its height is the same.
     """
 
-    def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
+    def __init__(self, connector: Ports, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
         self._connector, self._in_use = connector, in_use
@@ -72,11 +71,9 @@ class StatusBar(QFrame):
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.fault = named(QLabel(), "line_fault", "attention")
         self.passing = named(ElidedLabel(), "passing_message", "small")
-        self.age = control(
-            AgeLabel(connector.clock), texts, "last_heard", says="Time since the last frame", role="small"
-        )
+        self.age = control(AgeLabel(connector.clock), "last_heard", says=tr("Time since the last frame"), role="small")
         # A description, since a name would replace the text for screen readers.
-        texts.bind(self.passing.setAccessibleDescription, "Message")
+        self.passing.setAccessibleDescription(tr("Message"))
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._left = named(QWidget(), "status_message")
         in_row(self.sign, self.fault, (self.passing, 1), of=self._left, spacing=Space.XS, margins=(Space.M, 0, 0, 0))
@@ -91,7 +88,7 @@ class StatusBar(QFrame):
         connector.batch.connect(self.on_batch)
         for is_over in (connector.invalidated, connector.disconnected):
             is_over.connect(lambda: self.show_message(""))
-        VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
+        VisibilityTimer(self, restyle=self._reserve)
 
     def _reserve(self) -> None:
         """Reserves room for the longest age, so that nothing beside it moves, and for two lines of a notice."""
@@ -139,10 +136,6 @@ class StatusBar(QFrame):
                 lag_s=lag_s, round_trip_s=link.round_trip_median_s, has_damaged=has_damaged, in_use=self._in_use
             )
         )
-
-    def _retranslate(self) -> None:
-        self.show_message("")  # it is in the former language
-        self._reserve()
 
     def _show_fault(self, outside: Outside | None) -> None:
         self.fault.setText("" if outside is None else tr(outside.fault.value))

@@ -12,7 +12,6 @@ from app.safety.trigger_flags import TriggerFlags, trigger_flags
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
-from ui.core.texts import Texts
 from ui.forms.field_editors import explain_setting
 from ui.services.port import Ports
 from ui.style.icons import Icon, battery, set_icon_size
@@ -58,11 +57,11 @@ def port_title(state: LinkState, target: Target | None) -> str:
 class PortButton(QPushButton):
     """Shows port and link state on two lines; opens the list of ports."""
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self._shown: object = None
         self._whole_title = ""
-        control(self, texts, "port_button", tip="Choose a port", key="Ctrl+K", role="quiet")
+        control(self, "port_button", tip=tr("Choose a port"), key="Ctrl+K", role="quiet")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
@@ -115,34 +114,37 @@ class TopBar(QFrame):
 
     panel_wanted = Signal()
 
-    def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse) -> None:
+    def __init__(self, connector: Ports, in_use: LimitsInUse) -> None:
         super().__init__()
         named(self, "top_bar", "bar")
         self._connector, self._in_use = connector, in_use
-        self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
-                            picture=Icon.MENU, role="quiet")  # fmt: skip
+        self.menu = control(QToolButton(), "menu_button", says=tr("Menu"), key="F10", picture=Icon.MENU, role="quiet")
         set_icon_size(self.menu, 20)
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.port = PortButton(texts)
+        self.port = PortButton()
         self.port.clicked.connect(self.panel_wanted)
         self.name = named(ElidedLabel(), "module_name", "strong")
-        texts.bind(self.name.setAccessibleDescription, "Module")
+        self.name.setAccessibleDescription(tr("Module"))
         self.activation = named(StateChip("", is_stacked=True), "activation_chip")
         self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
         self.triggers = named(StateChip("", is_stacked=True, is_captioned=True), "triggers_chip")
         self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
-        texts.bind(self.activation.set_caption, "Activation")
-        texts.bind(self.trigger.set_caption, "Trigger")
-        texts.bind(self.triggers.set_caption, "triggers")
-        texts.bind(self.cell.set_caption, "Cell voltage")
+        self.activation.set_caption(tr("Activation"))
+        self.trigger.set_caption(tr("Trigger"))
+        self.triggers.set_caption(tr("triggers"))
+        self.cell.set_caption(tr("Cell voltage"))
         explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"),
                      (self.triggers, "attitude_trigger"))  # fmt: skip
         for chip, name in explained:
-            explain_setting(texts, chip, BY_NAME[name])
+            explain_setting(chip, BY_NAME[name])
         self.lock = control(
-            QPushButton(), texts, "lock_button", "LOCK", key="Ctrl+L", picture=Icon.LOCK, slot=connector.lock.press,
-            about="Standby at once: always allowed, never asked twice.",
-        )  # fmt: skip
+            QPushButton(tr("LOCK")),
+            "lock_button",
+            key="Ctrl+L",
+            picture=Icon.LOCK,
+            slot=connector.lock.press,
+            about=tr("Standby at once: always allowed, never asked twice."),
+        )
         connector.lock.buttons.add(self.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._states = named(QWidget(), "states")
@@ -152,11 +154,12 @@ class TopBar(QFrame):
                                  margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX))  # fmt: skip
         for widget in (self.menu, self.activation, self.trigger, self.triggers, self.cell, self.lock):
             widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        self._reserve()
         self._fit()
-        self._retranslate()
+        self.refresh()
         for changed in (connector.changed, connector.renamed, connector.ticked, connector.lock_changed):
             changed.connect(self.refresh)
-        VisibilityTimer(self, self.refresh, retranslate=self._retranslate, restyle=self._fit)
+        VisibilityTimer(self, self.refresh, restyle=self._fit)
 
     def _fit(self) -> None:
         """Sets the heights and widths that depend on theme and text size; where one line has no room for all, the
@@ -207,11 +210,6 @@ class TopBar(QFrame):
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
-
-    def _retranslate(self) -> None:
-        self._reserve()
-        self._fit()
-        self.refresh()
 
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()

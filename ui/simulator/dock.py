@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from app.text.i18n import tr
 from app.text.user_error import UserError
-from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.style.theme import scaled
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -24,16 +24,15 @@ _BESIDE_FROM_PX: Final = 700
 class SimulatorDock(QDockWidget):
     """Controls the simulated module that is connected; disabled while there is none."""
 
-    def __init__(self, connector: Ports, texts: Texts, window: QMainWindow) -> None:
+    def __init__(self, connector: Ports, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
         self.setObjectName("simulator_dock")
         self._connector = connector
-        self._texts = texts
         self._device: str | None = None
         self._panel: SimulatorPanel | None = None
-        texts.bind(self.setWindowTitle, "Simulated module")
-        texts.bind(self.setAccessibleName, "Simulated module")
+        self.setWindowTitle(tr("Simulated module"))
+        self.setAccessibleName(tr("Simulated module"))
         connector.changed.connect(self._update_panel)
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self)
         VisibilityTimer(self, restyle=self.fit)
@@ -52,7 +51,7 @@ class SimulatorDock(QDockWidget):
         if self._panel is None:
             from ui.simulator.panel import SimulatorPanel
 
-            self._panel = SimulatorPanel(self._texts)
+            self._panel = SimulatorPanel()
             self.setWidget(self._panel)
         self._update_panel()
 

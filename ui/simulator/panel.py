@@ -12,7 +12,6 @@ from app.simulator.bench import BenchState, SimulatedBench
 from app.text.i18n import tr
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
@@ -39,23 +38,22 @@ class SimulatorPanel(QWidget):
     Activating is not among them: it goes through the protocol, as for a real module.
     """
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("simulator_panel")
-        self._texts = texts
         self._bench: SimulatedBench | None = None
         self.summary = text_label("simulator_summary", "muted")
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°")
-        self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Fall")
+        self.fall_height = control(QSpinBox(), "simulator_height", says=tr("Fall"))
         self.drop = named(QPushButton(), "simulator_drop")
-        self.bay = control(QCheckBox(), texts, "simulator_bay", "Bay open")
+        self.bay = named(QCheckBox(tr("Bay open")), "simulator_bay")
         self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V")
-        self.charger = control(QCheckBox(), texts, "simulator_charger", "External power")
-        self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles")
-        self.restart = control(QPushButton(), texts, "simulator_restart", "Restart")
-        self.press = control(QPushButton(), texts, "simulator_press", "Press switch")
-        self.trigger = control(QPushButton(), texts, "simulator_trigger", "PWM trigger")
-        self.faults = {name: control(QCheckBox(), texts, f"simulator_fault_{name}", text) for name, text, _ in _FAULTS}
+        self.charger = named(QCheckBox(tr("External power")), "simulator_charger")
+        self.lifelike = named(QCheckBox(tr("Wobbles")), "simulator_lifelike")
+        self.restart = named(QPushButton(tr("Restart")), "simulator_restart")
+        self.press = named(QPushButton(tr("Press switch")), "simulator_press")
+        self.trigger = named(QPushButton(tr("PWM trigger")), "simulator_trigger")
+        self.faults = {name: named(QCheckBox(tr(text)), f"simulator_fault_{name}") for name, text, _ in _FAULTS}
         self.plug = QPushButton()
         self._connect()
         self._name()
@@ -119,31 +117,30 @@ class SimulatorPanel(QWidget):
             self.faults[name].clicked.connect(lambda on, name=name, value=value: self._set_fault(name, value, on))
 
     def _name(self) -> None:
-        self.tilt.describe(self._texts, marked("Tilt"), "")
-        self.cell.describe(self._texts, marked("Cell voltage"), "")
+        self.tilt.describe(tr("Tilt"), "")
+        self.cell.describe(tr("Cell voltage"), "")
         self._name_drop(self.fall_height.value())
         self._name_plug(is_plugged_in=True)
 
     def _name_drop(self, height_m: int) -> None:
-        self._texts.bind(self.drop.setText, "Drop {height} m", height=height_m)
-        self._texts.bind(self.drop.setAccessibleName, "Drop {height} m", height=height_m)
+        self.drop.setText(tr("Drop {height} m", height=height_m))
 
     def _name_plug(self, *, is_plugged_in: bool) -> None:
         if self.plug.property("is_plugged_in") is is_plugged_in:
             return
         self.plug.setProperty("is_plugged_in", is_plugged_in)
         text = marked("Unplug") if is_plugged_in else marked("Plug in")
-        control(self.plug, self._texts, "simulator_plug", text)
+        control(self.plug, "simulator_plug", text=tr(text))
 
     def _lay_out(self) -> None:
         form = QFormLayout()
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow(label_for(self._texts, self.tilt, marked("Tilt")), self.tilt)
-        form.addRow(label_for(self._texts, self.cell, marked("Cell")), self.cell)
+        form.addRow(label_for(self.tilt, tr("Tilt")), self.tilt)
+        form.addRow(label_for(self.cell, tr("Cell")), self.cell)
         fall = in_row((self.drop, 1), self.fall_height, spacing=Space.S)
-        form.addRow(label_for(self._texts, self.fall_height, marked("Fall")), fall)
+        form.addRow(label_for(self.fall_height, tr("Fall")), fall)
         for box in (self.bay, self.charger, self.lifelike, *self.faults.values()):
             form.addRow(box)
         buttons = QGridLayout()
@@ -154,7 +151,7 @@ class SimulatorPanel(QWidget):
         buttons.addWidget(self.trigger, 1, 1)
         self._body = named(QWidget(), "simulator_body")
         in_column(self.summary, form, buttons, 1, of=self._body, spacing=Space.M, margins=Space.M)
-        self._area = scroll_area(self._body, self._texts, "simulator_scroll", "Simulated module", is_vertical=True)
+        self._area = scroll_area(self._body, "simulator_scroll", tr("Simulated module"), is_vertical=True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         in_column(self._area, of=self, margins=0)
 

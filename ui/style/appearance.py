@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
 from ui.style.icons import FILES, fit_icons
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, kept_font, scale_in_use, scaled, use, zoom
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, kept_font, scale_in_use, scaled, use
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -27,7 +27,7 @@ _CHINESE_FAMILIES: Final = (
 )
 
 _STYLED_THEME: Final = "theme"
-"""Property of a part of a window: the name of the theme whose style sheet it has, and its size."""
+"""Property of a part of a window: the name of the theme whose style sheet it has."""
 _SHEET: Final = Path(__file__).parent / "style.qss"
 _SCALED: Final = re.compile(r"\b(?:font-size|padding|min-height|min-width|width|height|spacing): [^;]+;")
 _PX: Final = re.compile(r"(\d+)px")
@@ -58,7 +58,7 @@ def style_sheet(theme: Theme) -> str:
         field_v=3 - grown_px,
         field_h=8 - grown_px,
     )
-    scale = max(scale_in_use(), theme.scale)
+    scale = scale_in_use()
     if scale != 1:
         sheet = _SCALED.sub(partial(_times, scale), sheet)
     return sheet.replace("@tool", f"{round(22 * scale) - 3}px")
@@ -169,11 +169,10 @@ class Appearance(QObject):
     def apply_to(self, part: QWidget) -> None:
         """Set the style sheet of the theme in use on a part. By itself that happens when it is first shown: too late
         for one that is measured before."""
-        worn = f"{self._applied.name} {scale_in_use()}"
-        if part.property(_STYLED_THEME) != worn:
+        if part.property(_STYLED_THEME) != self._applied.name:
             if part.property(_STYLED_THEME) is None:
                 part.installEventFilter(self)
-            part.setProperty(_STYLED_THEME, worn)
+            part.setProperty(_STYLED_THEME, self._applied.name)
             part.setStyleSheet(self._sheet)
             fit_icons(part)
 
@@ -187,11 +186,6 @@ class Appearance(QObject):
         if choice is not self._choice:
             self._choice = choice
             self._apply()
-
-    def zoom(self, percent: int) -> None:
-        """Make text and controls larger, or as large as usual."""
-        zoom(percent)
-        self._apply()
 
     def _on_system_changed(self) -> None:
         if self._choice is Choice.AUTO and self._chosen_theme() is not self._applied:

@@ -22,7 +22,7 @@ class Freshness(Enum):
 
 
 class PaintedWidget(QWidget):
-    """A widget that paints itself: it measures and repaints after a change of font, theme or language."""
+    """A widget that paints itself: it measures and repaints after a change of theme."""
 
     accessible_role: ClassVar = QAccessible.Role.StaticText
     """See `ui.style.accessible_roles`."""
@@ -39,7 +39,7 @@ class PaintedWidget(QWidget):
         return QSize(self.least) if self.least.isValid() else self.sizeHint()
 
     def changeEvent(self, event: QEvent) -> None:
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):
+        if event.type() == QEvent.Type.PaletteChange:
             self.updateGeometry()
             self.update()
         super().changeEvent(event)

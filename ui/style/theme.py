@@ -92,8 +92,6 @@ class Theme(NamedTuple):
     meanings: Mapping[Meaning, Tint]
     line_px: int
     border_px: int
-    scale: float = 1.0
-    """How much larger than at its usual size text and controls are."""
 
     @property
     def danger(self) -> Tint:
@@ -203,7 +201,6 @@ SUNLIGHT: Final = Theme(
     ),
     line_px=2,
     border_px=2,
-    scale=1.25,
 )
 THEMES: Final = (LIGHT, DARK, SUNLIGHT)
 
@@ -223,13 +220,13 @@ def use(theme: Theme) -> None:
 
 
 def zoom(percent: int) -> None:
-    """Make text and controls larger than usual; a theme that is larger by itself stays so."""
+    """Text and controls made from now on are larger than usual; chosen before the first widget is made."""
     global _zoom  # noqa: PLW0603  as the theme
     _zoom = percent / 100
 
 
 def scale_in_use() -> float:
-    return max(_zoom, _in_use.scale)
+    return _zoom
 
 
 def is_text_large() -> bool:

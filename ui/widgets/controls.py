@@ -1,14 +1,12 @@
-"""Makes a control from one description: object name, texts in the language in use, shortcut, icon, role, slot."""
+"""Makes a control from one description: object name, texts, shortcut, icon, role, slot."""
 
-from collections.abc import Callable
 from typing import ClassVar, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
 
-from app.text.i18n import tr
-from ui.core.texts import Texts
+from app.text.sentences import in_brackets
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.widgets.step_button import StepButton
 
@@ -44,22 +42,11 @@ _KEY: Final = "key"
 Control = TypeVar("Control", bound=QWidget)
 
 
-class _Translated:
-    """A text that is translated each time it is formatted into another one."""
-
-    def __init__(self, english: str) -> None:
-        self._english = english
-
-    def __format__(self, _spec: str) -> str:
-        return tr(self._english)
-
-
 def control(
     widget: Control,
-    texts: Texts | None,
     name: str,
-    text: str = "",
     *,
+    text: str = "",
     says: str = "",
     tip: str = "",
     about: str = "",
@@ -70,25 +57,22 @@ def control(
     is_checkable: bool = False,
     slot: object = None,
 ) -> Control:
-    """Sets up `widget` and returns it.
+    """Sets up `widget` and returns it. All texts are in the language in use.
 
-    `text`, `says`, `tip` and `about` are English; without `texts` they are in the language in use, for a control that
-    lives no longer than its text. `says` is the accessible name. The accessible name of a button with a text is that
-    text, which is what users of voice control say; `says` then describes it. `tip` is needed only where it adds
-    something; `about` is the text of "What's this?" where the tooltip does not say it all. `keys`, such as "F5; Ctrl+R"
-    press it, see `Shortcut`; the tooltip names the first, or a `key` that something else handles. `role` is one of the
-    style sheet's. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
+    `text` is for a tool button, whose constructor takes none. `says` is the accessible name; a button with a text has
+    that text as its name, which is what users of voice control say, and `says` describes it. `tip` is needed only where
+    it adds something; `about` is the text of "What's this?" where the tooltip does not say it all. `keys`, such as
+    "F5; Ctrl+R" press it, see `Shortcut`; the tooltip names the first, or a `key` that something else handles. `role`
+    is one of the style sheet's. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
     """
-    bind = _apply if texts is None else texts.bind
     named(widget, name, role)
     if keys:
         key = keys.partition(";")[0]
         Shortcut(widget, keys)
     if isinstance(widget, QAbstractButton):
         if text:
-            says, description = text, says
-            if description not in ("", says):
-                bind(widget.setAccessibleDescription, description)
+            widget.setText(text)
+        text = widget.text()
         if is_checkable:
             widget.setCheckable(True)
         if picture is not None:
@@ -99,30 +83,20 @@ def control(
                 widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:
             (widget.chosen if isinstance(widget, StepButton) else widget.clicked).connect(slot)
-    if text and isinstance(widget, QAbstractButton | QLabel):
-        bind(widget.setText, text)
-    if says:
-        bind(widget.setAccessibleName, says)
+        if not tip and (key or not text):
+            tip = text or says
+    if text:
+        widget.setAccessibleDescription(says)
+    elif says:
+        widget.setAccessibleName(says)
     if about:
-        bind(widget.setWhatsThis, about)
-    if not tip and (key or not text) and isinstance(widget, QAbstractButton):
-        tip = text or says
+        widget.setWhatsThis(about)
     if key:
         widget.setProperty(_KEY, key)
-        bind(widget.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)
-    elif tip:
-        bind(widget.setToolTip, tip)
+        tip += in_brackets(key)
+    if tip:
+        widget.setToolTip(tip)
     return widget
-
-
-def rename(button: QAbstractButton, texts: Texts, text: str, **values: object) -> None:
-    """Binds another text, in English, as the text and the accessible name of a button."""
-    for setter in (button.setText, button.setAccessibleName):
-        texts.bind(setter, text, **values)
-
-
-def _apply(setter: Callable[[str], object], text: str, /, **values: object) -> None:
-    setter(text.format(**values) if values else text)
 
 
 class ChoiceButton(QToolButton):

@@ -9,10 +9,9 @@ from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEven
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.text.sentences import join_sentences
-from ui.core.texts import Texts
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import named
 from ui.widgets.layouts import in_column
 
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
@@ -177,16 +176,16 @@ _ICON_PX: Final = 48
 
 
 class EmptyState(QWidget):
-    """`title` and `text` are English, marked; without them the owner fills the labels."""
+    """Without `title` and `text` the owner fills the labels."""
 
-    def __init__(self, name: str, picture: Icon, texts: Texts, title: str = "", text: str = "") -> None:
+    def __init__(self, name: str, picture: Icon, title: str = "", text: str = "") -> None:
         super().__init__()
         self.setObjectName(name)
         self._picture = IconLabel(f"{name}_icon", _ICON_PX)
         self._picture.show_icon(picture, is_muted=True)
         self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self.title = control(QLabel(), texts, f"{name}_title", title, role="title")
-        self.text = control(QLabel(), texts, f"{name}_text", text, role="muted")
+        self.title = named(QLabel(title), f"{name}_title", "title")
+        self.text = named(QLabel(text), f"{name}_text", "muted")
         column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=(_MARGIN_PX, 0))
         for label in (self.title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)

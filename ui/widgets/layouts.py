@@ -19,9 +19,8 @@ from PySide6.QtWidgets import (
     QWidgetItem,
 )
 
-from ui.core.texts import Texts
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control, set_role
+from ui.widgets.controls import control, named, set_role
 
 _LOWEST_PX: Final = 130
 """Of a list and of its details, one below the other."""
@@ -100,11 +99,11 @@ def stacked(stack: Stack, *views: QWidget) -> Stack:
     return stack
 
 
-def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> "FlowRow":
-    """Fields of equal width, each below its caption (English, marked), in as few rows as have room for them."""
+def captioned_row(*fields: tuple[str, QWidget]) -> "FlowRow":
+    """Fields of equal width, each below its caption in as few rows as have room for them."""
     boxes = []
     for caption, field in fields:
-        label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
+        label = named(QLabel(caption), f"{field.objectName()}_caption", "small")
         label.setBuddy(field)
         both = QWidget()
         in_column(label, field, of=both, spacing=2, margins=0)
@@ -141,11 +140,11 @@ class ScrollArea(QScrollArea):
 
 
 def scroll_area(
-    content: QWidget, texts: Texts, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
+    content: QWidget, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
 ) -> ScrollArea:
     """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls sideways;
     where it `is_transparent` the card below it shows through."""
-    area = control(ScrollArea(), texts, name, says=says)
+    area = control(ScrollArea(), name, says=says)
     area.setWidget(content)
     if is_vertical:
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

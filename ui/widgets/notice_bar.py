@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QSizePolicy, QT
 
 from app.text.i18n import tr
 from app.text.sentences import labelled
-from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space
@@ -53,7 +52,7 @@ class NoticeBar(QWidget):
     changed = Signal()
     """Another notice is shown, or none."""
 
-    def __init__(self, texts: Texts, *, is_foot: bool = False, is_fitted: bool = False) -> None:
+    def __init__(self, *, is_foot: bool = False, is_fitted: bool = False) -> None:
         super().__init__()
         self.setObjectName("notice_bar")
         self.hide()
@@ -68,9 +67,9 @@ class NoticeBar(QWidget):
         if not is_fitted:
             self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close",
-                                picture=Icon.CROSS, role="quiet",
-                                slot=self._close)  # fmt: skip
+        self._dismiss = control(
+            QToolButton(), "notice_dismiss", says=tr("Close"), picture=Icon.CROSS, role="quiet", slot=self._close
+        )
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
         self._choices = None if is_fitted else FlowRow()
@@ -173,9 +172,12 @@ class NoticeBar(QWidget):
     def _make_button(self, choice: Choice, number: int) -> QPushButton:
         # By number: an equal notice may have replaced this one, with other acts.
         button = control(
-            StepButton() if choice.is_step else QPushButton(), None, f"notice_{choice.key}", choice.text,
-            role="primary" if choice.is_main else "", slot=lambda: self._act(number),
-        )  # fmt: skip
+            StepButton() if choice.is_step else QPushButton(),
+            f"notice_{choice.key}",
+            text=choice.text,
+            role="primary" if choice.is_main else "",
+            slot=lambda: self._act(number),
+        )
         button.setText(without_key(choice.text))
         return button
 

@@ -3,7 +3,6 @@
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QLabel, QSlider, QWidget
 
-from ui.core.texts import Texts
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
@@ -41,8 +40,8 @@ def fit_number(box: QWidget, px: int = NUMBER_PX) -> None:
     fit()
 
 
-def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
-    label = control(QLabel(), texts, f"{widget.objectName()}_label", title)
+def label_for(widget: QWidget, title: str) -> QLabel:
+    label = named(QLabel(title), f"{widget.objectName()}_label")
     label.setBuddy(widget)
     label.setMinimumHeight(widget.sizeHint().height())  # aligns its text with that of the field
     return label
@@ -88,9 +87,9 @@ class Dial(QWidget):
         self.box.edited.connect(self._typed)
         self.box.show_number(minimum)
 
-    def describe(self, texts: Texts, title: str, explanation: str) -> None:
+    def describe(self, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
-            control(widget, texts, widget.objectName(), says=title, tip=explanation)
+            control(widget, widget.objectName(), says=title, tip=explanation)
 
     @property
     def value(self) -> float:

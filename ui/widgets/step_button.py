@@ -26,8 +26,8 @@ class StepButton(QPushButton):
     chosen = Signal()
     """A press that counted. `clicked` may also come from assistive technology, at any time."""
 
-    def __init__(self, *, is_safe: bool = False) -> None:
-        super().__init__()
+    def __init__(self, text: str = "", *, is_safe: bool = False) -> None:
+        super().__init__(text)
         self._is_safe = is_safe
         self._gestures = gestures()
         self.appeared_at = 0.0

@@ -1,4 +1,4 @@
-"""Refreshes a widget while it is visible, and at changes of language and theme."""
+"""Refreshes a widget while it is visible, and at changes of the theme."""
 
 from collections.abc import Callable
 from typing import Final
@@ -14,9 +14,8 @@ _HANDLED: Final = {QShowEvent, QHideEvent, QEvent}
 class VisibilityTimer(QObject):
     """Calls `refresh` when `widget` is shown, then `tick` (by default `refresh`) every `every_ms` until it is hidden.
 
-    Without `every_ms` there are no ticks. `hidden` is called when the widget is hidden. A change of language calls
-    `retranslate` (by default `refresh`), a change of theme or text size `restyle`, whether the widget is visible or
-    not. Make it at the end of the constructor: `widget` is not called before.
+    Without `every_ms` there are no ticks. `hidden` is called when the widget is hidden. A change of theme calls
+    `restyle`, whether the widget is visible or not. Make it at the end of the constructor: nothing is called before.
     """
 
     def __init__(
@@ -26,13 +25,12 @@ class VisibilityTimer(QObject):
         *,
         every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
-        retranslate: Callable[[], object] | None = None,
         restyle: Callable[[], object] | None = None,
         hidden: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(widget)
         self._widget = widget
-        self._refresh, self._retranslate = refresh, retranslate or refresh
+        self._refresh = refresh
         self._restyle, self._hidden = restyle, hidden
         self._timer: QTimer | None = None
         if every_ms is not None:
@@ -68,8 +66,6 @@ class VisibilityTimer(QObject):
                     self._timer.stop()
                 if self._hidden is not None:
                     self._hidden()
-            case QEvent.Type.LanguageChange:
-                self._retranslate()
             case QEvent.Type.StyleChange:
                 if self._restyle is not None:
                     self._restyle()

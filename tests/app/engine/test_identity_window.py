@@ -229,7 +229,7 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named
     one.bench.plug()
     one.until(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
     asked = connector.current.identity
-    field = ModuleField("module", connector, one.assembly.window._services.texts)
+    field = ModuleField("module", connector)
     one.qtbot.addWidget(field)
     edit = find(field, QLineEdit)
     assert edit.text() == ""
@@ -241,7 +241,7 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named
 
 
 def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_other_one(one: Desk, qtbot: QtBot) -> None:
-    field = ModuleField("module", one.assembly.connector, one.assembly.window._services.texts)
+    field = ModuleField("module", one.assembly.connector)
     qtbot.addWidget(field)
     edit = find(field, QLineEdit)
     for boots in (12, 7):  # a third one comes before a person has said which the second is
@@ -258,8 +258,8 @@ def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_othe
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
     one: Desk, qtbot: QtBot
 ) -> None:
-    connector, texts = one.assembly.connector, one.assembly.window._services.texts
-    field, other = ModuleField("module", connector, texts), QLineEdit()
+    connector = one.assembly.connector
+    field, other = ModuleField("module", connector), QLineEdit()
     for widget in (field, other):
         qtbot.addWidget(widget)
         widget.show()

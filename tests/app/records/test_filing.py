@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.identity import IdentityEvidence
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
@@ -162,7 +161,7 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         return filed.assessment.result("boot_count")
 
     with closing(open_store(tmp_path)) as store:
-        keep_evidence(store, "M-07", IdentityEvidence(36, file_one(store, "M-07").assessment.case.evidence.values))
+        keep_evidence(store, "M-07", (36, file_one(store, "M-07").assessment.case.evidence.values))
         changed = partial(file_one, store, "M-07", FAULTS["free-fall time"])
         assert boot_count(changed()) is CheckResult.FAIL, "other settings than last read"
         assert boot_count(changed()) is CheckResult.FAIL, "what may be another one is not what was last read"
@@ -195,7 +194,7 @@ def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: 
     """By the window, or with the trigger records: it is newer than that of the last visit."""
     with closing(open_store(tmp_path)) as store:
         assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.WARN, "no earlier visit"
-        keep_evidence(store, "M-07", IdentityEvidence(boots))
+        keep_evidence(store, "M-07", (boots, {}))
         assert file_one(store, "M-07").assessment.result("boot_count") is result
 
 

@@ -14,7 +14,6 @@ from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, recorder_in, report, talk
 from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.steps import Driver, notice_text
-from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
@@ -59,7 +58,6 @@ class Desk(Driver):
 
     qtbot: QtBot
     storage: Storage
-    texts_of_window: Texts
     page: RecordingsPage
     live: LivePage
 
@@ -106,8 +104,8 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
         for page in pages.values():
             row.addWidget(page)
         show_alone(qtbot, services, shown, 876 * len(kinds), 500)
-        texts, alone = services.texts, pages.get
-        desk = Desk(qtbot, storage, texts, alone(RecordingsPage), alone(LivePage))  # type: ignore[arg-type]
+        alone = pages.get
+        desk = Desk(qtbot, storage, alone(RecordingsPage), alone(LivePage))  # type: ignore[arg-type]
         if RecordingsPage in pages:
             desk.list_again(1)
         yield desk

@@ -6,7 +6,6 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
 
-from app.engine.identity import IdentityEvidence
 from app.records.checks import CheckLine, checks_in
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -17,6 +16,7 @@ from app.store.left_active import KnownAs, LeftActive
 from app.store.opening import connect
 from app.store.store_journal import UNNAMED, left_active
 from app.trigger_records.kept import KeptTriggers, SeenRecord
+from protocol.fields import Value
 from tests.support.patience import PATIENCE_S
 
 
@@ -67,12 +67,12 @@ def register(store: Store, name: str, adapter: str = "") -> None:
     store.write(lambda facts: modules.register_module(facts, name, adapter)).result(PATIENCE_S)
 
 
-def evidence_of(store: Store, name: str) -> IdentityEvidence:
+def evidence_of(store: Store, name: str) -> modules.LastRead:
     return store.write(lambda facts: modules.evidence_of(facts, name)).result(PATIENCE_S)
 
 
-def keep_evidence(store: Store, name: str, evidence: IdentityEvidence) -> None:
-    store.write(lambda facts: modules.store_evidence(facts, name, evidence)).result(PATIENCE_S)
+def keep_evidence(store: Store, name: str, read: tuple[int | None, Mapping[str, Value]]) -> None:
+    store.write(lambda facts: modules.store_evidence(facts, name, read)).result(PATIENCE_S)
 
 
 def records_of(store: Store, name: str) -> tuple[SeenRecord, ...]:

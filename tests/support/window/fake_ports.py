@@ -25,7 +25,6 @@ from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import ListedPorts, window
 from ui.core.port_watcher import PortWatcher
-from ui.core.texts import Texts
 from ui.main import PAGES, Assembly
 from ui.services.context import Services
 from ui.services.port import Port, Ports
@@ -210,7 +209,7 @@ def fake_window(qapp: QApplication, folder: Path, *ports: PortInfo) -> Iterator[
 def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterator[tuple[FakePorts, Services]]:
     """What a page without a main window is given."""
     ports, appearance = ports_alone(storage), Appearance(qapp, Choice.LIGHT)
-    yield ports, Services(ports.connector, Texts(), appearance)
+    yield ports, Services(ports.connector, appearance)
     appearance.choose(Choice.LIGHT)
     appearance.deleteLater()
     ports.stop()

@@ -6,7 +6,6 @@ from concurrent.futures import wait
 from contextlib import contextmanager
 from pathlib import Path
 
-from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
@@ -16,9 +15,10 @@ from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
-from app.text.i18n import CHINESE, ENGLISH, language, set_language
+from app.text.i18n import ENGLISH, language
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
+from ui.core.language import use_language
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
@@ -31,13 +31,6 @@ from ui.style.icons import Icon
 WAIT_MS = round(PATIENCE_S * 1000)
 
 
-def speak_chinese() -> None:
-    """Change the language of all windows, as `LanguageSwitch` does, without the bound texts."""
-    set_language(CHINESE)
-    for window in QApplication.topLevelWidgets():
-        QApplication.sendEvent(window, QEvent(QEvent.Type.LanguageChange))
-
-
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
 
@@ -47,7 +40,7 @@ class TrafficAlone(StreamPage):
 
     def __init__(self, services: Services) -> None:
         super().__init__("alone")
-        self.traffic = TrafficPage(services)
+        self.traffic = TrafficPage()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.traffic)
@@ -95,13 +88,17 @@ def window(
     ports: ListedPorts | None = None,
     options: WindowOptions | None = None,
     entries: tuple[PageEntry, ...] = EMPTY_PAGE,
+    percent: int | None = None,
 ) -> Iterator[Assembly]:
-    """Show a window; close it and stop its threads afterwards."""
-    options = options or WindowOptions(language="en")
+    """Show a window in the language in use and this size of text; close it and stop its threads afterwards."""
+    options = options or WindowOptions(language=language())
+    preferences = Preferences(folder / "window.ini")
+    if percent is not None:
+        preferences.zoom_percent = percent
     assembly = assemble(
         qapp,
         options,
-        preferences=Preferences(folder / "window.ini"),
+        preferences=preferences,
         ports=PortWatcher((ports or ListedPorts()).poll),
         entries=entries,
     )
@@ -121,8 +118,9 @@ def close_window(assembly: Assembly) -> None:
     assembly.connector.stop(2.0)
     assembly.ports.stop(2.0)
     assembly.storage.close()
-    if language() != ENGLISH or not assembly.language_switch._qt_texts.isEmpty():
-        assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
+    app = QApplication.instance()
+    if language() != ENGLISH and isinstance(app, QApplication):
+        use_language(app, ENGLISH)  # removes Qt's own translation from the application
     assembly.window.deleteLater()
     QApplication.processEvents()
 

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButto
 from pytestqt.qtbot import QtBot
 
 from app.flights.fire_map import FlightGroup
+from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
@@ -259,11 +260,11 @@ def walking(
 ) -> Iterator[Walk]:
     """Show the whole window with two adapters listed and a simulated module."""
     ports = ListedPorts(ADAPTER, SECOND_ADAPTER)
+    set_language(language)
     with (
         on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk,
     ):
         walk.folder = folder
-        walk.assembly.language_switch.use(language)
         walk.assembly.appearance.choose(theme)
         with qtbot.waitSignal(walk.window.pages_made):
             walk.window.resize(size)

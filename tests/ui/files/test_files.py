@@ -16,14 +16,14 @@ from threading import Thread
 from unittest.mock import Mock
 
 import pytest
-from PySide6.QtCore import QEvent, QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
+from PySide6.QtCore import QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
 from PySide6.QtGui import QIcon, QImage
 from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, QMenu, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
 from app.cli.commands import is_file_name
-from app.text.i18n import CHINESE, set_language
+from app.text.i18n import CHINESE
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window import walk
@@ -33,7 +33,6 @@ from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
 from ui.core.preferences import Preferences
-from ui.core.texts import Texts
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
@@ -265,8 +264,7 @@ def _meaning(live: Bench) -> Meaning | None:
 
 @pytest.mark.parametrize("percent", [100, 200])
 def test_dialogs_of_qt_are_whole_and_chinese(qapp: QApplication, tmp_path: Path, percent: int) -> None:
-    with window(qapp, tmp_path, options=WindowOptions(language=CHINESE)) as assembly:
-        assembly.appearance.zoom(percent)
+    with window(qapp, tmp_path, options=WindowOptions(language=CHINESE), percent=percent) as assembly:
         ask_path(assembly.window, "x", tmp_path / "x.csv", "x (*.csv)", bool)
         dialog = find(assembly.window, QFileDialog)
         labels = {label.text() for label in dialog.findChildren(QLabel)}
@@ -323,18 +321,6 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     save(live, "live_save_csv", None)
     assert live.page.save.note.label.text() == ""
     assert not live.page.save.note.job.is_writing
-
-
-def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
-    live.say()
-    path = tmp_path / "values.csv"
-    save(live, "live_save_csv", path)
-    set_language(CHINESE)
-    QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
-    assert (
-        live.page.save.note.label.text()
-        == f"已保存到 {path}。行数：{len(path.read_text('utf-8-sig').splitlines()) - 1}。"
-    )
 
 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:
@@ -395,7 +381,7 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
 
 
 def test_the_buttons_take_two_lines_only_where_one_has_no_room(qtbot: QtBot) -> None:
-    bar = SaveBar(Texts(), take_excerpt=Mock(), take_picture=Mock(), take_drawing=Mock(), find_origin=Mock())
+    bar = SaveBar(take_excerpt=Mock(), take_picture=Mock(), take_drawing=Mock(), find_origin=Mock())
     qtbot.addWidget(bar)
     bar.show()
     needed = bar.csv.sizeHint().width() + bar.png.sizeHint().width() + 2 * Space.S

@@ -8,7 +8,6 @@ from pytestqt.qtbot import QtBot
 
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Quantity, Value
-from ui.core.texts import Texts
 from ui.forms.field_editors import NumberEditor, make_editor
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
@@ -23,7 +22,7 @@ NAME, SIZE = 0, 1
 
 
 def test_a_list_that_scrolls_has_the_same_columns_as_one_that_does_not(qtbot: QtBot, qapp: QApplication) -> None:
-    table = RowsTable(Texts(), "rows", "", COLUMNS, lambda row: row, str, row_px=20, sorted_by=NAME)
+    table = RowsTable("rows", "", COLUMNS, lambda row: row, str, row_px=20, sorted_by=NAME)
     qtbot.addWidget(table)
     needed_px = sum(table._widths.values())
     table.show()
@@ -43,7 +42,7 @@ def test_a_list_that_scrolls_has_the_same_columns_as_one_that_does_not(qtbot: Qt
 @pytest.fixture
 def made(qtbot: QtBot) -> tuple[NumberEditor, list[Value]]:
     """Of the free-fall time, 0.00 s to 2.55 s, and what was chosen in it."""
-    editor = make_editor(BY_NAME["freefall_time"], Texts())
+    editor = make_editor(BY_NAME["freefall_time"])
     assert isinstance(editor, NumberEditor)
     qtbot.addWidget(editor)
     chosen: list[Value] = []

@@ -21,7 +21,6 @@ from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, let_lay_out, press
-from ui.core.texts import Texts
 from ui.help.windows import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.page import PreflightPage
@@ -106,7 +105,7 @@ def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: Q
     around = QWidget()
     qtbot.addWidget(around)
     i18n.set_language(language)
-    viewer = GuideViewer(Texts(), around)
+    viewer = GuideViewer(around)
     viewer.resize(viewer.sizeHint())
     viewer.show()
     bar = viewer.text.verticalScrollBar()
@@ -126,7 +125,7 @@ def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: Q
     around = QWidget()
     qtbot.addWidget(around)
     i18n.set_language(language)
-    viewer = GuideViewer(Texts(), around)
+    viewer = GuideViewer(around)
     for entry in PAGES:
         viewer.go_to_chapter(entry.chapter)
         assert viewer.text.textCursor().block().text() == own[english.index(entry.chapter)]
@@ -176,7 +175,7 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
     around = QWidget()
     qtbot.addWidget(around)
     i18n.set_language(language)
-    viewer = GuideViewer(Texts(), around)
+    viewer = GuideViewer(around)
     document = viewer.text.document()
     assert document.toPlainText() == rendered(language)
     for name in pictures(text_of(language)):
@@ -220,7 +219,7 @@ def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monk
     monkeypatch.setattr("ui.help.windows.current", lambda: theme)
     parent = QWidget()
     qtbot.addWidget(parent)
-    viewer = GuideViewer(Texts(), parent)
+    viewer = GuideViewer(parent)
     url = viewer.text.document().baseUrl().resolved(QUrl("images/wiring-en.svg"))
     drawing = viewer.text.document().resource(QTextDocument.ResourceType.ImageResource.value, url)
     assert isinstance(drawing, QImage)
@@ -232,7 +231,7 @@ def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monk
 
 def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
-        viewer = GuideViewer(Texts(), assembly.window)
+        viewer = GuideViewer(assembly.window)
         viewer.show()
         for choice, theme in ((Choice.DARK, DARK), (Choice.SUNLIGHT, SUNLIGHT), (Choice.LIGHT, LIGHT)):
             assembly.appearance.choose(choice)
@@ -240,7 +239,7 @@ def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplica
             assert link_colours(viewer) == {theme.information.ink.lower()}
             assert viewer.text.horizontalScrollBar().maximum() == 0
         shiboken6.delete(viewer)  # it holds thirty megabytes of pictures
-        fresh = GuideViewer(Texts(), assembly.window)
+        fresh = GuideViewer(assembly.window)
         fresh.show()
         let_lay_out(fresh)
         assert fresh.text.horizontalScrollBar().maximum() == 0

@@ -31,7 +31,6 @@ from tests.support.window.fakes_ui import connect, page_entries, simulated, wind
 from tests.support.window.steps import find, given, let_lay_out
 from tests.support.x_server import x_server
 from ui.archive.service_form import ServiceForm
-from ui.core.texts import Texts
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.settings.page import SettingsPage
@@ -126,7 +125,7 @@ def _ask_text(bench: Bench) -> QWidget:
 
 
 def _service(bench: Bench) -> QWidget:
-    return ServiceForm(bench.assembly.window, Texts(), "M-07", "Li", lambda _service: None)
+    return ServiceForm(bench.assembly.window, "M-07", "Li", lambda _service: None)
 
 
 def _replacing(bench: Bench) -> QWidget:
@@ -211,7 +210,6 @@ def test_over_every_dialog(bench: Bench) -> None:
         strip = find(dialog, LockStrip, "lock_strip")
         assert_covers_nothing(strip, dialog, row)
         bench.activate()
-        assert strip.button.accessibleName() == "LOCK"
         bench.qtbot.mouseClick(strip.button, Qt.MouseButton.LeftButton)
         bench.await_locked()
         bench.qtbot.waitUntil(partial(_reports, strip))

@@ -9,7 +9,6 @@ from pytestqt.qtbot import QtBot
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
 from tests.support.window.steps import find
-from ui.core.texts import Texts
 from ui.plots.axis import LabelAxis
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Scale, Span
@@ -56,8 +55,7 @@ class Bench:
             ),
             Lane("Acceleration", "g", self.acc, (Scale(0, 2, 1),), decimals=1, weight=2),
         ]
-        self.texts = Texts()
-        self.plot = TimePlot(lanes, self.texts, wall_offset_s=1_700_000_000.0, bounds=bounds)
+        self.plot = TimePlot(lanes, wall_offset_s=1_700_000_000.0, bounds=bounds)
         self.area = QScrollArea()
         self.window = QWidget()
         layout = QVBoxLayout(self.window)

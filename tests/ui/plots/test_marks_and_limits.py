@@ -15,7 +15,6 @@ from app.samples.step_function import StepFunction
 from tests.support.window.contrast import style_all
 from tests.support.window.steps import find, given
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
-from ui.core.texts import Texts
 from ui.pages.diagnosis.link_statistics import Histogram, OverTime, Stretch, percent_text
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
@@ -179,7 +178,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
     weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
     style_all(qapp, LIGHT)
     lanes = [Lane(title, "", Series(), scales, weight=weight) for title, weight in weights.items()]
-    plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
+    plot = TimePlot(lanes, wall_offset_s=0.0)
     qtbot.addWidget(plot)
     plot.show()
     view = find(plot, PlotView, "time-plot-canvas")
@@ -205,10 +204,10 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
 @pytest.mark.parametrize("percent", [100, 200])
 def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbot: QtBot, percent: int) -> None:
     """At 200 % the line that names the hidden plots lay on them."""
+    theme.zoom(percent)
     looks = Appearance(qapp, Choice.LIGHT)
-    looks.zoom(percent)
     lanes = [Lane(title, "", Series(), (Scale(0, 4, 2),)) for title in ("Tilt", "Acceleration", "Light")]
-    plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
+    plot = TimePlot(lanes, wall_offset_s=0.0)
     qtbot.addWidget(plot)
     looks.apply_theme(plot)
     plot.resize(600, plot.minimumHeight())
@@ -250,8 +249,8 @@ def test_over_time_names_each_of_its_bands_at_every_size_of_text(
     qtbot: QtBot, qapp: QApplication, percent: int
 ) -> None:
     """At 200 % the three labels lay on each other."""
-    looks = Appearance(qapp, Choice.LIGHT)
-    looks.zoom(percent)
+    theme.zoom(percent)
+    Appearance(qapp, Choice.LIGHT)
     chart = OverTime()
     qtbot.addWidget(chart)
     chart.show_stretch(Stretch(100.0, 60.0, ()))

@@ -22,7 +22,6 @@ from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts, ports_alone
-from ui.core.texts import Texts
 from ui.services.module_field import ModuleField
 from ui.services.port import SETTLE_MS, Ports
 from ui.services.running_job import RunningJob
@@ -118,7 +117,7 @@ def test_one_name_is_of_one_module(qtbot: QtBot, ports: FakePorts) -> None:
 
 def test_each_field_shows_the_name_that_another_one_gave(qtbot: QtBot, ports: FakePorts) -> None:
     ports.plug_in("/dev/one")
-    field = ModuleField("field", ports.connector, Texts())
+    field = ModuleField("field", ports.connector)
     qtbot.addWidget(field)
     ports.connector.current.module.choose("M-07")
     assert field.currentText() == "M-07"
@@ -230,7 +229,7 @@ def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports
     first, _ = ports.plug_in("/dev/one")
     second, worker = ports.plug_in("/dev/two", active=True)
     qtbot.waitUntil(lambda: first.is_open and second.is_open)
-    bar = TopBar(ports.connector, Texts(), LimitsInUse())
+    bar = TopBar(ports.connector, LimitsInUse())
     qtbot.addWidget(bar)
     ports.connector.choose(second)
     bar.lock.click()

@@ -23,15 +23,12 @@ from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, window
 from tests.support.window.steps import find, given
 from ui.pages.flights.page import FlightsPage
-from ui.pages.settings.page import SettingsPage
-from ui.pages.settings.row import EDITOR_PX
 from ui.services.job_notice import JobNotice
-from ui.services.page import HEIGHT_PX
 from ui.services.port import Ports
 from ui.services.recording_jobs import ExportKind, RecordingJobs
 from ui.services.running_job import RunningJob
 from ui.services.storage import Storage
-from ui.style.theme import Meaning, scaled
+from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
@@ -176,20 +173,6 @@ def test_what_a_cancelled_job_has_written_is_said(
     assert len(deleted) == 1
     assert jobs._listing.wait(PATIENCE_S)  # else its thread would free the last of these objects
     jobs.stop()
-
-
-def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
-        main = assembly.window
-        qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None)
-        page = given(main.findChild(SettingsPage))
-        main.resize(1700, 1000)
-        main.panel.hide()
-        for percent in (150, 100):
-            main.choices.use_zoom(percent)
-            qapp.processEvents()
-            editors = {row.editor.width() for row in page.rows.values()}
-            assert (page.header.minimumHeight(), editors) == (scaled(HEIGHT_PX), {scaled(EDITOR_PX)})
 
 
 SNAPSHOT = Snapshot(settings={"attitude_threshold_deg": 60})

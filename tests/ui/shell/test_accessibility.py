@@ -29,6 +29,7 @@ from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.garbage import living_garbage
 from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
+from tests.support.window import screen_reader
 from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
 from tests.support.window.controls import controls_in, goes_back, place, tab_chain, takes_tab
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
@@ -36,7 +37,7 @@ from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.screen_reader import misnamed, unheard
 from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
-from ui.core.preferences import MAX_ZOOM_PERCENT
+from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences
 from ui.main import PAGES
 from ui.pages.settings import profiles
 from ui.pages.settings import row as settings_row
@@ -84,8 +85,6 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             if theme is not Choice.DARK and stop.name in {entry.key for entry in PAGES}:
                 # Tilt and charge move something each time or never; a first look on a busy machine may be too early.
                 found += walk.shake() and walk.shake()
-            if theme is Choice.SUNLIGHT and stop.name == PAGES[0].key:
-                found += in_chinese(walk, FULL_HD_AT_200)
             for fault in found:
                 faults.setdefault(fault, stop.name)
         for fault in secret_keys(walk) if language != PSEUDO else ():
@@ -109,20 +108,32 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     faults: dict[str, str] = {}
     folder = tmp_path / "200"  # a part of the port's name, which cannot wrap
     folder.mkdir()
+    Preferences(folder / "window.ini").zoom_percent = MAX_ZOOM_PERCENT
     with walking(qtbot, qapp, folder) as walk:
-        walk.assembly.appearance.zoom(MAX_ZOOM_PERCENT)
-        walk.settle()
         for stop in walk.stops():
             assert walk.window.size() == SMALL_SCREEN, stop.name
             found = [*cut_off(stop.root), *sideways(stop.root), *parted(stop.root)]
             if stop.name == "settings":
                 found += cut_off_in_any_state(walk)
-            if stop.name == PAGES[0].key:
-                found += in_chinese(walk, SMALL_SCREEN)
             for fault in found:
                 faults.setdefault(fault, stop.name)
     faults = {fault: name for fault, name in faults.items() if not fault.startswith("bundle_text")}  # a file's lines
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+@pytest.mark.parametrize(("size", "percent"), [(FULL_HD_AT_200, 100), (SMALL_SCREEN, MAX_ZOOM_PERCENT)])
+def test_in_chinese_nothing_is_cut_off_on_any_page_of_a_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: QSize, percent: int
+) -> None:
+    Preferences(tmp_path / "window.ini").zoom_percent = percent
+    found = []
+    with walking(qtbot, qapp, tmp_path, language=CHINESE, theme=Choice.SUNLIGHT, size=size) as walk:
+        next(stop for stop in walk.stops() if stop.name == PAGES[0].key)
+        for entry in PAGES:
+            walk.window.go_to(entry.key)
+            walk.settle()
+            found += [*cut_off(walk.window), *sideways(walk.window)]
+    assert found == []
 
 
 def cut_off_in_any_state(walk: Walk) -> list[str]:
@@ -159,22 +170,6 @@ def completing(root: QWidget) -> list[str]:
     """Fields that complete a typed "M-1" to "M-12": a name that nobody gave."""
     boxes = [box for box in root.findChildren(QComboBox) if box.isEditable() and box.completer() is not None]
     return [f"{box.objectName()} completes what is typed" for box in boxes]
-
-
-def in_chinese(walk: Walk, size: QSize) -> list[str]:
-    """What is cut off in any page of a module that is connected, in both languages on a screen of this size."""
-    found, was = [], walk.window.size()
-    walk.window.resize(size)
-    for language in (CHINESE, ENGLISH):
-        walk.assembly.language_switch.use(language)
-        for entry in PAGES:
-            walk.window.go_to(entry.key)
-            walk.settle()
-            found += [*cut_off(walk.window), *sideways(walk.window)]
-    walk.window.resize(was)
-    walk.window.go_to(PAGES[0].key)
-    walk.settle()
-    return found
 
 
 def sideways(root: QWidget) -> list[str]:
@@ -220,7 +215,7 @@ def nameless(root: QWidget) -> list[str]:
     return [
         f"{button.objectName()!r} with {button.text() or button.toolTip()!r} has no name"
         for button in root.findChildren(QAbstractButton)
-        if (button.text() or button.toolTip()) and not (button.objectName() and button.accessibleName())
+        if (button.text() or button.toolTip()) and not (button.objectName() and screen_reader.name_of(button))
         and not button.objectName().startswith("qt_")
     ]  # fmt: skip
 

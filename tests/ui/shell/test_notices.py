@@ -1,7 +1,6 @@
 """Notices: texts, main buttons, and that no button takes the place of another."""
 
 from functools import partial
-from itertools import product
 from pathlib import Path
 
 import pytest
@@ -20,13 +19,13 @@ from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from tests.support.thorough import some
+from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, let_lay_out, notice_text
-from ui.core.texts import Texts
-from ui.main import PAGES
+from ui.main import PAGES, WindowOptions
 from ui.shell.attention import link_notice
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
@@ -54,7 +53,7 @@ def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState
 
 
 def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot) -> None:
-    bar = NoticeBar(Texts())
+    bar = NoticeBar()
     qtbot.addWidget(bar)
     words = ("Cancel", "Write anyway", "Unlock this one write")
     bar.show_notice(Notice(Meaning.ATTENTION, "Vendor advises: 55° or more.", tuple(
@@ -73,16 +72,16 @@ def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot)
 
 def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
     """Qt takes "&" for the mark of a key: R&D-1 would read as RD-1, which may be another module."""
-    bar = NoticeBar(Texts())
+    bar = NoticeBar()
     qtbot.addWidget(bar)
     bar.show_notice(Notice(Meaning.ATTENTION, "", (Choice("same_module", "It is R&D-1", bar.hide),)))
     button = given(bar.button("same_module"))
-    assert (button.text(), button.accessibleName()) == ("It is R&&D-1", "It is R&D-1")
+    assert (button.text(), screen_reader.name_of(button)) == ("It is R&&D-1", "It is R&D-1")
     assert button.shortcut().isEmpty()
 
 
 def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None:
-    bar = NoticeBar(Texts())
+    bar = NoticeBar()
     qtbot.addWidget(bar)
     bar.setFixedWidth(800)
     buttons = tuple(Choice(key, key, lambda: None) for key in ("one", "two"))
@@ -99,7 +98,7 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
 
 
 def test_a_notice_that_is_gone_has_no_buttons(qtbot: QtBot) -> None:
-    bar = NoticeBar(Texts())
+    bar = NoticeBar()
     qtbot.addWidget(bar)
     notice = Notice(Meaning.ATTENTION, "Something", (Choice("one", "one", lambda: None),))
     for shown in (notice, None, notice):
@@ -108,7 +107,7 @@ def test_a_notice_that_is_gone_has_no_buttons(qtbot: QtBot) -> None:
 
 
 def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) -> None:
-    bar = NoticeBar(Texts())
+    bar = NoticeBar()
     qtbot.addWidget(bar)
     close = find(bar, QToolButton, "notice_dismiss")
     for dismiss in (None, bar.hide, None):
@@ -179,12 +178,11 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown: list[Notice | None] = [None]
-    with window(qapp, tmp_path, entries=PAGES) as assembly:
-        main = assembly.window
-        qtbot.waitSignal(main.pages_made).wait()
-        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
-        for language, theme, size in some(LOOKS, one_in=2):
-            assembly.language_switch.use(language)
+    for language, theme, size in some(LOOKS, one_in=2):
+        with window(qapp, tmp_path, options=WindowOptions(language=language), entries=PAGES) as assembly:
+            main = assembly.window
+            qtbot.waitSignal(main.pages_made).wait()
+            monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
             assembly.appearance.choose(theme)
             main.resize(size)
             for entry in PAGES:
@@ -194,7 +192,7 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
                     after = laid_out(main, entry.key)
                     assert after == before, (language, theme, entry.key, shown[0])
                     assert cut_off(main.status_bar) == []
-        assembly.appearance.choose(Theme.LIGHT)
+            assembly.appearance.choose(Theme.LIGHT)
 
 
 LOST = tuple(
@@ -205,17 +203,17 @@ LOST = tuple(
 SILENT = tuple(LinkState(Phase.SILENT, "/dev/ttyUSB10", 115200, silence=silence) for silence in Silence)
 
 
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
 def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
-    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str
 ) -> None:
     """In sunlight on the narrowest one what follows may be elided, which its tooltip and "Why?" give."""
     failed = Locked(outcome=Outcome.UNKNOWN, sent=31)
-    with window(qapp, tmp_path, entries=()) as assembly:
+    with window(qapp, tmp_path, options=WindowOptions(language=language), entries=()) as assembly:
         main, shown = assembly.window, [NOTICES[0]]
         monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
         label = find(main.notice_bar, FittedLabel, "notice_text")
-        for language, (theme, width) in product(("en", "zh_CN"), ((Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024))):
-            assembly.language_switch.use(language)
+        for theme, width in ((Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024)):
             assembly.appearance.choose(theme)
             main.resize(width, 540)
             again = Choice("lock_again", tr("LOCK again"), lambda: None)
@@ -247,7 +245,7 @@ def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
 
 
 def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> None:
-    bar = NoticeBar(Texts(), is_foot=True)
+    bar = NoticeBar(is_foot=True)
     qtbot.addWidget(bar)
     bar.setFixedSize(400, 40)
     label = find(bar, FittedLabel, "notice_text")
@@ -272,8 +270,6 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         main.show_message("Copied.")
         label = find(main.notice_bar, FittedLabel, "notice_text")
         assert label.text() == "Short.\nCopied."
-        assembly.language_switch.use("zh_CN")
-        assert label.text() == "Short."  # what was said in the former language is gone
 
 
 def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:

@@ -285,7 +285,7 @@ def test_a_sleep_withdraws_confirmations_and_is_shown(
     monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
     with simulated("night"), window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://night")
-        question = Confirm("night", assembly.window._services.texts, ask="Zero", go="Zero now")
+        question = Confirm("night", ask="Zero", go="Zero now")
         question.setParent(assembly.window)
         question.ask.click()
         assembly.window._services.armed.act = Act.DEPLOY

@@ -28,8 +28,7 @@ from tests.support.window.painted_text import watching
 from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
-from ui.core.texts import Texts
-from ui.main import PAGES
+from ui.main import PAGES, WindowOptions
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
@@ -59,7 +58,7 @@ def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 )
 def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, bool], says: str, is_loud: bool) -> None:
     ports = ports_alone()
-    bar = TopBar(ports.connector, Texts(), LimitsInUse())
+    bar = TopBar(ports.connector, LimitsInUse())
     qtbot.addWidget(bar)
     port, _module = ports.plug_in("/dev/one", **values)
     qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
@@ -71,7 +70,7 @@ def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, boo
 
 def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("named"), window(qapp, tmp_path) as assembly:
-        top = TopBar(assembly.connector, Texts(), LimitsInUse())
+        top = TopBar(assembly.connector, LimitsInUse())
         qtbot.addWidget(top)
         assert (top.port.title.text(), top.name.text()) == ("Not connected", "")
         connect(qtbot, assembly, "sim://named")
@@ -97,21 +96,21 @@ def test_the_bars_have_a_line_over_the_whole_width(qtbot: QtBot, qapp: QApplicat
             assert {picture.pixelColor(x, y).name() for x in range(picture.width())} == {line.name()}
 
 
-def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str
 ) -> None:
-    with simulated("switched") as bench, window(qapp, tmp_path) as assembly:
+    options = WindowOptions(language=language)
+    with simulated("switched") as bench, window(qapp, tmp_path, options=options) as assembly:
         main = assembly.window
         main.resize(1024, 600)
         connect(qtbot, assembly, "sim://switched")
         qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"))
         cell = main.top_bar.cell
-        switched = (("zh_CN", Choice.SUNLIGHT), ("en", Choice.SUNLIGHT), ("zh_CN", Choice.LIGHT), ("en", Choice.LIGHT))
-        for number, (language, theme) in enumerate(switched):
-            main.choices.use_language(language)
+        for theme, is_charged in ((Choice.SUNLIGHT, True), (Choice.LIGHT, False)):
             assembly.appearance.choose(theme)
             let_lay_out(main)
-            before, is_charged = places(main.top_bar), number % 2 == 0
+            before = places(main.top_bar)
             bench.set_charger(is_plugged_in=is_charged)
             qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted)  # type: ignore[misc]
             let_lay_out(main)
@@ -131,11 +130,18 @@ def test_the_port_is_named_whole_on_a_narrow_window(qtbot: QtBot, qapp: QApplica
             main.top_bar.port.grab()
         assert next(one.text for one in drawn) in ("Simulator", "Simulated module")
         assembly.appearance.choose(Choice.LIGHT)
+
+
+@pytest.mark.parametrize("percent", [100, 125, 150, 200])
+def test_the_port_is_named_whole_at_every_size_of_text(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, percent: int
+) -> None:
+    with simulated("large"), window(qapp, tmp_path, percent=percent) as assembly:
+        main = assembly.window
         main.resize(1024, 600)
-        for percent in (125, 150, 200, 100):
-            assembly.appearance.zoom(percent)
-            let_lay_out(main)
-            assert main.top_bar.port.title.toolTip() == "", percent  # not elided
+        connect(qtbot, assembly, "sim://large")
+        let_lay_out(main)
+        assert main.top_bar.port.title.toolTip() == ""  # not elided
 
 
 FIRES = r"(?:fires?|deploys?)\b"
@@ -183,7 +189,7 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
 def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
     """Reports of an unchanged module refresh nothing; without any the bar says how old the last one is."""
     ports = ports_alone()
-    top = TopBar(ports.connector, Texts(), LimitsInUse())
+    top = TopBar(ports.connector, LimitsInUse())
     qtbot.addWidget(top)
     top.show()
     port, worker = ports.plug_in("/dev/one", active=True)
@@ -325,8 +331,8 @@ def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, 
 
 
 def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
-    ports, texts = ports_alone(), Texts()
-    bar = StatusBar(ports.connector, texts, LimitsInUse(), NoticeBar(texts))
+    ports = ports_alone()
+    bar = StatusBar(ports.connector, LimitsInUse(), NoticeBar())
     qtbot.addWidget(bar)
     ports.plug_in(USB0)
     second, module = ports.plug_in(USB1)

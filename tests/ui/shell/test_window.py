@@ -116,7 +116,7 @@ def test_the_title_and_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplica
     with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
         assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
         assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
-        assembly.window.choices.use_language("en")
+    with window(qapp, tmp_path, options=WindowOptions(language="en")):
         assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -18,11 +18,9 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.text import i18n
 from tests.support.line.sim_line import FakeClock
-from tests.support.pseudo_language import PSEUDO, pseudo
+from tests.support.window import screen_reader
 from tests.support.window.steps import find, given
-from ui.core.texts import Texts
 from ui.simulator.panel import SimulatorPanel
 
 
@@ -37,16 +35,11 @@ def bench(clock: FakeClock) -> SimulatedBench:
 
 
 @pytest.fixture
-def texts() -> Texts:
-    return Texts()
-
-
-@pytest.fixture
-def panel(qtbot: QtBot, texts: Texts, bench: SimulatedBench) -> Iterator[SimulatorPanel]:
+def panel(qtbot: QtBot, bench: SimulatedBench) -> Iterator[SimulatorPanel]:
     # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
     window = QWidget()
     qtbot.addWidget(window)
-    panel = SimulatorPanel(texts)
+    panel = SimulatorPanel()
     panel.setParent(window)
     panel.use_bench(bench)
     window.resize(320, 520)
@@ -164,11 +157,11 @@ def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) 
     assert len(set(names)) == len(names)
     for control in controls:
         assert control.objectName()
-        assert control.accessibleName(), control.objectName()
+        assert screen_reader.name_of(control), control.objectName()
 
 
-def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot, texts: Texts) -> None:
-    panel = SimulatorPanel(texts)
+def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot) -> None:
+    panel = SimulatorPanel()
     qtbot.addWidget(panel)
     assert not panel.tilt.isEnabled()
     assert panel.summary.text() == "No simulated module"
@@ -184,12 +177,3 @@ def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
     assert area.verticalScrollBar().maximum() > 0
     for label in panel.findChildren(QLabel):
         assert label.wordWrap() or label.width() >= label.sizeHint().width(), label.objectName()
-
-
-def test_it_follows_the_language(panel: SimulatorPanel, texts: Texts) -> None:
-    i18n.set_language(PSEUDO)
-    texts.retranslate()
-    QApplication.sendEvent(panel, QEvent(QEvent.Type.LanguageChange))
-    assert panel.drop.text() == pseudo("Drop {height} m").format(height=20)
-    assert panel.summary.text().startswith(pseudo("locked"))
-    assert panel.tilt.box.accessibleName() == pseudo("Tilt")

@@ -11,8 +11,8 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QComboBox, QHBoxLayout, QLineEdit, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.text.i18n import tr
 from tests.support.window.contrast import contrast, style_all, surfaces_of
-from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.services.page import HEIGHT_PX, PageHeader
 from ui.shell.page_area import Sidebar
@@ -138,7 +138,7 @@ def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
 
 def test_an_icon_and_its_text_are_6_px_apart(qtbot: QtBot) -> None:
     for kind in (QPushButton, QToolButton):
-        button = control(kind(), Texts(), "save", "|", picture=Icon.RECORD)
+        button = control(kind(), "save", text=tr("|"), picture=Icon.RECORD)
         qtbot.addWidget(button)
         button.show()
         image = button.grab().toImage()
@@ -149,9 +149,8 @@ def test_an_icon_and_its_text_are_6_px_apart(qtbot: QtBot) -> None:
 
 
 def test_the_header_of_a_page_is_of_one_height(qtbot: QtBot) -> None:
-    texts = Texts()
-    bare, full = PageHeader("live", texts, "Live"), PageHeader("settings", texts, "Settings", QPushButton("Read all"))
-    full.add_rare("act_defaults", "Load defaults", lambda: None)
+    bare, full = PageHeader("live", "Live"), PageHeader("settings", "Settings", QPushButton("Read all"))
+    full.add_rare("act_defaults", tr("Load defaults"), lambda: None)
     for header in (bare, full):
         qtbot.addWidget(header)
         header.show()
@@ -192,7 +191,7 @@ def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
 @each_theme
 def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
     style_all(qapp, one)
-    pages = Sidebar(PAGES, Texts())
+    pages = Sidebar(PAGES)
     qtbot.addWidget(pages)
     pages.resize(pages.width(), 600)
     pages.setCurrentRow(1)

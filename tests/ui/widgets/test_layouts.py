@@ -11,22 +11,20 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QLineEdit,
-    QPushButton,
     QScrollBar,
     QVBoxLayout,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
 
+from app.text.i18n import tr
 from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off_in_paint
 from tests.support.window.painted_text import watching
 from tests.support.window.steps import given, let_lay_out
 from tests.support.window.walk import walking
-from ui.core.texts import Texts
-from ui.style.appearance import Appearance
-from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Space, Theme
+from ui.style.icons import Icon
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Meaning, Space, Theme
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, Gap, captioned_row, in_column, in_row, scroll_area
 
@@ -89,7 +87,7 @@ def test_captioned_fields_share_each_line_and_wrap_before_one_is_too_narrow(qtbo
     qtbot.addWidget(holder)
     for field in fields:
         field.setMinimumSize(WIDTH, HEIGHT)
-    holder.setLayout(captioned_row(Texts(), *(("Name", field) for field in fields)))
+    holder.setLayout(captioned_row(*(("Name", field) for field in fields)))
     holder.show()
     for width, lines in ((600, 1), (300, 2), (120, 4)):
         holder.resize(width, 400)
@@ -218,24 +216,6 @@ def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> Non
     qtbot.waitUntil(lambda: has_colours_of(LIGHT))
 
 
-def test_icons_grow_with_the_text_in_sunlight(qapp: QApplication, qtbot: QtBot) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    part = QWidget(window)
-    button, label = QPushButton(icon(Icon.LOCK), "LOCK"), IconLabel("sign", 16, keeps_place=True)
-    layout = QVBoxLayout(part)
-    layout.addWidget(button)
-    layout.addWidget(label)
-    look = Appearance(qapp, Choice.LIGHT)
-    look.apply_theme(window)
-    set_icon_size(button, 16)
-    window.show()
-    for theme, side in ((Choice.SUNLIGHT, round(16 * SUNLIGHT.scale)), (Choice.LIGHT, 16)):
-        look.choose(theme)
-        qtbot.waitUntil(lambda wanted=side: label.width() == wanted)  # type: ignore[misc]
-        assert button.iconSize().height() == side
-
-
 TURNED = QComboBox | QAbstractSpinBox | QAbstractSlider | QLineEdit
 ONE_NOTCH = 120
 
@@ -279,7 +259,7 @@ def test_what_scrolls_shows_that_it_has_the_focus_and_what_does_not_is_no_stop(
     for one in (LIGHT, DARK, SUNLIGHT):
         style_all(qapp, one)
         content = QWidget()
-        area = scroll_area(content, Texts(), "notes", "Note")
+        area = scroll_area(content, "notes", tr("Note"))
         qtbot.addWidget(area)
         area.resize(WIDTH, WIDTH)
         content.setMinimumHeight(2 * WIDTH)

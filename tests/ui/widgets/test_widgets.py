@@ -8,21 +8,15 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.text import i18n
-from app.text.i18n import CHINESE, ENGLISH, tr
-from app.text.sentences import labelled
+from app.text.i18n import tr
 from tests.support.window.contrast import style_all
-from tests.support.window.fakes_ui import speak_chinese
 from tests.support.window.painted_text import watching
-from tests.support.window.steps import given
-from ui.core.texts import LanguageSwitch, Texts
 from ui.plots.gauge import TiltGauge
 from ui.style import theme
 from ui.style.icons import Icon, battery
 from ui.style.painted_widget import Freshness
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
+from ui.style.theme import DARK, LIGHT, THEMES, Meaning, Size
 from ui.widgets.controls import control, set_role
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.readout import Readout, StateChip
 
 
@@ -186,8 +180,6 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     gauge.show_tilt(None)
     assert gauge.freshness is Freshness.UNKNOWN
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
-    speak_chinese()
-    assert "Tilt" not in gauge.accessibleName() + gauge.toolTip()
 
 
 def test_the_gauge_draws_no_unknown_threshold(qtbot: QtBot) -> None:
@@ -218,23 +210,16 @@ def test_any_tilt_a_byte_can_hold_is_drawn(tilt_deg: float, qtbot: QtBot) -> Non
     assert colours(picture(gauge))[LIGHT.text] > 50
 
 
-def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chip_follows_the_theme(qapp: QApplication, qtbot: QtBot) -> None:
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     light = picture(chip)
     style_all(qapp, DARK)
     assert picture(chip) != light
-    style_all(qapp, SUNLIGHT)
-    readout = Readout("Tilt")
-    qtbot.addWidget(readout)
-    english = picture(readout)
-    chinese = i18n._Language("zh_CN", {"unknown": "未知"})
-    monkeypatch.setattr(i18n, "_current", chinese)
-    assert picture(readout) != english
 
 
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
-    button = control(QPushButton(), Texts(), "lock", "LOCK", picture=Icon.LOCK)
+    button = control(QPushButton(tr("LOCK")), "lock", picture=Icon.LOCK)
     qtbot.addWidget(button)
 
     def lightest() -> int:
@@ -247,23 +232,3 @@ def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot:
     assert lightest() > 200
     set_role(button, "")
     assert lightest() < 100
-
-
-def test_a_notice_that_nobody_shows_again_follows_the_language(qtbot: QtBot, qapp: QApplication) -> None:
-    texts = Texts()
-    switch = LanguageSwitch(qapp, texts)
-    switch.use(ENGLISH)
-    bar = NoticeBar(texts)
-    qtbot.addWidget(bar)
-    bar.show_notice(lambda: Notice(Meaning.ATTENTION, tr("Unsaved edits."), (Choice("keep", tr("Cancel"), bar.hide),)))
-    button = given(bar.button("keep"))
-    before = (bar.accessibleName(), button.text())
-    switch.use(CHINESE)
-    button = given(bar.button("keep"))
-    assert bar.notice is not None
-    assert bar.notice.text == tr("Unsaved edits.") != "Unsaved edits."
-    assert (bar.accessibleName(), button.text()) == (labelled(tr("Message"), bar.notice.text), tr("Cancel"))
-    assert (bar.accessibleName(), button.text()) != before
-    bar.show_notice(None)
-    switch.use(ENGLISH)
-    assert bar.notice is None

@@ -47,14 +47,13 @@ class CommandsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
         self._connector = services.connector
-        texts = services.texts
         self.meaning = named(FittedLabel(is_bold=True), "commands_state_meaning")
         self.acts = {act: ActRow(services, act) for _name, _title, acts in GROUPS for act in acts}
         self.ritual = RitualWidget(services)
         column = in_column(self.meaning, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         for name, title, acts in GROUPS:
             caption = text_label(f"{name}_caption", "caption")
-            texts.bind(caption.setText, title)
+            caption.setText(tr(title))
             card = named(QFrame(), name, "card")
             in_column(*(self.acts[act] for act in acts), of=card, spacing=0, margins=2)
             set_role(self.acts[acts[-1]], "")  # no line below the last
@@ -64,8 +63,8 @@ class CommandsPage(Page):
         column.addStretch(1)
         content = named(QWidget(), "commands_content")
         content.setLayout(column)
-        scroll = scroll_area(content, texts, "commands_scroll", "Commands")
-        head = in_column(self.make_header(texts, marked("Commands")), margins=(Space.M, 0))
+        scroll = scroll_area(content, "commands_scroll", tr("Commands"))
+        head = in_column(self.make_header(tr("Commands")), margins=(Space.M, 0))
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column(head, (scroll, 1), docked, of=self, spacing=0, margins=0)
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)

@@ -53,32 +53,37 @@ class BundlePreview(QWidget):
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._folder = Path.home()
-        texts = services.texts
-        self._privacy_note = control(
-            QLabel(),
-            texts,
+        self._privacy_note = named(
+            QLabel(
+                tr(
+                    "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
+                    "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
+                )
+            ),
             "bundle_promise",
-            "The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers "
-            "and addresses stay: read everything before you pass it on. Nothing is sent.",
         )
         self._privacy_note.setWordWrap(True)
-        self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
+        self.parts = control(QListWidget(), "bundle_parts", says=tr("Files"))
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
-        self.text = control(QPlainTextEdit(), texts, "bundle_text", says="Contents")
+        self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)
         self.text.document().setDocumentMargin(Space.S)
-        self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle…",
-                            picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
-        self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", picture=Icon.AGAIN,
-                             slot=self.make)  # fmt: skip
+        self.save = control(
+            QPushButton(tr("Save support bundle…")),
+            "bundle_save",
+            picture=Icon.BUNDLE,
+            role="primary",
+            slot=self.choose_and_save,
+        )
+        self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._where.hide()
         self._lay_out()
-        self._timer = VisibilityTimer(self, self.make, retranslate=self._retranslate, restyle=self._apply_theme)
+        self._timer = VisibilityTimer(self, self.make, restyle=self._apply_theme)
         self._apply_theme()
 
     def begin_again(self) -> None:
@@ -165,10 +170,6 @@ class BundlePreview(QWidget):
     def _apply_theme(self) -> None:
         self.text.setFont(fixed_font(Size.SMALL))
         self.parts.setFixedWidth(scaled(_PARTS_PX))
-
-    def _retranslate(self) -> None:
-        if self.bundle is not None:
-            self._show(self.bundle)
 
 
 def _title(part: BundleFile) -> str:

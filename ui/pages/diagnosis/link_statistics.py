@@ -15,7 +15,6 @@ from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
 from protocol.frame import Reason
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -188,14 +187,14 @@ _ICON_PX: Final = 16
 class Tile(QWidget):
     """A caption above a figure, with an optional warning sign. A figure `is_long` where it may need several words."""
 
-    def __init__(self, name: str, texts: Texts, english: str, *, is_long: bool = False) -> None:
+    def __init__(self, name: str, title: str, *, is_long: bool = False) -> None:
         super().__init__()
         self.setObjectName(f"{name}_tile")
-        self.figure = control(TickingLabel(), texts, name, says=english, role="strong" if is_long else "title")
+        self.figure = control(TickingLabel(), name, says=title, role="strong" if is_long else "title")
         self.figure.setTextInteractionFlags(SELECTABLE)
         self.figure.setWordWrap(is_long)
         self._sign = IconLabel(f"{name}_sign", _ICON_PX)
-        caption = control(QLabel(), texts, f"{name}_name", english, role="small")
+        caption = named(QLabel(title), f"{name}_name", "small")
         # The figures of a row stand on one baseline.
         row = in_row((self.figure, int(is_long)), self._sign, *(() if is_long else (1,)), spacing=Space.XS)
         in_column(caption, *((1, row) if is_long else (row, 1)), of=self, spacing=0, margins=0)
@@ -214,14 +213,13 @@ class LinkStatisticsView(ScrollArea):
         self.setObjectName("link_figures_view")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
-        texts = services.texts
-        texts.bind(self.setAccessibleName, "Statistics")
-        self.totals = {key: Tile(f"figures_{key}", texts, title) for key, title in _NUMBERS}
+        self.setAccessibleName(tr("Statistics"))
+        self.totals = {key: Tile(f"figures_{key}", tr(title)) for key, title in _NUMBERS}
         self.trips, self.over_time = Histogram(), OverTime()
         self.reasons = text_label("figures_reasons", is_selectable=True)
         self.reasons.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._legend = control(QLabel(), services.texts, "figures_legend", "▼ restart   ■ port lost", role="caption")
-        self._lay_out(services)
+        self._legend = named(QLabel(tr("▼ restart   ■ port lost")), "figures_legend", "caption")
+        self._lay_out()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, restyle=self._fit)
         self._fit()
 
@@ -268,20 +266,20 @@ class LinkStatisticsView(ScrollArea):
         column.setStretch(len(parts) - 1, 1)
         return card
 
-    def _lay_out(self, services: Services) -> None:
+    def _lay_out(self) -> None:
         numbers = named(QFrame(), "figures_totals", "card")
         self._numbers = QGridLayout(numbers)
         self._numbers.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         self._numbers.setHorizontalSpacing(Space.M)
-        trips = control(QLabel(), services.texts, "figures_trips_title", "Round-trip time, ms", role="caption")
-        reasons = control(QLabel(), services.texts, "figures_reasons_title", "Invalid bytes", role="caption")
+        trips = named(QLabel(tr("Round-trip time, ms")), "figures_trips_title", "caption")
+        reasons = named(QLabel(tr("Invalid bytes")), "figures_reasons_title", "caption")
         self._pair = in_row(
             (self._card("figures_trips_card", trips, self.trips), 3),
             (self._card("figures_reasons_card", reasons, self.reasons), 2),
             spacing=Space.S,
         )
         head = named(QWidget(), "figures_time_head")
-        title = control(QLabel(), services.texts, "figures_time_title", "Over time", role="caption")
+        title = named(QLabel(tr("Over time")), "figures_time_title", "caption")
         in_row(title, 1, self._legend, of=head, spacing=Space.XS, margins=0)
         content = named(QWidget(), "figures_content")
         in_column(

@@ -30,7 +30,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import StreamPage
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
-from ui.widgets.controls import Shortcut, control, named, rename
+from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, ScrollArea, in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
@@ -71,7 +71,7 @@ class WhyPanel(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("why_panel")
-        self._texts, self._connector, self._storage = services.texts, services.connector, services.storage
+        self._connector, self._storage = services.connector, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -81,13 +81,16 @@ class WhyPanel(ScrollArea):
         self.next_step = text_label("why_next_step", "", is_selectable=True)
         self.silence = text_label("why_silence", "muted", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
-        self.act = control(QPushButton(), services.texts, "why_act", STEP_WORDS[NextStep.CONNECT_AGAIN],
-                           picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
+        self.act = control(
+            QPushButton(tr(STEP_WORDS[NextStep.CONNECT_AGAIN])),
+            "why_act",
+            picture=Icon.CHEVRON_RIGHT,
+            role="primary",
+            slot=self._do,
+        )
         self._step: NextStep | None = None
-        self._texts.bind(self.setAccessibleName, "Connection")
-        self.seen = {
-            key: Tile(f"why_seen_{key}", services.texts, english, is_long=key in _LONG) for key, english in _SEEN
-        }
+        self.setAccessibleName(tr("Connection"))
+        self.seen = {key: Tile(f"why_seen_{key}", tr(english), is_long=key in _LONG) for key, english in _SEEN}
         self._lay_out()
         self._connector.invalidated.connect(self._begin_again)
         self._connector.ports.listed.connect(self._notice_ports)
@@ -190,7 +193,7 @@ class WhyPanel(ScrollArea):
     def _offer(self, step: NextStep | None) -> None:
         self.act.setVisible(step is not None)
         if step is not None and step is not self._step:
-            rename(self.act, self._texts, STEP_WORDS[step])
+            self.act.setText(tr(STEP_WORDS[step]))
         self._step = step
         self.act.setEnabled(step is not NextStep.FIND_RATE or self._connector.current.is_open)
 
@@ -255,16 +258,16 @@ class DiagnosisPage(StreamPage):
 
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
-        self._texts, self._connector = services.texts, services.connector
+        self._connector = services.connector
         self.traffic_buffer = TrafficBuffer()
-        self.traffic = TrafficPage(services)
+        self.traffic = TrafficPage()
         self.why = WhyPanel(services)
         self.statistics = LinkStatisticsView(services)
         self.result = JobNotice(self)
         self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
-        self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
+        self.strip = named(NoticeBar(), "diagnosis_notice")
         self.tabs = self._make_tabs()
-        head = self.make_header(self._texts, marked("Diagnosis"))
+        head = self.make_header(tr("Diagnosis"))
         head.row.setContentsMargins(Space.M, 0, Space.M, 0)
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (self.tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
@@ -300,7 +303,7 @@ class DiagnosisPage(StreamPage):
 
     def _make_tabs(self) -> QTabWidget:
         tabs, bar = named(QTabWidget(), "diagnosis_views"), QTabBar()
-        tabs.setTabBar(control(bar, self._texts, "diagnosis_tabs", says="Diagnosis"))
+        tabs.setTabBar(control(bar, "diagnosis_tabs", says=tr("Diagnosis")))
         tabs.setDocumentMode(True)
         tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
         bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -312,13 +315,13 @@ class DiagnosisPage(StreamPage):
         for name, says in (("ScrollLeftButton", marked("Scroll left")), ("ScrollRightButton", marked("Scroll right"))):
             button = bar.findChild(QToolButton, name)
             if button is not None:
-                control(button, self._texts, name, says=says, about=says)
+                control(button, name, says=tr(says), about=tr(says))
         views = (self.why, self.traffic, self.statistics, self.bundle)
         for number, (view, (key, title)) in enumerate(zip(views, _VIEWS, strict=True)):
             shortcut = f"Alt+{number + 1}"
             tabs.addTab(view, "")
-            self._texts.bind(view.setAccessibleName, title)
-            self._texts.bind(partial(tabs.setTabText, number), title)
+            view.setAccessibleName(tr(title))
+            tabs.setTabText(number, tr(title))
             tabs.setTabToolTip(number, shortcut)
             Shortcut(view, shortcut, partial(self._choose, key), holder=self)
         return tabs

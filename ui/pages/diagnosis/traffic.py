@@ -1,7 +1,6 @@
 """Traffic list: every frame sent and received, invalid bytes and why; and its search."""
 
 from collections.abc import Callable
-from functools import partial
 from itertools import chain, islice
 
 from PySide6.QtCore import QSize, Qt
@@ -12,11 +11,9 @@ from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.events import Event
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows, select_row
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import hex_of, meaning_of, shown
-from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import control, named
@@ -47,7 +44,6 @@ class TrafficSearch(QWidget):
     def __init__(
         self,
         model: TrafficModel,
-        texts: Texts,
         *,
         find_start: Callable[[], int],
         show_row: Callable[[int], None],
@@ -56,23 +52,35 @@ class TrafficSearch(QWidget):
         super().__init__()
         self.setObjectName("traffic_search")
         self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
-        self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search",
-                             tip="Bytes (41 75) or words", keys="Ctrl+F")  # fmt: skip
+        self.field = control(
+            QLineEdit(), "traffic_search_text", says=tr("Search"), tip=tr("Bytes (41 75) or words"), keys="Ctrl+F"
+        )
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
         self.field.setMaximumWidth(200)
-        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next match", key="Enter",
-                            picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
-        self.before = control(QToolButton(), texts, "traffic_search_before", says="Previous match",
-                              key="Shift+Enter", picture=Icon.CHEVRON_UP,
-                              slot=self.find_before)  # fmt: skip
+        self.next = control(
+            QToolButton(),
+            "traffic_search_next",
+            says=tr("Next match"),
+            key="Enter",
+            picture=Icon.CHEVRON_DOWN,
+            slot=self.find_next,
+        )
+        self.before = control(
+            QToolButton(),
+            "traffic_search_before",
+            says=tr("Previous match"),
+            key="Shift+Enter",
+            picture=Icon.CHEVRON_UP,
+            slot=self.find_before,
+        )
         for button in (self.next, self.before):
             set_icon_size(button, 14)
             button.setStyleSheet("QToolButton { padding: 4px; }")
-        texts.bind(self.field.setPlaceholderText, "Search")
+        self.field.setPlaceholderText(tr("Search"))
         if isinstance(self.clear, QToolButton):  # made by Qt
-            control(self.clear, texts, "traffic_search_clear", says="Clear", tip="Clear")
+            control(self.clear, "traffic_search_clear", says=tr("Clear"), tip=tr("Clear"))
         self.field.textEdited.connect(self._reset)
         in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)
 
@@ -126,10 +134,9 @@ _FILTERS = (
 class TrafficPage(QWidget):
     """Collects frames while hidden; while visible it draws every `DRAW_EVERY_MS`."""
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("traffic_page")
-        self._texts: Texts = services.texts
         self._is_paused = False
         self._follows = True
         self._is_not_found = False
@@ -139,31 +146,32 @@ class TrafficPage(QWidget):
         self._count = named(QLabel(), "traffic_count", "muted")
         self.filter = self._make_filter()
         self.search = TrafficSearch(
-            self.model,
-            services.texts,
-            find_start=self._search_start,
-            show_row=self._show_match,
-            say=self._on_search_end,
+            self.model, find_start=self._search_start, show_row=self._show_match, say=self._on_search_end
         )
-        texts = self._texts
-        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", keys="Ctrl+P", picture=Icon.PAUSE,
-                             is_checkable=True)  # fmt: skip
-        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", keys="Ctrl+M", picture=Icon.BOOKMARK,
-                            slot=self.mark_rows)  # fmt: skip
-        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", keys="Ctrl+C", picture=Icon.COPY,
-                            slot=self.copy_rows)  # fmt: skip
-        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", keys="Ctrl+Shift+X", picture=Icon.ERASE,
-                             slot=self.model.clear)  # fmt: skip
+        self.pause = control(
+            QToolButton(), "traffic_pause", text=tr("Pause"), keys="Ctrl+P", picture=Icon.PAUSE, is_checkable=True
+        )
+        self.mark = control(
+            QToolButton(), "traffic_mark", text=tr("Mark"), keys="Ctrl+M", picture=Icon.BOOKMARK, slot=self.mark_rows
+        )
+        self.copy = control(
+            QToolButton(), "traffic_copy", text=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
+        )
+        self.clear = control(
+            QToolButton(),
+            "traffic_clear",
+            text=tr("Clear"),
+            keys="Ctrl+Shift+X",
+            picture=Icon.ERASE,
+            slot=self.model.clear,
+        )
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         self.pause.toggled.connect(self._pause)
         foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         bar = FlowRow(self.filter, self.search, right=(self.pause, self.mark, self.copy, self.clear))
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        VisibilityTimer(
-            self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate,
-            restyle=self._apply_theme,
-        )  # fmt: skip
+        VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, restyle=self._apply_theme)
         self._apply_theme()
         self._show_detail()
 
@@ -195,7 +203,7 @@ class TrafficPage(QWidget):
     # Making
 
     def _make_table(self) -> QTableView:
-        table = control(QTableView(), self._texts, "traffic_table", says="Traffic")
+        table = control(QTableView(), "traffic_table", says=tr("Traffic"))
         table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
@@ -221,10 +229,9 @@ class TrafficPage(QWidget):
         return label
 
     def _make_filter(self) -> QComboBox:
-        box = control(QComboBox(), self._texts, "traffic_filter", says="Filter", tip="Filter")
-        for number, (row_filter, title) in enumerate(_FILTERS):
-            box.addItem("", row_filter)
-            self._texts.bind(partial(box.setItemText, number), title)
+        box = control(QComboBox(), "traffic_filter", says=tr("Filter"), tip=tr("Filter"))
+        for row_filter, title in _FILTERS:
+            box.addItem(tr(title), row_filter)
         WheelGuard(box)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._use_filter)
@@ -271,7 +278,7 @@ class TrafficPage(QWidget):
     def _pause(self, is_paused: bool) -> None:
         self._is_paused = is_paused
         self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
-        self._texts.bind(self.pause.setText, "Continue" if is_paused else "Pause")
+        self.pause.setText(tr("Continue" if is_paused else "Pause"))
         self.draw()
 
     def _show_count(self) -> None:
@@ -328,7 +335,3 @@ class TrafficPage(QWidget):
             self.model.rebuild()
             self.table.scrollToBottom()
         self._show_count()
-
-    def _retranslate(self) -> None:
-        self._show_count()
-        self._show_detail()

@@ -9,7 +9,6 @@ from app.engine.target import Target
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.core.port_watcher import PortWatcher
-from ui.core.texts import Texts
 from ui.files.file_dialogs import AskText, ask_text
 from ui.pages.fleet.members import FleetMembers, target_of
 from ui.style.icons import Icon
@@ -21,9 +20,9 @@ SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 class AddPort(QToolButton):
     """Any port that Connect takes."""
 
-    def __init__(self, texts: Texts, watcher: PortWatcher, members: FleetMembers) -> None:
+    def __init__(self, watcher: PortWatcher, members: FleetMembers) -> None:
         super().__init__()
-        control(self, texts, "fleet_add", "Add port", picture=Icon.PLUG)
+        control(self, "fleet_add", text=tr("Add port"), picture=Icon.PLUG)
         self._watcher, self._members = watcher, members
         self.ask_text: AskText = ask_text
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)

@@ -14,7 +14,6 @@ from app.settings.identity_words import same_module_words
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, labelled
-from ui.core.texts import Texts
 from ui.services.port import Port
 from ui.services.port_check import VERDICT_STYLES
 from ui.style.icons import MEANING_ICONS, Icon
@@ -52,7 +51,7 @@ class CardWidget(QFrame):
     """A person wants this module on the other pages."""
     accessible_role: ClassVar = QAccessible.Role.Button
 
-    def __init__(self, texts: Texts, port: Port, disconnect: Callable[[], object]) -> None:
+    def __init__(self, port: Port, disconnect: Callable[[], object]) -> None:
         super().__init__()
         named(self, "fleet_card", "card")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -62,21 +61,21 @@ class CardWidget(QFrame):
         self._is_pressed = False
         self.title = named(ElidedLabel(), "fleet_name", "heading")
         self.port = named(ElidedLabel(), "fleet_port", "small")
-        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", picture=Icon.LOCK, slot=port.lock.press)
-        self.more = control(QToolButton(), texts, "fleet_card_more", says="More", picture=Icon.MORE, role="quiet")
+        self.lock = control(QPushButton(tr("LOCK")), "fleet_lock", picture=Icon.LOCK, slot=port.lock.press)
+        self.more = control(QToolButton(), "fleet_card_more", says=tr("More"), picture=Icon.MORE, role="quiet")
         menu = named(QMenu(self.more), "fleet_card_more_menu")
         self.show_action, self.disconnect_action = menu.addAction(""), menu.addAction("")
         self.show_action.triggered.connect(self.chosen)
         self.disconnect_action.triggered.connect(disconnect)
-        texts.bind(self.show_action.setText, "Show on all pages")
-        texts.bind(self.disconnect_action.setText, "Disconnect")
+        self.show_action.setText(tr("Show on all pages"))
+        self.disconnect_action.setText(tr("Disconnect"))
         self.more.setMenu(menu)
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.activation = named(StateChip("", size=Size.TITLE, is_stacked=True), "fleet_activation")
         self.trigger = named(StateChip("", is_stacked=True), "fleet_trigger")
         self.verdict = named(StateChip("", size=Size.TITLE), "fleet_verdict")
-        texts.bind(self.activation.name_unknown, "Activation")
-        texts.bind(self.trigger.name_unknown, "Trigger")
+        self.activation.name_unknown(tr("Activation"))
+        self.trigger.name_unknown(tr("Trigger"))
         self.cell = named(Readout("", unit="V", template="0.00", size=Size.TITLE), "fleet_cell")
         self.tilt = named(Readout("", unit="°", template="0.00", size=Size.TITLE), "fleet_tilt")
         for number in (self.cell, self.tilt):
@@ -84,8 +83,8 @@ class CardWidget(QFrame):
         self.need_icon = IconLabel("fleet_need_icon", 18)
         self.need = text_label("fleet_need", "strong")
         self.need.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-        self.new = control(StepButton(), texts, "fleet_identity_new", "New module", slot=port.module.treat_as_new)
-        self.same = control(StepButton(), texts, "fleet_identity_same", slot=port.module.confirm_identity)
+        self.new = control(StepButton(tr("New module")), "fleet_identity_new", slot=port.module.treat_as_new)
+        self.same = control(StepButton(), "fleet_identity_same", slot=port.module.confirm_identity)
         self.question = named(QWidget(), "fleet_identity")
         in_row(self.new, self.same, 1, of=self.question, spacing=Space.S, margins=0)
         self.question.hide()
@@ -126,7 +125,6 @@ class CardWidget(QFrame):
         self.need.setToolTip(need)
         self.question.setVisible(card.identity.is_for_a_person and not card.is_shown)  # the window asks about that
         self.same.setText(same_module_words(card.expected))
-        self.same.setAccessibleName(self.same.text())
         self.show_action.setEnabled(not card.is_shown)
         self.setAccessibleName(f"{card.title}, {card.port}: {need}")
         self.update()

@@ -21,7 +21,6 @@ from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from app.trigger_records.filing import say_new
-from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.files.report_printer import print_pages
@@ -87,36 +86,35 @@ class FleetPage(Page):
     # Construction
 
     def _make_controls(self) -> None:
-        texts = self._services.texts
         self.summary = text_label("fleet_summary", "strong")
         self.summary.setWordWrap(False)
-        self.add = AddPort(texts, self._connector.ports, self.members)
-        self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
-                             slot=self._check)  # fmt: skip
-        self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
-                                    picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
-        self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
-                                slot=self._lock_all)  # fmt: skip
-        self.notice_bar = named(NoticeBar(texts), "fleet_said")
-        words = marked("Not connected"), marked("Add the port of each module.")
-        self.empty = EmptyState("fleet_empty", Icon.FLEET, texts, *words)
-        self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
-                             slot=self.members.connect_all)  # fmt: skip
+        self.add = AddPort(self._connector.ports, self.members)
+        self.check = control(QPushButton(tr("Check all")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
+        self.open_profile = control(
+            QPushButton(tr("Profile for all…")), "fleet_profile", picture=Icon.SETTINGS, slot=self._choose_profile
+        )
+        self.lock_all = control(
+            QPushButton(tr("LOCK ALL")), "fleet_lock_all", picture=Icon.LOCK, role="primary", slot=self._lock_all
+        )
+        self.notice_bar = named(NoticeBar(), "fleet_said")
+        words = tr("Not connected"), tr("Add the port of each module.")
+        self.empty = EmptyState("fleet_empty", Icon.FLEET, *words)
+        self.first = control(
+            QPushButton(tr("Connect all ports")), "fleet_connect_all", role="primary", slot=self.members.connect_all
+        )
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.board = Board()
-        self.view = scroll_area(self.board, texts, "fleet_scroll", "Modules", is_vertical=True)
-        self.panel = ProfilePanel(self._services, self.profile, self.members)
+        self.view = scroll_area(self.board, "fleet_scroll", tr("Modules"), is_vertical=True)
+        self.panel = ProfilePanel(self.profile, self.members)
         self.panel.closed.connect(self._close_profile)
         self.panel.write_pressed.connect(self._write_profile)
 
     def _lay_out(self) -> None:
-        head = self.make_header(
-            self._services.texts, marked("Fleet"), self.add, self.check, self.open_profile, self.lock_all
-        )
+        head = self.make_header(tr("Fleet"), self.add, self.check, self.open_profile, self.lock_all)
         self.enable = head.add_rare(
-            "fleet_enable", marked("Enable triggers and check all"), partial(self._check, is_enabling=True)
+            "fleet_enable", tr("Enable triggers and check all"), partial(self._check, is_enabling=True)
         )
-        self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
+        self.report = head.add_rare("fleet_report", tr("Export report…"), self._choose_report)
         self.stack = stacked(named(QStackedWidget(), "fleet_stack"), self.empty, self.view, self.panel)
         top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         # Below the cards, so that a notice moves none of them.
@@ -159,7 +157,7 @@ class FleetPage(Page):
     def _widget(self, connection: Port) -> CardWidget:
         widget = self._widgets.get(connection)
         if widget is None:
-            widget = CardWidget(self._services.texts, connection, partial(self.members.disconnect_port, connection))
+            widget = CardWidget(connection, partial(self.members.disconnect_port, connection))
             widget.chosen.connect(partial(self._choose, connection))
             self._widgets[connection] = widget
         return widget

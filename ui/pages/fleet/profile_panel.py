@@ -19,7 +19,6 @@ from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
 from ui.pages.fleet.group_jobs import GroupProfile
 from ui.pages.fleet.members import FleetMembers
-from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control
@@ -50,20 +49,18 @@ class ProfilePanel(QWidget):
     closed = Signal()
     write_pressed = Signal()
 
-    def __init__(self, services: Services, group: GroupProfile, members: FleetMembers) -> None:
+    def __init__(self, group: GroupProfile, members: FleetMembers) -> None:
         super().__init__()
         self.setObjectName("fleet_profile_panel")
         self._group, self._members = group, members
-        texts = services.texts
         self.title = text_label("fleet_profile_title", "title")
         self.hint = text_label("fleet_profile_hint", "small")
-        texts.bind(self.hint.setText, "Never written: baud rate, serial output, an active module.")
-        self.close_button = control(QPushButton(), texts, "fleet_profile_close", "Back", slot=self.closed)
-        self.write = control(StepButton(), texts, "fleet_profile_write", "Write", role="primary",
-                             slot=self.write_pressed)  # fmt: skip
+        self.hint.setText(tr("Never written: baud rate, serial output, an active module."))
+        self.close_button = control(QPushButton(tr("Back")), "fleet_profile_close", slot=self.closed)
+        self.write = control(StepButton(tr("Write")), "fleet_profile_write", role="primary", slot=self.write_pressed)
         self._settings: tuple[Command, ...] = ()
         self.table: RowsTable[_Row] = RowsTable(
-            texts, "fleet_profile_table", "Profile", (), lambda row: row.column.port, _row_text, row_px=scaled(_ROW_PX)
+            "fleet_profile_table", tr("Profile"), (), lambda row: row.column.port, _row_text, row_px=scaled(_ROW_PX)
         )
         self.title.setWordWrap(False)
         head = FlowRow(self.title, right=(self.close_button, self.write))

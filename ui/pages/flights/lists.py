@@ -24,7 +24,6 @@ from app.text.sentences import capitalised, in_brackets, join_names, join_senten
 from protocol.fields import Value
 from protocol.messages import Source
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
 from ui.pages.flights.controller import GROUPS, FlightRow
@@ -318,15 +317,21 @@ class FlightList(QWidget):
     remove_wanted = Signal(object)
     """Names."""
 
-    def __init__(self, group: FlightGroup, texts: Texts) -> None:
+    def __init__(self, group: FlightGroup) -> None:
         super().__init__()
-        self._texts = texts
         name = _NAMES[group]
         self.setObjectName(f"{name}_list")
         self.group = group
-        self.table = table = RowsTable(texts, f"{name}_table", group.value, COLUMNS, lambda row: row.name, row_text,
-                                       row_px=_ROW_PX, sorted_by=FlightColumn.FIRES,
-                                       order=Qt.SortOrder.AscendingOrder)  # fmt: skip
+        self.table = table = RowsTable(
+            f"{name}_table",
+            tr(group.value),
+            COLUMNS,
+            lambda row: row.name,
+            row_text,
+            row_px=_ROW_PX,
+            sorted_by=FlightColumn.FIRES,
+            order=Qt.SortOrder.AscendingOrder,
+        )
         table.setAlternatingRowColors(True)
         table.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
         table.setMinimumHeight(3 * _ROW_PX)
@@ -341,8 +346,13 @@ class FlightList(QWidget):
         buttons = in_row(1, spacing=Space.XS)
         for target in targets:
             side = SIDES[target]
-            button = control(QPushButton(), texts, f"{name}_to_{target.name.lower()}", side.word, tip=side.tip,
-                             key=side.key, slot=partial(self.move_chosen, target))  # fmt: skip
+            button = control(
+                QPushButton(tr(side.word)),
+                f"{name}_to_{target.name.lower()}",
+                tip=tr(side.tip),
+                key=side.key,
+                slot=partial(self.move_chosen, target),
+            )
             self.move_buttons[target] = button
             buttons.addWidget(button)
         head = named(QWidget(), f"{name}_head")
@@ -368,7 +378,7 @@ class FlightList(QWidget):
 
     def _add_action(self, word: str, english: str, picture: Icon, slot: Callable[[], None]) -> QAction:
         action = named(self.table.addAction(icon(picture), ""), f"{self.table.objectName()}_menu_{word}")
-        self._texts.bind(action.setText, english)
+        action.setText(tr(english))
         action.triggered.connect(slot)
         return action
 
@@ -421,10 +431,10 @@ class FlightList(QWidget):
 
 
 class FlightLists(QWidget):
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("flights_lists")
-        self.of: dict[FlightGroup, FlightList] = {group: FlightList(group, texts) for group in GROUPS}
+        self.of: dict[FlightGroup, FlightList] = {group: FlightList(group) for group in GROUPS}
         in_column(*((part, 1) for part in self.of.values()), of=self, spacing=Space.S, margins=0)
 
     def show_rows(self, rows: dict[FlightGroup, list[FlightRow]]) -> None:

@@ -56,20 +56,26 @@ class FlightsPage(Page):
         self.ask_folder: AskMany = ask_folder
         self._folder = Path.home()
         self.result = JobNotice(self, is_of_module=False)
-        texts = services.texts
-        self.open_files = control(QPushButton(), texts, "flights_open", "Open…", keys="Ctrl+O",
-                                  picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
-        self.thresholds = ThresholdPanel(texts)
+        self.open_files = control(
+            QPushButton(tr("Open…")),
+            "flights_open",
+            keys="Ctrl+O",
+            picture=Icon.FOLDER,
+            role="primary",
+            slot=self.choose_files,
+        )
+        self.thresholds = ThresholdPanel()
         self.map = FireMapView()
-        self.lists = FlightLists(texts)
+        self.lists = FlightLists()
         self.proposal = ProposalBar(services, self.work, self.result)
         self.strip = self.proposal.strip
-        self.flight = FlightView(texts)
-        self.form = ColumnLine(texts)
-        how = marked("Open or drop logs of PX4, ArduPilot, CSV or recordings.")
-        self.empty = EmptyState("flights_empty", Icon.MAP, texts, marked("No flight logs yet"), how)
-        folder = control(QPushButton(), texts, "flights_empty_folder", "Open folder…", picture=Icon.FOLDER,
-                         slot=self.choose_folder)  # fmt: skip
+        self.flight = FlightView()
+        self.form = ColumnLine()
+        how = tr("Open or drop logs of PX4, ArduPilot, CSV or recordings.")
+        self.empty = EmptyState("flights_empty", Icon.MAP, tr("No flight logs yet"), how)
+        folder = control(
+            QPushButton(tr("Open folder…")), "flights_empty_folder", picture=Icon.FOLDER, slot=self.choose_folder
+        )
         self.empty.column.insertWidget(4, folder, 0, Qt.AlignmentFlag.AlignHCenter)
         self._are_kept_read = False
         self._tried = ""
@@ -83,7 +89,7 @@ class FlightsPage(Page):
         self._lay_out()
         self._wire()
         self.setAcceptDrops(True)
-        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self.refresh, restyle=self._fit)
+        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, restyle=self._fit)
         self._fit()
         self.refresh()
 
@@ -296,19 +302,17 @@ class FlightsPage(Page):
         right = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
         self._both = in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
-        return scroll_area(content, self._services.texts, "flights_scroll", "Flight logs", is_vertical=True)
+        return scroll_area(content, "flights_scroll", tr("Flight logs"), is_vertical=True)
 
     def _lay_out(self) -> None:
-        self.header = self.make_header(
-            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.open_files
-        )
-        folder = self.header.add_rare("flights_open_folder", marked("Open folder…"), self.choose_folder)
+        self.header = self.make_header(tr("Flight logs"), self.thresholds.reading, self.open_files)
+        folder = self.header.add_rare("flights_open_folder", tr("Open folder…"), self.choose_folder)
         folder.setShortcut("Ctrl+Shift+O")
         folder.setAutoRepeat(False)
         self.addAction(folder)
-        self.header.add_rare("flights_about", marked("How this is judged"), self._explain)
-        self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
-        self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
+        self.header.add_rare("flights_about", tr("How this is judged"), self._explain)
+        self.header.add_rare("flights_profile_save", tr("Save as profile…"), self.proposal.save_profile)
+        self.header.add_rare("flights_profile_put", tr("Add to a profile…"), self.proposal.add_to_profile)
         in_column(
             self.header, (self._stack, 1), self.proposal, of=self, spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),

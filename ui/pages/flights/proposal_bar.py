@@ -54,18 +54,23 @@ class ProposalBar(QFrame):
         self.ask_save: AskPath = ask_path
         self._work, self._result = work, result
         self._exchange, self._remembered = services.exchange, services.preferences
-        texts = services.texts
         self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
         self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
         self.lines = [named(ElidedLabel(), f"flights_proposal_line_{number}", "small") for number in range(_LINES)]
-        self.take = control(QPushButton(), texts, "flights_take", "Try proposal", picture=Icon.CHECK,
-                            slot=self._use_proposal)  # fmt: skip
-        self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",
-                           picture=Icon.SETTINGS, slot=self._use)  # fmt: skip
+        self.take = control(
+            QPushButton(tr("Try proposal")), "flights_take", picture=Icon.CHECK, slot=self._use_proposal
+        )
+        self.use = control(
+            QPushButton(tr("Use in Settings")),
+            "flights_use",
+            tip=tr("Nothing is sent."),
+            picture=Icon.SETTINGS,
+            slot=self._use,
+        )
         self._summary = named(QWidget(), "flights_proposal_said")
         lines = in_column(self.head, *self.lines, spacing=0)
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._summary, spacing=Space.S, margins=0)
-        self.strip = named(NoticeBar(texts, is_fitted=True), "flights_notice")
+        self.strip = named(NoticeBar(is_fitted=True), "flights_notice")
         self.strip.changed.connect(self._share)
         self._stack = stacked(named(QStackedWidget(), "flights_proposal_stack"), self._summary, self.strip)
         self._buttons = named(QWidget(), "flights_proposal_buttons")

@@ -18,7 +18,6 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.pages.flights.lists import READING_WORDS, THRESHOLD_KEYS
 from ui.plots.static_plot import StaticPlot
 from ui.style.painted_widget import mixed
@@ -26,7 +25,6 @@ from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.sliders import Dial, WheelGuard, label_for
-from ui.widgets.visibility_timer import VisibilityTimer
 
 
 class ThresholdPanel(QWidget):
@@ -37,7 +35,7 @@ class ThresholdPanel(QWidget):
     judged = Signal()
     """A number was typed; whether it can be used is `is_wrong`."""
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("flights_thresholds")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -46,9 +44,10 @@ class ThresholdPanel(QWidget):
         self.tilt = Dial("flights_tilt", minimum=0, maximum=180, step=1, unit="°")
         self.acceleration = Dial("flights_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
         self.time = Dial("flights_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
-        self.reading = control(QComboBox(), texts, "flights_reading", says="Interpretation")
-        for reading in RuleReading:
-            self.reading.addItem("", reading)
+        self.reading = control(QComboBox(), "flights_reading", says=tr("Interpretation"))
+        for row, reading in enumerate(RuleReading):
+            self.reading.addItem(tr(READING_WORDS[reading]), reading)
+            self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
         WheelGuard(self.reading)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -60,8 +59,8 @@ class ThresholdPanel(QWidget):
             ("freefall_time", marked("Free-fall time"), self.time),
         )
         for row, (name, title, dial) in enumerate(rows):
-            dial.describe(texts, BY_NAME[name].title, BY_NAME[name].explanation)
-            grid.addWidget(label_for(texts, dial, title), row, 0)
+            dial.describe(tr(BY_NAME[name].title), tr(BY_NAME[name].explanation))
+            grid.addWidget(label_for(dial, tr(title)), row, 0)
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
         grid.setColumnStretch(1, 1)
@@ -72,8 +71,6 @@ class ThresholdPanel(QWidget):
         self.time.turned.connect(lambda value: self._choose(self._limits._replace(freefall_time_s=round(value, 2))))
         self.reading.currentTextChanged.connect(self.reading.setToolTip)  # the header may elide the text
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
-        VisibilityTimer(self, retranslate=self._name_readings)
-        self._name_readings()
 
     @property
     def is_wrong(self) -> bool:
@@ -97,11 +94,6 @@ class ThresholdPanel(QWidget):
     def _choose(self, limits: TriggerLimits) -> None:
         self._limits = limits
         self.chosen.emit(limits)
-
-    def _name_readings(self) -> None:
-        for row, reading in enumerate(RuleReading):
-            self.reading.setItemText(row, tr(READING_WORDS[reading]))
-            self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
 
 
 _TILT_TICKS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)

@@ -17,7 +17,6 @@ from app.text.messages import UserMessage, clean
 from app.text.sentences import labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.pages.flights.lists import appearance_of, outcome_lines, short_name, verdict_of
 from ui.plots.flight_plot import FlightPlot
 from ui.plots.lanes import Mark, mark_of
@@ -27,7 +26,6 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 20
 _PROBLEMS_SHOWN: Final = 3
@@ -38,23 +36,23 @@ _SAME_S: Final = 0.05
 class FlightView(QWidget):
     closed = Signal()
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("flight_view")
         self._outcome: FlightOutcome | None = None
-        self.back = control(QPushButton(), texts, "flight_back", "All flights", key="Esc", picture=Icon.CHEVRON_LEFT,
-                            slot=self.close_flight)  # fmt: skip
+        self.back = control(
+            QPushButton(tr("All flights")), "flight_back", key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.close_flight
+        )
         self.name = named(ElidedLabel(), "flight_name", "title")
         self.picture = IconLabel("flight_icon", _ICON_PX)
         self.verdict = text_label("flight_verdict", "strong", is_selectable=True)
         self.problems = text_label("flight_problems", "small", is_selectable=True)
-        self.chart = FlightPlot("flight", texts)
+        self.chart = FlightPlot("flight")
         self.chart.shown.connect(self._mark)
         head = in_row((self.name, 1), self.back, spacing=Space.M)
         head.addStrut(HEIGHT_PX)
         verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
         in_column(head, verdict, self.problems, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
-        VisibilityTimer(self, retranslate=self._write)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""
@@ -82,7 +80,6 @@ class FlightView(QWidget):
         self.problems.setText("\n".join(clean(problem) for problem in shown))
         self.problems.setToolTip("\n".join(problems))
         self.problems.setVisible(bool(problems))
-        self.chart.retranslate()
 
     def _mark(self, resets: Sequence[Marker]) -> None:
         if self._outcome is None or self.chart.plot is None:
@@ -118,7 +115,7 @@ class ColumnLine(QWidget):
     chosen = Signal(str, object)
     closed = Signal()
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("csv_form")
         self._name = ""
@@ -126,16 +123,14 @@ class ColumnLine(QWidget):
         self._fault: UserError | None = None
         self.title = named(ElidedLabel(), "csv_title", "title")
         self.why = text_label("csv_why", is_selectable=True)
-        self.line = control(QLineEdit(), texts, "csv_line", says="Columns")
+        self.line = control(QLineEdit(), "csv_line", says=tr("Columns"))
         self.line.returnPressed.connect(self._choose)
         self.fault = text_label("csv_fault", "danger")
-        self.read = control(QPushButton(), texts, "csv_read", "Read", picture=Icon.CHECK, role="primary",
-                            slot=self._choose)  # fmt: skip
-        self.cancel = control(QPushButton(), texts, "csv_cancel", "Cancel", key="Esc", slot=self.closed)
+        self.read = control(QPushButton(tr("Read")), "csv_read", picture=Icon.CHECK, role="primary", slot=self._choose)
+        self.cancel = control(QPushButton(tr("Cancel")), "csv_cancel", key="Esc", slot=self.closed)
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)
         in_column(head, self.why, self.line, self.fault, 1, of=self, spacing=Space.S, margins=0)
-        VisibilityTimer(self, retranslate=self._write)
 
     def show_file(self, name: str, why: UserMessage | None, columns: CsvColumns | None) -> None:
         """`why`: it cannot be read without. What was said before and what is proposed stand in the line already."""

@@ -56,22 +56,39 @@ class EmptyPage(EmptyState):
     """Shown until there are values: state of the link, and the first steps; what helps in trouble is in the notice."""
 
     def __init__(self, services: Services, page: Page) -> None:
-        texts = services.texts
-        super().__init__("live_empty", Icon.LIVE, texts)
+        super().__init__("live_empty", Icon.LIVE)
         self._connector = services.connector
-        self._way = control(QLabel(), texts, "live_empty_way",
-                            "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
-    "3. Pre-flight: before each flight, until it says GO.",
-                            role="muted")  # fmt: skip
+        self._way = named(
+            QLabel(
+                tr(
+                    "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
+                    "3. Pre-flight: before each flight, until it says GO."
+                )
+            ),
+            "live_empty_way",
+            "muted",
+        )
         self._way.setWordWrap(True)
-        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", key="Ctrl+K",
-                              picture=Icon.PLUG, role="primary", slot=page.ports_wanted)  # fmt: skip
-        self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
-                                picture=Icon.SIMULATOR,
-                                slot=lambda: page.connect_wanted.emit(SIMULATED))  # fmt: skip
-        self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
-                                  picture=Icon.RECORDINGS,
-                                  slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
+        self.choose = control(
+            QPushButton(tr("Choose a port…")),
+            "live_choose_port",
+            key="Ctrl+K",
+            picture=Icon.PLUG,
+            role="primary",
+            slot=page.ports_wanted,
+        )
+        self.simulate = control(
+            QPushButton(tr("Simulated module")),
+            "live_simulate",
+            picture=Icon.SIMULATOR,
+            slot=lambda: page.connect_wanted.emit(SIMULATED),
+        )
+        self.recordings = control(
+            QPushButton(tr("Recordings")),
+            "live_recordings",
+            picture=Icon.RECORDINGS,
+            slot=lambda: page.page_wanted.emit("recordings"),
+        )
         self._buttons = (self.choose, self.simulate, self.recordings)
         for button in self._buttons:
             retain_size(button)
@@ -112,15 +129,20 @@ class LivePage(StreamPage):
         super().__init__("live")
         self._services, self._connector = services, services.connector
         self._in_use = services.in_use
-        texts = services.texts
         self._recordings = services.storage.recordings
         self.wall = WallClock()
         self.data = LiveData()
-        self.panel = LivePanel(texts)
-        self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", keys="Ctrl+T",
-                               picture=Icon.PARACHUTE, slot=self._try_out)  # fmt: skip
+        self.panel = LivePanel()
+        self.try_out = control(
+            QToolButton(),
+            "live_would_fire",
+            text=tr("Would it have fired?"),
+            keys="Ctrl+T",
+            picture=Icon.PARACHUTE,
+            slot=self._try_out,
+        )
         drawn = live_lanes(self.data, self._in_use)
-        self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
+        self._live_plot = TimePlot(drawn, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self.plot = self._live_plot
         """The plots in sight: the module's, or those of a recording."""
@@ -128,11 +150,13 @@ class LivePage(StreamPage):
         """Shown in place of the module."""
         self._read_s: float | None = None
         """The time in the recording that the numbers show; None: they have to be written again."""
-        self.banner = named(NoticeBar(texts, is_fitted=True), "recorded_banner")
+        self.banner = named(NoticeBar(is_fitted=True), "recorded_banner")
         self.save = SaveBar(
-            texts, take_excerpt=self._excerpt, take_picture=lambda foot: picture_with_footer(self._seen, foot),
-            take_drawing=self._drawing, find_origin=self._origin,
-        )  # fmt: skip
+            take_excerpt=self._excerpt,
+            take_picture=lambda foot: picture_with_footer(self._seen, foot),
+            take_drawing=self._drawing,
+            find_origin=self._origin,
+        )
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
         self._connect_menu(self._live_plot)
@@ -145,9 +169,12 @@ class LivePage(StreamPage):
         self._module = ""
         """Its name, while the port was open: a name given later is of the one that is plugged in next."""
         self._timer = VisibilityTimer(
-            self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
+            self,
+            self._show_now,
+            every_ms=DRAW_EVERY_MS,
+            tick=self._tick_alone,
             hidden=self._connector.set_drawing_interval,
-        )  # fmt: skip
+        )
         self._connector.changed.connect(self._refresh_empty)
         self._connector.invalidated.connect(self._begin_again)
         self._recordings.opened.connect(self.show_recording)
@@ -187,7 +214,7 @@ class LivePage(StreamPage):
         """Shows `recording` in place of the module, which stays connected."""
         self._close_recording()
         self.recording = recording
-        self.plot = recorded_plot(recording, recorded_lanes(recording, self._in_use), self._services.texts)
+        self.plot = recorded_plot(recording, recorded_lanes(recording, self._in_use))
         self._connect_menu(self.plot)
         self._plots.addWidget(self.plot)
         self._plots.setCurrentWidget(self.plot)
@@ -217,7 +244,7 @@ class LivePage(StreamPage):
     def _show_source(self) -> None:
         recording = self.recording
         title = marked("Live") if recording is None else marked("Recording")
-        self._services.texts.bind(self.header.title.setText, title)
+        self.header.title.setText(tr(title))
         self.banner.show_notice(None if recording is None else partial(recorded_notice, recording, self.back_to_live))
         self.panel.be_recorded(is_recorded=self.recording is not None)
         self._recordings.note_shown(is_shown=self.recording is not None)
@@ -250,10 +277,6 @@ class LivePage(StreamPage):
     def _connect_menu(self, plot: TimePlot) -> None:
         plot.save_values_wanted.connect(self.save.save_csv)
         plot.save_picture_wanted.connect(self.save.save_png)
-
-    def _retranslate(self) -> None:
-        self._read_s = None
-        self.refresh()
 
     def _tick_alone(self) -> None:
         """Called while no batches come."""
@@ -341,7 +364,7 @@ class LivePage(StreamPage):
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
         in_column(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        head = self.header = self.make_header(self._services.texts, marked("Live"))
+        head = self.header = self.make_header(tr("Live"))
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.save, 1)  # shows where something was saved
         head.add(self.try_out)

@@ -27,7 +27,6 @@ from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.files.save_bar import Origin
 from ui.forms.field_editors import explain_setting
 from ui.pages.live.data import SLOW_GAP_S
@@ -64,9 +63,9 @@ _NO_STREAM: Final = marked("no stream")
 
 
 class LivePanel(QFrame):
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        control(self, texts, "live_panel", role="card", about="Dimmed with an age: stale. Hatched: never reported.")
+        control(self, "live_panel", role="card", about=tr("Dimmed with an age: stale. Hatched: never reported."))
         self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
@@ -83,19 +82,18 @@ class LivePanel(QFrame):
         self._counted_at = 0.0
         self._is_recorded = False
         self._cell_caption = _CELL
-        self._texts = texts
-        self._name(texts)
+        self._name()
         self._lay_out()
         self._reserve()
         self.fit_height(0)
-        VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
+        VisibilityTimer(self, restyle=self._reserve)
 
     def be_recorded(self, *, is_recorded: bool) -> None:
         if is_recorded != self._is_recorded:
             self._is_recorded = is_recorded
             self._then.setVisible(is_recorded)
             self._spread()
-            self._name(self._texts)
+            self._name()
 
     def fit_height(self, page_px: int) -> None:
         """Uses a larger gauge on a high page."""
@@ -147,7 +145,7 @@ class LivePanel(QFrame):
         caption = _CHARGER if charging is not None and charging.value is True else _CELL
         if caption != self._cell_caption:
             self._cell_caption = caption
-            self._texts.bind(self.cell.set_caption, caption)
+            self.cell.set_caption(tr(caption))
         self.cell.set_limit("" if cell is None else cell.limit)
         charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
         if charging is None and self._is_recorded:
@@ -198,8 +196,8 @@ class LivePanel(QFrame):
 
     # Construction
 
-    def _name(self, texts: Texts) -> None:
-        texts.bind(self.setAccessibleName, "Measured values")
+    def _name(self) -> None:
+        self.setAccessibleName(tr("Measured values"))
         for widget, caption in (
             (self.moment, "Time under the cursor"),
             (self.activation, "Activation"),
@@ -211,9 +209,9 @@ class LivePanel(QFrame):
             (self.boot_count, "Boot count"),
             (self.stream, "Reports"),
         ):
-            texts.bind(widget.set_caption, caption)
+            widget.set_caption(tr(caption))
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
-            texts.bind(readout.setToolTip, BY_NAME[command].explanation)
+            readout.setToolTip(tr(BY_NAME[command].explanation))
         for readout, command in (
             (self.tilt, "attitude_threshold"),
             (self.acceleration, "freefall_acceleration"),
@@ -222,7 +220,7 @@ class LivePanel(QFrame):
             (self.boot_count, "boot_count"),
             (self.stream, "serial_output"),
         ):
-            explain_setting(texts, readout, BY_NAME[command])
+            explain_setting(readout, BY_NAME[command])
 
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")
@@ -259,10 +257,6 @@ class LivePanel(QFrame):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._spread()
-
-    def _retranslate(self) -> None:
-        self._stream_kind = None
-        self._reserve()
 
 
 def _bay_note(
@@ -320,10 +314,10 @@ def recorded_notice(recording: Recording, leave: Callable[[], None]) -> Notice:
     return Notice(meaning, " · ".join(filter(None, parts)), (back,))
 
 
-def recorded_plot(recording: Recording, lanes: Sequence[Lane], texts: Texts) -> TimePlot:
+def recorded_plot(recording: Recording, lanes: Sequence[Lane]) -> TimePlot:
     """Plots with all of `recording` in sight, and the cursor at its last report."""
     bounds = Span(recording.start_s, recording.end_s)
-    plot = TimePlot(lanes, texts, wall_offset_s=recording.wall_offset_s, bounds=bounds)
+    plot = TimePlot(lanes, wall_offset_s=recording.wall_offset_s, bounds=bounds)
     plot.add_marks([mark_of(marker) for marker in recording.markers])
     last = recording.tilt.last
     if last is not None:

@@ -140,19 +140,27 @@ class CheckHistory(QWidget):
         self._loading: BackgroundTask[tuple[Sequence[str], Sequence[CheckLine]]] = BackgroundTask(
             "dps-s past checks", self
         )
-        texts = services.texts
-        self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
+        self.filter = control(QComboBox(), "check_history_filter", says=tr("Past checks"))
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
-        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.id,
-                               _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
+        self.table = RowsTable(
+            "check_history_table",
+            tr("Past checks"),
+            _COLUMNS,
+            lambda check: check.id,
+            _row_sentence,
+            row_px=_ROW_PX,
+            is_single=True,
+        )
         self.trend = VoltageTrend()
         self.station = text_label("station_own", "muted", is_selectable=True)
-        self.back = control(QPushButton(), texts, "check_history_back", "Back",
-                            key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
-        self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
-                             slot=self._print)  # fmt: skip
+        self.back = control(
+            QPushButton(tr("Back")), "check_history_back", key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed
+        )
+        self.print = control(
+            QPushButton(tr("Export report…")), "check_history_print", picture=Icon.SAVE, slot=self._print
+        )
         self.filter.activated.connect(self.refresh_rows)
         self.table.selectionModel().selectionChanged.connect(self._enable)
         self._lay_out()
@@ -231,12 +239,11 @@ class CheckHistory(QWidget):
             self.print_wanted.emit(check.id)
 
     def _lay_out(self) -> None:
-        title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
+        title = named(QLabel(tr("Past checks")), "check_history_title", "title")
         head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
         self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
         content = named(QWidget(), "check_history_content")
         in_column((self.table, 1), self.trend, self.station, of=content, spacing=Space.S, margins=0)
-        scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks",
-                             is_vertical=True)  # fmt: skip
+        scroll = scroll_area(content, "check_history_scroll", tr("Past checks"), is_vertical=True)
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
         in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))

@@ -29,12 +29,11 @@ class CheckList(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "preflight_scroll")
-        self._texts, self._connector = services.texts, services.connector
+        self._connector = services.connector
         self._profile: Profile | None = None
-        texts = services.texts
         self._ticks: dict[int, tuple[bool, float]] = {}
         """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""
-        self.rows = {check.id: CheckRow(check, texts) for check in CHECKS}
+        self.rows = {check.id: CheckRow(check) for check in CHECKS}
         self.manual: list[ManualRow] = []
         self._shown: tuple[object, ...] = ()
         """What the rows were last written for."""
@@ -43,7 +42,7 @@ class CheckList(ScrollArea):
         self._failed = _Section("preflight_failed")
         self._manual = _Section("preflight_manual")
         self._passed = _Section("preflight_passed")
-        self.fold = control(QToolButton(), texts, "preflight_fold", is_checkable=True, role="quiet")
+        self.fold = control(QToolButton(), "preflight_fold", is_checkable=True, role="quiet")
         self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.fold.toggled.connect(self._show_fold)
         for row in self.rows.values():
@@ -63,7 +62,7 @@ class CheckList(ScrollArea):
         self._show_fold()
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
-        texts.bind(self.setAccessibleName, "Pre-flight")
+        self.setAccessibleName(tr("Pre-flight"))
 
     def answered(self) -> Profile:
         ticks = {number: is_done for number, (is_done, _at) in self._ticks.items()}
@@ -80,7 +79,7 @@ class CheckList(ScrollArea):
             row.hide()
             row.deleteLater()
         lines = () if profile is None else profile.manual
-        self.manual = [ManualRow(number, line, self._texts) for number, line in enumerate(lines, 1)]
+        self.manual = [ManualRow(number, line) for number, line in enumerate(lines, 1)]
         for row in self.manual:
             row.ticked.connect(self._tick)
             self._manual.rows.addWidget(row)
@@ -130,7 +129,6 @@ class CheckList(ScrollArea):
         self._failed.show_title(" · ".join(titles))
         self._manual.show_title(tr("Manual checks"))
         self.fold.setText(tr("{count} passed", count=passed) if judged else tr("Checks: {count}", count=passed))
-        self.fold.setAccessibleName(self.fold.text())
 
     def _sort(self, failed: list[str]) -> None:
         """Show what did not pass at the top and the rest below the fold, each in its order."""

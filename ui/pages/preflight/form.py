@@ -16,7 +16,6 @@ from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, clean
 from app.text.sentences import labelled
-from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
@@ -48,21 +47,21 @@ class PreflightForm(QWidget):
         """Of the profile."""
         self._aircraft_of: dict[str, str] = {}
         """What was last entered for a module, by its name."""
-        texts, preferences = services.texts, services.preferences
-        self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
+        preferences = services.preferences
+        self.who = control(QLineEdit(preferences.who), "preflight_who", says=tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("preflight_module", services.connector, texts)
-        self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft")
+        self.module = ModuleField("preflight_module", services.connector)
+        self.aircraft = control(QComboBox(), "preflight_aircraft", says=tr("Aircraft"))
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
         self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         WheelGuard(self.aircraft)
-        edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
+        edit = control(QLineEdit(), "preflight_aircraft_edit", says=tr("Aircraft"))
         self.aircraft.setLineEdit(edit)
         self.aircraft.setCompleter(None)  # type: ignore[arg-type]
         edit.setMaxLength(MAX_TEXT_LENGTH)
-        self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
+        self.choose = control(QToolButton(), "preflight_profile", picture=Icon.CHEVRON_DOWN)
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.choose.setLayoutDirection(Qt.LayoutDirection.RightToLeft)  # the arrow behind the name
@@ -79,10 +78,14 @@ class PreflightForm(QWidget):
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
         self.aircraft.activated.connect(self._commit)
-        self.setLayout(captioned_row(
-            texts, (marked("Checked by"), self.who), (marked("Module"), self.module),
-            (marked("Aircraft"), self.aircraft), (marked("Profile"), self.choose),
-        ))  # fmt: skip
+        self.setLayout(
+            captioned_row(
+                (tr("Checked by"), self.who),
+                (tr("Module"), self.module),
+                (tr("Aircraft"), self.aircraft),
+                (tr("Profile"), self.choose),
+            )
+        )
         self.show_profile()
 
     def _read_aircraft(self) -> None:

@@ -18,9 +18,7 @@ from app.store.fact_store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-from protocol.translatable import marked
 from ui.acts.act_row import ActRow
-from ui.core.texts import Texts
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
 from ui.pages.preflight.controller import PreflightController
@@ -37,7 +35,7 @@ from ui.simulator.panel import rest_offer
 from ui.style.accessible_roles import announce
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut, control, named, rename, set_role
+from ui.widgets.controls import Shortcut, control, named, set_role
 from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
@@ -47,25 +45,18 @@ from ui.widgets.visibility_timer import VisibilityTimer
 class PreflightButtons(QWidget):
     """Makes the next step the primary button: enable and check, start, check again, or export."""
 
-    def __init__(self, texts: Texts, header: PageHeader) -> None:
+    def __init__(self, header: PageHeader) -> None:
         super().__init__()
         self.setObjectName("preflight_buttons")
-        self._texts = texts
-        self.run = control(QPushButton(), texts, "preflight_run", "Start", key="Ctrl+Return",
-                           picture=Icon.CHECKLIST)  # fmt: skip
+        self.run = control(QPushButton(tr("Start")), "preflight_run", key="Ctrl+Return", picture=Icon.CHECKLIST)
         self._main = self.run
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
-        self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check")
-        self.cancel = control(
-            StepButton(is_safe=True), texts, "preflight_cancel", "Cancel", key="Esc", picture=Icon.CROSS
-        )
-        self.print = control(
-            QPushButton(), texts, "preflight_print", "Export report…", keys="Ctrl+P", picture=Icon.SAVE
-        )
-        self.history = control(QPushButton(), texts, "preflight_history", "Past checks",
-                               keys="Ctrl+H", picture=Icon.HISTORY)  # fmt: skip
+        self.enable = named(StepButton(tr("Enable triggers and check")), "preflight_enable")
+        self.cancel = control(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel", key="Esc", picture=Icon.CROSS)
+        self.print = control(QPushButton(tr("Export report…")), "preflight_print", keys="Ctrl+P", picture=Icon.SAVE)
+        self.history = control(QPushButton(tr("Past checks")), "preflight_history", keys="Ctrl+H", picture=Icon.HISTORY)
         header.add(self.history)
-        self.verify = header.add_rare("preflight_verify", marked("Verify a file…"), lambda: None)
+        self.verify = header.add_rare("preflight_verify", tr("Verify a file…"), lambda: None)
         buttons = self.cancel, self.run, self.enable, self.print
         FlowRow(right=buttons, of=self, margins=(Space.M, Space.XS, Space.M, Space.S))
 
@@ -78,15 +69,17 @@ class PreflightButtons(QWidget):
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
         self.enable.setEnabled(work.can_enable)
-        rename(self.enable, self._texts, LOCK_AND_ENABLE if work.needs_lock else marked("Enable triggers and check"))
+        self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
         self.print.setEnabled(work.signed is not None)
         # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
         self._main = self.print if work.standing in PASSED else self.enable if is_enabling else self.run
         for button in (self.run, self.enable, self.print):
             set_role(button, "primary" if button is self._main else "")
-        words = marked("Start") if self._main is self.run else marked("Check only")
-        rename(self.run, self._texts, words if work.last is None else marked("Check again"))
+        if work.last is not None:
+            self.run.setText(tr("Check again"))
+        else:
+            self.run.setText(tr("Start" if self._main is self.run else "Check only"))
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
 
@@ -112,16 +105,12 @@ class PreflightPage(Page):
         self.list = CheckList(services)
         self.history = CheckHistory(services)
         self.editor = ProfileEditor(services)
-        services.texts.bind(
-            self.banner.setWhatsThis, "Void after a restart, a lost link, a change, or fifteen minutes."
-        )
-        self.strip = named(NoticeBar(services.texts), "preflight_notice")
-        self.header = self.make_header(services.texts, marked("Pre-flight"))
-        self.buttons = PreflightButtons(services.texts, self.header)
+        self.banner.setWhatsThis(tr("Void after a restart, a lost link, a change, or fifteen minutes."))
+        self.strip = named(NoticeBar(), "preflight_notice")
+        self.header = self.make_header(tr("Pre-flight"))
+        self.buttons = PreflightButtons(self.header)
         self._named = services.connector.current.module.name
-        self._timer = VisibilityTimer(
-            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
-        )
+        self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
         self._is_print_wanted = False
         """Once the record with the last entries is kept."""
         self._announced = Standing.NOT_CHECKED
@@ -160,13 +149,6 @@ class PreflightPage(Page):
     def refresh(self) -> None:
         self.list.show_work(self.work)
         self.tick()
-
-    def _retranslate(self) -> None:
-        self.form.show_profile()
-        if self.history.filter.count():
-            self.history.refresh_rows()
-        self._show_result()
-        self.refresh()
 
     # What a person does
 

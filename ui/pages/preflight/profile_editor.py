@@ -19,7 +19,6 @@ from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_D
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -103,23 +102,19 @@ class ManualEditor(QWidget):
 
     changed = Signal()
 
-    def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
+    def __init__(self, number: int, line: ManualLine) -> None:
         super().__init__()
         name = f"profile_manual_{number}"
         self.setObjectName(name)
-        self._number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
-        texts.bind(self._name_text, "Manual checks")
-        texts.bind(self.text.setPlaceholderText, "Manual checks")
+        self.text.setAccessibleName(f"{tr('Manual checks')} {number}")
+        self.text.setPlaceholderText(tr("Manual checks"))
         self.text.setMaxLength(MAX_NAME_LENGTH)
-        self.required = control(QCheckBox(), texts, f"{name}_required", "Required")
+        self.required = named(QCheckBox(tr("Required")), f"{name}_required")
         self.required.setChecked(line.is_required)
         self.text.textEdited.connect(self.changed)
         self.required.toggled.connect(self.changed)
         in_row((self.text, 1), self.required, of=self, spacing=Space.S, margins=0)
-
-    def _name_text(self, text: str) -> None:
-        self.text.setAccessibleName(f"{text} {self._number}")
 
     @property
     def line(self) -> ManualLine:
@@ -142,19 +137,18 @@ class ProfileEditor(QWidget):
         super().__init__()
         self.setObjectName("profile_editor")
         self.ask_save: AskPath = ask_path
-        self._texts, self._preferences = services.texts, services.preferences
+        self._preferences = services.preferences
         self._path: Path | None = None
         self._original = self._unedited = Profile(name="")
         """As it is in its file, and as the fields show it: without spaces around its texts."""
-        texts = services.texts
         self.title = named(QLabel(), "profile_editor_title", "title")
-        self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name")
-        self.airframe = control(QLineEdit(), texts, "profile_editor_airframe", says="Airframe")
+        self.name = control(QLineEdit(), "profile_editor_name", says=tr("Name"))
+        self.airframe = control(QLineEdit(), "profile_editor_airframe", says=tr("Airframe"))
         for line in (self.name, self.airframe):
             line.setMaxLength(MAX_NAME_LENGTH)
             line.textEdited.connect(self.refresh)
-        self.activated_by = control(QComboBox(), texts, "profile_editor_activated_by", says="Activated by")
-        self.service = control(QCheckBox(), texts, "profile_editor_service", "Overdue service is NO-GO")
+        self.activated_by = control(QComboBox(), "profile_editor_activated_by", says=tr("Activated by"))
+        self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_editor_service")
         self.service.toggled.connect(self.refresh)
         for who in _ACTIVATED:
             self.activated_by.addItem("", who)
@@ -173,12 +167,17 @@ class ProfileEditor(QWidget):
             number.changed.connect(self.refresh)
         self.manual: list[ManualEditor] = []
         """The last one is empty: a new check is typed there."""
-        self.strip = named(NoticeBar(texts), "profile_editor_notice")
-        self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
-                              slot=self.close_editor)  # fmt: skip
-        self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)
-        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", keys="Ctrl+S",
-                            picture=Icon.SAVE, role="primary", slot=self._save)  # fmt: skip
+        self.strip = named(NoticeBar(), "profile_editor_notice")
+        self.cancel = control(QPushButton(tr("Cancel")), "profile_editor_cancel", key="Esc", slot=self.close_editor)
+        self.save_as = control(QPushButton(tr("Save as…")), "profile_editor_save_as", slot=self.choose_and_save)
+        self.save = control(
+            QPushButton(tr("Save")),
+            "profile_editor_save",
+            keys="Ctrl+S",
+            picture=Icon.SAVE,
+            role="primary",
+            slot=self._save,
+        )
         self._lay_out()
         VisibilityTimer(self, self.refresh)
 
@@ -295,7 +294,7 @@ class ProfileEditor(QWidget):
         self.strip.show_notice(lambda: Notice(Meaning.DANGER, fault.translated(), dismiss=dismiss))
 
     def _add_manual(self, line: ManualLine) -> None:
-        row = ManualEditor(len(self.manual) + 1, line, self._texts)
+        row = ManualEditor(len(self.manual) + 1, line)
         row.changed.connect(self.refresh)
         self.manual.append(row)
         self._manual_rows.addWidget(row)
@@ -304,10 +303,9 @@ class ProfileEditor(QWidget):
 
     def _lay_out(self) -> None:
         head = captioned_row(
-            self._texts,
-            (marked("Name"), self.name),
-            (marked("Airframe"), self.airframe),
-            (marked("Activated by"), self.activated_by),
+            (tr("Name"), self.name),
+            (tr("Airframe"), self.airframe),
+            (tr("Activated by"), self.activated_by),
         )
         manual = QWidget()
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
@@ -318,7 +316,7 @@ class ProfileEditor(QWidget):
             self._caption("manual", marked("Manual checks")), manual, 1,
             of=content, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
-        scroll = scroll_area(content, self._texts, "profile_editor_scroll", "Profile")
+        scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"))
         top = in_row(self.title, margins=(Space.M, Space.S))
         foot = in_row(
             1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)
@@ -326,7 +324,7 @@ class ProfileEditor(QWidget):
         in_column(top, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
 
     def _caption(self, name: str, english: str) -> QLabel:
-        return control(QLabel(), self._texts, f"profile_editor_{name}", english, role="caption")
+        return named(QLabel(tr(english)), f"profile_editor_{name}", "caption")
 
 
 def _card(name: str, numbers: Iterable[OptionalNumber]) -> QFrame:

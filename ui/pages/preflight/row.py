@@ -19,7 +19,6 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space, is_text_large
 from ui.widgets.controls import ChoiceButton, control, named, set_role
@@ -140,7 +139,7 @@ class CheckRow(QFrame):
 
     act_wanted = Signal(object)
 
-    def __init__(self, check: Check, texts: Texts) -> None:
+    def __init__(self, check: Check) -> None:
         super().__init__()
         named(self, f"check_{check.id}", "marked-row")
         self.check = check
@@ -150,7 +149,7 @@ class CheckRow(QFrame):
         self.limit = text_label(f"check_{check.id}_limit", "muted")
         self.reason = text_label(f"check_{check.id}_why", "small")
         # A step: the end of a check scrolls its rows, and what comes to lie under the pointer then was not chosen.
-        self.act = control(StepButton(), texts, f"check_{check.id}_act", slot=self._on_act)
+        self.act = control(StepButton(), f"check_{check.id}_act", slot=self._on_act)
         self._act: Remedy | None = None
         self._placed: tuple[bool, bool] | None = None
         policy = self.act.sizePolicy()
@@ -240,7 +239,7 @@ class ManualRow(QFrame):
 
     ticked = Signal(int, object)
 
-    def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
+    def __init__(self, number: int, line: ManualLine) -> None:
         super().__init__()
         name = f"manual_{number}"
         named(self, name, "marked-row")
@@ -250,8 +249,8 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", is_checkable=True)
-        self.bad = control(ChoiceButton(), texts, f"{name}_bad", "Not OK", is_checkable=True)
+        self.done = control(ChoiceButton(), f"{name}_done", text=tr("OK"), is_checkable=True)
+        self.bad = control(ChoiceButton(), f"{name}_bad", text=tr("Not OK"), is_checkable=True)
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)
         for column, stretch in ((1, 5), (2, 4), (3, 0)):

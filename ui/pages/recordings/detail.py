@@ -11,11 +11,10 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import join_names
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.rows_table import FactRows
 from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control, named, rename
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 
@@ -32,30 +31,33 @@ _FACTS: Final = {
 
 
 class RecordingsDetail(QFrame):
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         named(self, "recordings_detail", "card")
-        self._texts = texts
-        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", keys="Ctrl+S", picture=Icon.TABLE)
-        self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
-                            tip="For PlotJuggler and Foxglove", keys="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
-        self.pin = control(QPushButton(), texts, "recordings_keep", "Pin", tip="Never delete automatically",
-                            picture=Icon.BOOKMARK)  # fmt: skip
-        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…", key="Del",
-                              picture=Icon.ERASE)  # fmt: skip
-        self.open = control(QPushButton(), texts, "recordings_open", "Open", key="Enter", picture=Icon.LIVE,
-                            role="primary")  # fmt: skip
+        self.csv = control(QPushButton(tr("CSV…")), "recordings_csv", keys="Ctrl+S", picture=Icon.TABLE)
+        self.mcap = control(
+            QPushButton(tr("MCAP…")),
+            "recordings_mcap",
+            tip=tr("For PlotJuggler and Foxglove"),
+            keys="Ctrl+Shift+S",
+            picture=Icon.SAVE,
+        )
+        self.pin = control(
+            QPushButton(tr("Pin")), "recordings_keep", tip=tr("Never delete automatically"), picture=Icon.BOOKMARK
+        )
+        self.delete = control(QPushButton(tr("Delete…")), "recordings_delete", key="Del", picture=Icon.ERASE)
+        self.open = control(QPushButton(tr("Open")), "recordings_open", key="Enter", picture=Icon.LIVE, role="primary")
         exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
         marks = in_row((self.pin, 1), (self.delete, 1), spacing=Space.S)
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
         single_lines = {key: named(ElidedLabel(), f"recordings_{key}") for key in _FACTS}
-        self._fact_rows = FactRows(texts, "recordings", _FACTS, single_lines)
+        self._fact_rows = FactRows("recordings", _FACTS, single_lines)
         self._fact_rows.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
         content = named(QWidget(), "recordings_facts")
         in_column(self._fact_rows, self.remarks, 1, of=content, spacing=Space.XS, margins=0)
-        scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
+        scroll = scroll_area(content, "recordings_facts_scroll", tr("Recordings"), is_transparent=True)
         scroll.setMinimumHeight(scaled(_FACTS_PX))
         # The buttons stay where they are when a notice below makes the page shorter.
         in_column(self.title, self.open, exports, marks, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
@@ -67,7 +69,7 @@ class RecordingsDetail(QFrame):
             button.setEnabled(is_idle and entry is not None and entry.trouble is None)
         self.pin.setEnabled(is_idle and bool(chosen))
         self.delete.setEnabled(is_idle and bool(chosen) and not any(entry.is_running for entry in chosen))
-        rename(self.pin, self._texts, marked("Unpin") if chosen and all(entry.is_pinned for entry in chosen) else "Pin")
+        self.pin.setText(tr("Unpin" if chosen and all(entry.is_pinned for entry in chosen) else "Pin"))
         readable = [entry for entry in chosen if entry.trouble is None]
         shown: dict[str, str] = {}
         if chosen:

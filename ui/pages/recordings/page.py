@@ -14,7 +14,6 @@ from app.recordings.library import RecordingEntry
 from app.recordings.recording import tilt_outline
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
-from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.rows_table import RowsTable, SearchedRows
@@ -141,17 +140,24 @@ class RecordingsPage(Page):
         self._to_delete: tuple[RecordingEntry, ...] = ()
         """Recordings whose deletion needs confirmation."""
         self.outlines = Outlines(self)
-        self.table = RowsTable(services.texts, "recordings_table", "Recordings", COLUMNS, lambda entry: entry.path,
-                               entry_text, row_px=ROW_PX, sorted_by=Column.WHEN)  # fmt: skip
+        self.table = RowsTable(
+            "recordings_table",
+            tr("Recordings"),
+            COLUMNS,
+            lambda entry: entry.path,
+            entry_text,
+            row_px=ROW_PX,
+            sorted_by=Column.WHEN,
+        )
         self.table.setAlternatingRowColors(True)
         self.table.setItemDelegateForColumn(Column.TILT, OutlineDelegate(self.outlines, self.table))
         self.table.setItemDelegateForColumn(Column.PINNED, PinDelegate(self.table))
         self.outlines.changed.connect(self.table.viewport().update)
-        self.strip = named(NoticeBar(services.texts), "recordings_notice")
+        self.strip = named(NoticeBar(), "recordings_notice")
         self.bounds = named(ElidedLabel(), "recordings_bounds", "small")
-        self.detail = RecordingsDetail(services.texts)
-        words = marked("No recordings yet"), marked("Every session is recorded automatically.")
-        self.list = SearchedRows(services.texts, "recordings", self.table, Icon.RECORDINGS, *words)
+        self.detail = RecordingsDetail()
+        words = tr("No recordings yet"), tr("Every session is recorded automatically.")
+        self.list = SearchedRows("recordings", self.table, Icon.RECORDINGS, *words)
         self._lay_out()
         VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
         self.work.changed.connect(VisibilityTimer(self, self.refresh).refresh_seen)
@@ -271,7 +277,7 @@ class RecordingsPage(Page):
         self.saving, self.exporting = self.detail.csv, self.detail.mcap
 
     def _lay_out(self) -> None:
-        head = self.make_header(self._services.texts, marked("Recordings"), self.list.search)
+        head = self.make_header(tr("Recordings"), self.list.search)
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.bounds, 1)
         self._lists = in_row((self.list, 1), self.detail, spacing=Space.S)

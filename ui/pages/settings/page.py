@@ -62,15 +62,14 @@ class SettingsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("settings")
         self._services, self._connector = services, services.connector
-        texts = services.texts
         self.work = SettingsController(services, self)
-        self.rows = {command.key: SettingsRow(command, texts) for command in FORM_COMMANDS}
+        self.rows = {command.key: SettingsRow(command) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services)
-        self.header = self.make_header(texts, marked("Settings"))
+        self.header = self.make_header(tr("Settings"))
         self.files = ProfileFiles(services, self, self.work.job)
-        self.compare = ProfileCompare(texts)
+        self.compare = ProfileCompare()
         self.calibration = CalibrationPanel(services)
-        self.strip = named(NoticeBar(texts), "settings_notice")
+        self.strip = named(NoticeBar(), "settings_notice")
         self.code = named(QLabel(), "settings_code", "small")
         self._make_buttons()
         self.rows[_LIGHT].add_beside_editor(self.measure)
@@ -94,7 +93,6 @@ class SettingsPage(Page):
         count = len(form.changes(device, now))
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(_write_text(count or writing))
-        self.write.setAccessibleName(self.write.text())
         self.write.setEnabled(work.can_write and count > 0 and not form.mistyped)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
@@ -162,28 +160,38 @@ class SettingsPage(Page):
     # Construction
 
     def _make_buttons(self) -> None:
-        texts, work, form = self._services.texts, self.work, self.work.form
-        self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify",
-                             keys="Ctrl+Return; Ctrl+Enter",
-                             about="Sends each edited row once and reads it back; never to an ACTIVE module.",
-                             picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
-        self.read = control(QPushButton(), texts, "settings_read", "Read all", keys="F5",
-                            picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip
-        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits",
-                              slot=lambda: work.edit(form.revert))  # fmt: skip
-        self.measure = control(QPushButton(), texts, "light_threshold_measure", says="Measure the light threshold",
-                               picture=Icon.LIGHT, role="quiet", slot=self._measure)  # fmt: skip
+        work, form = self.work, self.work.form
+        self.write = control(
+            QPushButton(),
+            "settings_write",
+            tip=tr("Write and verify"),
+            keys="Ctrl+Return; Ctrl+Enter",
+            about=tr("Sends each edited row once and reads it back; never to an ACTIVE module."),
+            picture=Icon.DROP,
+            role="primary",
+            slot=work.write,
+        )
+        self.read = control(
+            QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN, slot=self.work.read_all
+        )
+        self.revert = control(QPushButton(tr("Discard edits")), "settings_revert", slot=lambda: work.edit(form.revert))
+        self.measure = control(
+            QPushButton(),
+            "light_threshold_measure",
+            says=tr("Measure the light threshold"),
+            picture=Icon.LIGHT,
+            role="quiet",
+            slot=self._measure,
+        )
         for part in (self.code, self.read):
             self.header.add(part)
         self.defaults = self.header.add_rare(
-            "settings_defaults", marked("Load defaults"), lambda: work.edit(partial(form.fill, DEFAULTS))
+            "settings_defaults", tr("Load defaults"), lambda: work.edit(partial(form.fill, DEFAULTS))
         )
-        self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.restore_initial)
-        self.header.add_rare("settings_measure", marked("Measure the light threshold"), self._measure)
-        self.try_out = self.header.add_rare("settings_try", marked("Try on recorded data"), self._try_out)
-        self.find_rate = self.header.add_rare(
-            "settings_find_rate", marked("Find the baud rate"), self._connector.find_rate
-        )
+        self.as_found = self.header.add_rare("settings_as_found", tr("Restore initial"), work.restore_initial)
+        self.header.add_rare("settings_measure", tr("Measure the light threshold"), self._measure)
+        self.try_out = self.header.add_rare("settings_try", tr("Try on recorded data"), self._try_out)
+        self.find_rate = self.header.add_rare("settings_find_rate", tr("Find the baud rate"), self._connector.find_rate)
 
     def _wire(self) -> None:
         work, form = self.work, self.work.form
@@ -207,7 +215,6 @@ class SettingsPage(Page):
         exchange.measured.connect(self._measure)
 
     def _lay_out(self) -> QWidget:
-        texts = self._services.texts
         table = named(QFrame(), "settings_card", "card")
         flags = [row for row in self.rows.values() if isinstance(row.command.write, Flag)]
         serial = self.rows[BY_NAME[_SERIAL].key]
@@ -219,14 +226,14 @@ class SettingsPage(Page):
         rows: list[QWidget] = []
         self._captions: list[QLabel] = []
         for number, (english, members) in enumerate(groups):
-            caption = control(QLabel(), texts, f"settings_group_{number}", english, role="caption")
+            caption = named(QLabel(tr(english)), f"settings_group_{number}", "caption")
             caption.setContentsMargins(Space.S + 3, 2, 0, 2)
             self._captions.append(caption)
             rows += [caption, *members]
         content = named(QWidget(), "settings_content")
         in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
         self.scroll_area = scroll_area(
-            content, texts, "settings_scroll", "Settings", is_vertical=True, is_transparent=True
+            content, "settings_scroll", tr("Settings"), is_vertical=True, is_transparent=True
         )
         in_column(self._make_heads(), (self.scroll_area, 1), of=table, spacing=0, margins=1)
         body = in_row((table, 1), margins=(Space.M, 0))
@@ -239,7 +246,6 @@ class SettingsPage(Page):
         return form
 
     def _make_heads(self) -> QWidget:
-        texts = self._services.texts
         heads = named(QFrame(), "settings_heads", "bar")
         columns = (
             (marked("Parameter"), NAME_PX),
@@ -249,7 +255,7 @@ class SettingsPage(Page):
         )
         labels = []
         for number, (english, width) in enumerate(columns):
-            label = control(QLabel(), texts, f"settings_head_{number}", english, role="caption")
+            label = named(QLabel(tr(english)), f"settings_head_{number}", "caption")
             label.setFixedWidth(width)
             labels.append(label)
         self._heads = labels

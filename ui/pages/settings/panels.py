@@ -18,7 +18,6 @@ from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import not_begun, open_conditions
-from ui.core.texts import Texts
 from ui.forms.field_editors import ChoiceEditor, ValueLabel, explain_setting, make_editor
 from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
@@ -41,24 +40,23 @@ class BaudPanel(QFrame):
         self._job = RunningJob(services.connector, self)
         self._doubtful_since: float | None = None
         """When a change was broken off after it may have been sent, until the module answers."""
-        texts = services.texts
-        self.title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
+        self.title = named(QLabel(tr(BAUD_RATE.title)), "baud_title")
         self.title.setWordWrap(True)
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
         self._message = QStackedLayout()  # the height stays the same whatever it shows
         self.value_label = ValueLabel(BAUD_RATE)
-        editor = make_editor(BAUD_RATE, texts)
+        editor = make_editor(BAUD_RATE)
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate has a choice editor")
         self.editor = editor
-        self.confirm = Confirm("baud", texts, ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
-        self.notice_bar = named(NoticeBar(texts), "baud_said")
-        texts.bind(self._warning.setText, "The vendor advises not to change it.")
+        self.confirm = Confirm("baud", ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
+        self.notice_bar = named(NoticeBar(), "baud_said")
+        self._warning.setText(tr("The vendor advises not to change it."))
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._job.dismiss)
         self.confirm.confirmed.connect(self._change)
-        explain_setting(texts, self, BAUD_RATE)
+        explain_setting(self, BAUD_RATE)
         self._lay_out()
         self._connector.invalidated.connect(self._reset)
         self._job.changed.connect(self.refresh)
@@ -165,26 +163,22 @@ class CalibrationPanel(QWidget):
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
         self._is_link_lost = False
-        texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
         self.sides = {
-            CLOSED: _Side(CLOSED, texts, 1, marked("Bay closed"), Icon.BAY_CLOSED),
-            OPEN: _Side(OPEN, texts, 2, marked("Bay open"), Icon.BAY_OPEN),
+            CLOSED: _Side(CLOSED, 1, tr("Bay closed"), Icon.BAY_CLOSED),
+            OPEN: _Side(OPEN, 2, tr("Bay open"), Icon.BAY_OPEN),
         }
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
-        texts.bind(self._title.setText, "Measure the light threshold")
-        texts.bind(
-            self._intro.setText,
-            "Measure in the light of the flight day, with no hand over the sensor.",
-        )
+        self._title.setText(tr("Measure the light threshold"))
+        self._intro.setText(tr("Measure in the light of the flight day, with no hand over the sensor."))
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
-        self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",
-                            slot=self._use_proposal)  # fmt: skip
-        self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
-                            slot=self.close_panel)  # fmt: skip
+        self.take = control(
+            QPushButton(tr("Use this threshold")), "calibration_take", role="primary", slot=self._use_proposal
+        )
+        self.back = control(QPushButton(tr("Back")), "calibration_back", key="Esc", slot=self.close_panel)
         self._lay_out()
         for is_over in (services.connector.invalidated, services.connector.broke_in_doubt):
             is_over.connect(self._reset)
@@ -273,18 +267,14 @@ class CalibrationPanel(QWidget):
 
 
 class _Side(QFrame):
-    def __init__(self, name: str, texts: Texts, number: int, title: str, picture: Icon) -> None:
+    def __init__(self, name: str, number: int, title: str, picture: Icon) -> None:
         super().__init__()
         named(self, f"calibration_{name}", "card")
-        self.title = named(QLabel(), f"calibration_{name}_title", "strong")
-        texts.bind(lambda text: self.title.setText(f"{number}. {text}"), title)
+        self.title = named(QLabel(f"{number}. {title}"), f"calibration_{name}_title", "strong")
         self.text = text_label(f"calibration_{name}_text")
-        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", "Measure", picture=picture)
-        texts.bind(self._name_button, title)
+        self.button = control(QPushButton(tr("Measure")), f"calibration_{name}_measure", picture=picture)
+        self.button.setAccessibleName(labelled(title, tr("Measure")))
         set_icon_size(self.button, 20, gap_px=TEXT_GAP_PX)
         in_column(
             self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M
         )
-
-    def _name_button(self, title: str) -> None:
-        self.button.setAccessibleName(labelled(title, tr("Measure")))

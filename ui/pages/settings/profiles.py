@@ -19,7 +19,6 @@ from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.files.file_dialogs import AskOpen, AskPath, add_recent, ask_path, ask_profile
 from ui.forms.field_editors import VALUE_PX, ValueLabel, explain_setting
 from ui.services.context import Services
@@ -50,7 +49,7 @@ class ProfileCompare(QWidget):
     """Another profile, or the errors of a file."""
     closed = Signal()
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("profile_compare")
         self.profile: Profile | None = None
@@ -62,14 +61,18 @@ class ProfileCompare(QWidget):
         self.faults = text_label("profile_faults", "attention")
         self.faults.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.note = text_label("profile_note", "small")
-        self._rows = {command.key: _CompareRow(command, texts) for command in (*FORM_COMMANDS, BAUD_RATE)}
+        self._rows = {command.key: _CompareRow(command) for command in (*FORM_COMMANDS, BAUD_RATE)}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._is_touched.add, key))
-        self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
-                             slot=lambda: self.applied.emit(self.ticked))  # fmt: skip
-        self.close_button = control(QPushButton(), texts, "profile_close", "Back", key="Esc",
-                                    slot=self.closed)  # fmt: skip
-        self._lay_out(texts)
+        self.apply = control(
+            QPushButton(),
+            "profile_apply",
+            picture=Icon.CHECK,
+            role="primary",
+            slot=lambda: self.applied.emit(self.ticked),
+        )
+        self.close_button = control(QPushButton(tr("Back")), "profile_close", key="Esc", slot=self.closed)
+        self._lay_out()
 
     def show_profile(self, profile: Profile, path: Path) -> None:
         self.profile, self._path, self._refusal = profile, path, None
@@ -100,7 +103,6 @@ class ProfileCompare(QWidget):
             self._rows[row.command.key].show_row(row, now, is_touched=row.command.key in self._is_touched)
         count = len(self.ticked)
         self.apply.setText(tr("Apply {count} ticked", count=count))
-        self.apply.setAccessibleName(self.apply.text())
         self.apply.setEnabled(can_apply and count > 0)
 
     @property
@@ -108,8 +110,8 @@ class ProfileCompare(QWidget):
         settings = {} if self.profile is None else self.profile.settings
         return {key: settings[key] for key, row in self._rows.items() if key in settings and row.tick.isChecked()}
 
-    def _lay_out(self, texts: Texts) -> None:
-        texts.bind(self.note.setText, "The baud rate is never applied with a profile.")
+    def _lay_out(self) -> None:
+        self.note.setText(tr("The baud rate is never applied with a profile."))
         self._table = named(QFrame(), "profile_table", "card")
         grid = QGridLayout(self._table)
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
@@ -118,7 +120,7 @@ class ProfileCompare(QWidget):
         heads = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
         for column, english in enumerate(heads):
             head = text_label(f"profile_head_{column}", "caption")
-            texts.bind(head.setText, english)
+            head.setText(tr(english))
             grid.addWidget(head, 0, column)
         for number, row in enumerate(self._rows.values(), start=1):
             for column, widget in enumerate((row.tick, row.target_label, row.value_label, row.chip)):
@@ -136,7 +138,7 @@ class ProfileCompare(QWidget):
             spacing=Space.S,
             margins=(Space.M, Space.S),
         )
-        scroll = scroll_area(content, texts, "profile_scroll", "Profile")
+        scroll = scroll_area(content, "profile_scroll", tr("Profile"))
         foot = in_row(1, self.close_button, self.apply, spacing=Space.S, margins=(Space.M, Space.S))
         in_column((scroll, 1), foot, of=self, spacing=0, margins=0)
 
@@ -144,14 +146,14 @@ class ProfileCompare(QWidget):
 class _CompareRow:
     """The widgets of one row of the table's grid."""
 
-    def __init__(self, command: Command, texts: Texts) -> None:
+    def __init__(self, command: Command) -> None:
         self.command = command
-        self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
-        explain_setting(texts, self.tick, command)
+        self.tick = named(QCheckBox(tr(command.title)), f"profile_tick_{command.name}")
+        explain_setting(self.tick, command)
         self.target_label = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.value_label = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
-        VisibilityTimer(self.tick, self._fit, retranslate=self._fit, restyle=self._fit)
+        VisibilityTimer(self.tick, self._fit, restyle=self._fit)
 
     def _fit(self) -> None:
         """A check box does not wrap its text: where it is large each word has its line, and the value less room."""
@@ -183,15 +185,14 @@ class ProfileFiles(QObject):
         self.ask_save: AskPath = ask_path
         self._page, self._result = page, result
         self._connector, self._remembered = services.connector, services.preferences
-        texts = services.texts
-        self.title = control(QLabel(), texts, "profile_title_label", "Profile", role="small")
-        self.open = control(QPushButton(), texts, "profile_open", "Open…", keys="Ctrl+O", slot=self.choose)
-        self.recent = control(QPushButton(), texts, "profile_recent", "Compare", tip="Recent files")
+        self.title = named(QLabel(tr("Profile")), "profile_title_label", "small")
+        self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O", slot=self.choose)
+        self.recent = control(QPushButton(tr("Compare")), "profile_recent", tip=tr("Recent files"))
         self.menu = named(QMenu(page), "profile_recent_menu")
         self.recent.setMenu(self.menu)
-        self.save = control(QPushButton(), texts, "profile_save", "Save as…", slot=self.choose_and_save)
-        for button, text in ((self.open, "Open…"), (self.recent, "Compare"), (self.save, "Save as…")):
-            texts.bind(partial(_name_button, button), text)
+        self.save = control(QPushButton(tr("Save as…")), "profile_save", slot=self.choose_and_save)
+        for button in (self.open, self.recent, self.save):
+            button.setAccessibleName(labelled(tr("Profile"), button.text()))
         self.menu.aboutToShow.connect(self._fill_menu)
 
     def refresh(self) -> None:
@@ -252,10 +253,6 @@ class ProfileFiles(QObject):
     def _fill_menu(self) -> None:
         self.menu.clear()
         add_recent(self.menu, "profile_recent", self._remembered.recent_profiles, self.open_file)
-
-
-def _name_button(button: QPushButton, text: str) -> None:
-    button.setAccessibleName(labelled(tr("Profile"), text))
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:

@@ -16,7 +16,6 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
 from protocol.fields import Quantity
-from ui.core.texts import Texts
 from ui.forms.field_editors import (
     VALUE_PX,
     FieldEditor,
@@ -69,25 +68,31 @@ class SettingsRow(QFrame):
     """Key, and what was typed and cannot be sent."""
     cancelled = Signal(str)
 
-    def __init__(self, command: Command, texts: Texts) -> None:
+    def __init__(self, command: Command) -> None:
         super().__init__()
         self.setObjectName(f"row_{command.name}")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         self.command = command
         self.row: FormRow | None = None
-        self.name = control(QLabel(), texts, f"{command.name}_name", command.title)
+        self.name = named(QLabel(tr(command.title)), f"{command.name}_name")
         self.name.setWordWrap(True)
         self.value_label = ValueLabel(command)
-        self.editor: FieldEditor = make_editor(command, texts)
+        self.editor: FieldEditor = make_editor(command)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = text_label(f"{command.name}_reason", "small")
         self.name.setBuddy(self.editor)
-        explain_setting(texts, self, command)
-        texts.bind(self.state.setWhatsThis, "“Verified” means written, asked for again, and equal.")
+        explain_setting(self, command)
+        self.state.setWhatsThis(tr("“Verified” means written, asked for again, and equal."))
         key = command.key
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
-        self.discard = control(QToolButton(), texts, f"{command.name}_discard", says="Discard this edit",
-                               picture=Icon.DISCARD, role="narrow", slot=lambda: self.cancelled.emit(key))  # fmt: skip
+        self.discard = control(
+            QToolButton(),
+            f"{command.name}_discard",
+            says=tr("Discard this edit"),
+            picture=Icon.DISCARD,
+            role="narrow",
+            slot=lambda: self.cancelled.emit(key),
+        )
         if isinstance(self.editor, FlagEditor | NumberEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         if isinstance(self.editor, NumberEditor):

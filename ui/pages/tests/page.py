@@ -62,7 +62,7 @@ from ui.services.module_field import ModuleField
 from ui.services.page import Page, WaysBack
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import control, named, rename, set_role
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -82,33 +82,38 @@ class TestsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("tests")
         self._services, self._connector = services, services.connector
-        texts = services.texts
         self.work = GuidedController(services, self)
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
-        self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
-        self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
+        self.list = control(QListWidget(), "tests_list", says=tr("Guided tests"))
+        self.who = control(QLineEdit(), "tests_who", says=tr("Tested by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("tests_module", services.connector, texts)
+        self.module = ModuleField("tests_module", services.connector)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps = GuidedPicture(), StepList()
         self.instruction = text_label("tests_instruction", "title")
         self.safety = text_label("tests_safety")
-        self.made_safe = control(QCheckBox(), texts, "tests_made_safe", about="The test makes the module fire.")
+        self.made_safe = control(QCheckBox(), "tests_made_safe", about=tr("The test makes the module fire."))
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
         self.live = named(Readout("", template="00.0 V"), "tests_live")
-        self.result = ResultView(texts)
-        self.notice_bar = named(NoticeBar(texts), "tests_said")
-        self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
-                              tip="Locks an activated module", key="Esc",
-                              slot=self.work.cancel)  # fmt: skip
-        self.primary = control(StepButton(is_safe=True), texts, "tests_run", "Start", keys="Ctrl+Return",
-                               role="primary", slot=self._continue)  # fmt: skip
+        self.result = ResultView()
+        self.notice_bar = named(NoticeBar(), "tests_said")
+        self.cancel = control(
+            StepButton(tr("Cancel"), is_safe=True),
+            "tests_cancel",
+            tip=tr("Locks an activated module"),
+            key="Esc",
+            slot=self.work.cancel,
+        )
+        self.primary = control(
+            StepButton(tr("Start"), is_safe=True), "tests_run", keys="Ctrl+Return", role="primary", slot=self._continue
+        )
         self.ask_path: AskPath = ask_path
-        self.export = control(QPushButton(), texts, "tests_export", "Export report…", keys="Ctrl+P", picture=Icon.SAVE,
-                              slot=self._export)  # fmt: skip
+        self.export = control(
+            QPushButton(tr("Export report…")), "tests_export", keys="Ctrl+P", picture=Icon.SAVE, slot=self._export
+        )
         self.exporting = self.export
         self.exported = JobNotice(self)
         self._timer = VisibilityTimer(
@@ -199,14 +204,14 @@ class TestsPage(Page):
         self._safety_mark.show_icon(MEANING_ICONS[meaning], meaning)
         self.made_safe.setVisible(bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
-        self.made_safe.setAccessibleName(self.made_safe.text())
         with QSignalBlocker(self.made_safe):
             self.made_safe.setChecked(self.work.is_stated_safe)
 
     def _name_buttons(self) -> None:
         work = self.work
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
-        rename(self.primary, self._services.texts, work.confirm_words or words)
+        words = work.confirm_words or words
+        self.primary.setText(tr(words))
         self.cancel.setEnabled(work.is_running)
         self.primary.setEnabled(self._can_continue)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
@@ -321,10 +326,9 @@ class TestsPage(Page):
         self.list.setSpacing(2)
         for _test in GUIDED_TESTS:
             self.list.addItem(QListWidgetItem())
-        texts = self._services.texts
-        header = self.make_header(texts, marked("Tests"))
+        header = self.make_header(tr("Tests"))
         for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.module)):
-            label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
+            label = named(QLabel(tr(caption)), f"{field.objectName()}_caption", "small")
             label.setBuddy(field)
             field.setMinimumWidth(_FIELD_PX)
             field.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -334,7 +338,7 @@ class TestsPage(Page):
         self._make_step_area()
         content = named(QWidget(), "tests_content")
         in_column(self._doing, self.result, of=content, spacing=0, margins=0)
-        scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
+        scroll = self._scroll = scroll_area(content, "tests_scroll", tr("Guided tests"))
         foot = in_row(self.export, 1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, self.instruction, (scroll, 1), self.notice_bar, foot, spacing=Space.S)
         body = in_row(in_column((self.list, 1), self.known_by, spacing=Space.S), (pane, 1), spacing=Space.M)

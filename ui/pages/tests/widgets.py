@@ -15,7 +15,6 @@ from app.text.messages import UserMessage
 from app.text.sentences import capitalised
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
 from ui.pages.tests.controller import GuidedController, Stage
@@ -199,13 +198,20 @@ COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
 
 
 class ResultView(QWidget):
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         named(self, "tests_result")
         self.mark, self.verdict = IconLabel("tests_verdict_mark", 24), text_label("tests_verdict", "heading")
         self.advice = text_label("tests_advice")
-        self.table = RowsTable(texts, "tests_table", "Measured values", COLUMNS, lambda row: row.name, _row_sentence,
-                               row_px=_ROW_PX, is_single=True)  # fmt: skip
+        self.table = RowsTable(
+            "tests_table",
+            tr("Measured values"),
+            COLUMNS,
+            lambda row: row.name,
+            _row_sentence,
+            row_px=_ROW_PX,
+            is_single=True,
+        )
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
         in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)

@@ -13,7 +13,6 @@ from app.text.sentences import capitalised, with_units
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
 from app.trigger_records.kept import MAX_NOTE_LENGTH
 from protocol.translatable import marked
-from ui.core.texts import Texts
 from ui.forms.rows_table import FactRows
 from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import COLUMNS, Column
@@ -38,29 +37,35 @@ class TriggersDetail(QFrame):
 
     judged = Signal(int, object, str)
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self) -> None:
         super().__init__()
         named(self, "triggers_detail", "card")
         self._rows: Sequence[TriggerRow] = ()
         self._note_of: int | None = None
         self.cause = text_label("triggers_cause", "strong", is_selectable=True)
         self.facts = FactRows(
-            texts, "triggers", {"when": marked("Time")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
+            "triggers", {"when": marked("Time")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
         )
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
-        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", is_checkable=True)
+        self.raw = control(QToolButton(), "triggers_raw", text=tr("Raw bytes"), is_checkable=True)
         self.raw.toggled.connect(self.bytes.setVisible)
         self.buttons: dict[Judgement | None, QToolButton] = {}
         for judgement in JUDGEMENTS:
             name = "none" if judgement is None else judgement.name.lower()
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
-            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
-                                              is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
-        self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
+            self.buttons[judgement] = control(
+                QToolButton(),
+                f"triggers_judge_{name}",
+                text=tr(text),
+                role="choice",
+                is_checkable=True,
+                slot=partial(self._judge, judgement),
+            )
+        self.note = control(QLineEdit(), "triggers_note", says=tr("Note"), tip=tr("Note"))
         self.note.setMaxLength(MAX_NOTE_LENGTH)
-        texts.bind(self.note.setPlaceholderText, "Note")
+        self.note.setPlaceholderText(tr("Note"))
         self.note.editingFinished.connect(self._commit_note)
         self._lay_out()
         self.show_rows(())

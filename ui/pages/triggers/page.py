@@ -19,7 +19,6 @@ from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, saved_text
 from app.trigger_records.csv_file import write_archive
-from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
@@ -60,21 +59,26 @@ class TriggersPage(Page):
         self._folder = Path.home()
         self.work = TriggersController(services, self)
         self._is_review_wanted = False
-        self.table = RowsTable(services.texts, "triggers_table", "Trigger records", COLUMNS, lambda row: row.seen.id,
-                               record_text, row_px=_ROW_PX, sorted_by=Column.WHEN,
-                               searches_sentence=True)  # fmt: skip
-        self.detail = TriggersDetail(services.texts)
-        self.strip = named(NoticeBar(services.texts), "triggers_notice")
-        self.module = ModuleField("triggers_module", services.connector, services.texts)
+        self.table = RowsTable(
+            "triggers_table",
+            tr("Trigger records"),
+            COLUMNS,
+            lambda row: row.seen.id,
+            record_text,
+            row_px=_ROW_PX,
+            sorted_by=Column.WHEN,
+            searches_sentence=True,
+        )
+        self.detail = TriggersDetail()
+        self.strip = named(NoticeBar(), "triggers_notice")
+        self.module = ModuleField("triggers_module", services.connector)
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
         self._make_buttons()
-        self.list = SearchedRows(services.texts, "triggers", self.table, Icon.HISTORY)
+        self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self._lay_out()
-        timer = VisibilityTimer(
-            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self.refresh
-        )
+        timer = VisibilityTimer(self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked)
         self.work.changed.connect(timer.refresh_seen)
         self._wire()
         self.refresh()
@@ -153,15 +157,31 @@ class TriggersPage(Page):
     # Making
 
     def _make_buttons(self) -> None:
-        texts = self._services.texts
-        self.read = control(QPushButton(), texts, "triggers_read", "Read", keys="F5", picture=Icon.HISTORY,
-                            role="primary", slot=self.work.read)  # fmt: skip
-        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", keys="Ctrl+C", picture=Icon.TABLE,
-                            slot=self.copy_rows)  # fmt: skip
-        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…", keys="Ctrl+S",
-                                 picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
-        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", keys="Ctrl+Shift+S",
-                                    picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
+        self.read = control(
+            QPushButton(tr("Read")),
+            "triggers_read",
+            keys="F5",
+            picture=Icon.HISTORY,
+            role="primary",
+            slot=self.work.read,
+        )
+        self.copy = control(
+            QPushButton(tr("Copy")), "triggers_copy", keys="Ctrl+C", picture=Icon.TABLE, slot=self.copy_rows
+        )
+        self.save_page = control(
+            QPushButton(tr("Export shown…")),
+            "triggers_save_page",
+            keys="Ctrl+S",
+            picture=Icon.SAVE,
+            slot=partial(self._save, is_archive=False),
+        )
+        self.save_archive = control(
+            QPushButton(tr("Export all…")),
+            "triggers_save_archive",
+            keys="Ctrl+Shift+S",
+            picture=Icon.SAVE,
+            slot=partial(self._save, is_archive=True),
+        )
 
     def _wire(self) -> None:
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
@@ -170,11 +190,10 @@ class TriggersPage(Page):
         self.saving, self.exporting = self.save_page, self.save_archive
 
     def _lay_out(self) -> None:
-        texts = self._services.texts
-        head = self.make_header(texts, marked("Triggers"), self.list.search, self.read)
+        head = self.make_header(tr("Triggers"), self.list.search, self.read)
         foot = FlowRow(right=(self.copy, self.save_page, self.save_archive))
         says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)
-        beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
+        beside = self._beside = scroll_area(self.detail, "triggers_scroll", tr("Trigger records"), is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._lists = in_row((self.list, 1), beside, spacing=Space.S)
         in_column(

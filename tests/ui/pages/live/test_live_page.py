@@ -11,12 +11,11 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import StatusSample
 from app.procedures.light_calibration import LightDirection
 from app.text.i18n import CHINESE, ENGLISH
-from tests.support.pseudo_language import PSEUDO, pseudo
+from tests.support.pseudo_language import PSEUDO
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, given, let_lay_out, notice_text
-from ui.core.texts import LanguageSwitch
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView
 from ui.style.painted_widget import Freshness, PaintedWidget
@@ -203,35 +202,18 @@ def test_nothing_moves_when_values_change(live: Bench) -> None:
     assert moved == []
 
 
-@pytest.mark.parametrize("language", [ENGLISH, CHINESE, PSEUDO])
-def test_at_the_smallest_size_everything_is_in_sight(live: Bench, qapp: QApplication, language: str) -> None:
-    language_switch = LanguageSwitch(qapp, live.services.texts)
-    language_switch.use(language)
-    try:
-        live.say(charging=True)
-        let_lay_out(live.page)
-        page, panel = live.page, live.page.panel
-        plots = live.find(QWidget, "live_plots")
-        assert panel.mapTo(page, panel.rect().bottomLeft()).y() < plots.mapTo(page, QPoint()).y()
-        assert page.rect().contains(page.save.png.mapTo(page, page.save.png.rect().bottomRight()))
-        for readout in (one for one in panel.findChildren(Readout) if one.isVisible()):
-            assert panel.rect().contains(readout.mapTo(panel, readout.rect().topRight()))
-            assert panel.rect().contains(readout.mapTo(panel, readout.rect().bottomLeft()))
-        assert plots.width() > page.width() - 40  # all of it
-    finally:
-        language_switch.use("en")
-
-
-def test_the_language_changes_while_it_is_open(live: Bench, qapp: QApplication) -> None:
-    live.say()
-    language_switch = LanguageSwitch(qapp, live.services.texts)
-    language_switch.use(PSEUDO)
-    try:
-        assert live.page.panel.cell.accessibleName().startswith(f"{pseudo('Cell voltage')}: 3.94")
-        assert live.page.save.csv.text() == pseudo("Save values…")
-    finally:
-        language_switch.use("en")
-    assert live.page.panel.cell.accessibleName() == "Cell voltage: 3.94 V, not charging"
+@pytest.mark.parametrize("spoken", [ENGLISH, CHINESE, PSEUDO], indirect=True)
+def test_at_the_smallest_size_everything_is_in_sight(spoken: str, live: Bench) -> None:
+    live.say(charging=True)
+    let_lay_out(live.page)
+    page, panel = live.page, live.page.panel
+    plots = live.find(QWidget, "live_plots")
+    assert panel.mapTo(page, panel.rect().bottomLeft()).y() < plots.mapTo(page, QPoint()).y()
+    assert page.rect().contains(page.save.png.mapTo(page, page.save.png.rect().bottomRight()))
+    for readout in (one for one in panel.findChildren(Readout) if one.isVisible()):
+        assert panel.rect().contains(readout.mapTo(panel, readout.rect().topRight()))
+        assert panel.rect().contains(readout.mapTo(panel, readout.rect().bottomLeft()))
+    assert plots.width() > page.width() - 40  # all of it
 
 
 def test_the_theme_changes_while_it_is_open(live: Bench) -> None:

@@ -14,12 +14,12 @@ import app.__main__ as program
 from app.engine.target import Target
 from app.recordings.library import recordings_folder
 from app.recordings.recording import Recording
-from app.text.i18n import CHINESE, ENGLISH, set_language
+from app.text.i18n import CHINESE, ENGLISH
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import page_entries, simulated, speak_chinese, wait_online, window
+from tests.support.window.fakes_ui import page_entries, simulated, wait_online, window
 from tests.support.window.steps import await_child, find, given, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
@@ -188,9 +188,6 @@ def test_the_window_reports_damage_at_export_and_on_the_live_page(desk: Desk, tm
     desk.until(lambda: "Saved" in desk.said())
     assert "Damaged or altered" in desk.said()
     assert given(desk.page.strip.notice).meaning is Meaning.ATTENTION
-    speak_chinese()
-    assert "已损坏或被修改" in desk.said()
-    set_language(ENGLISH)
     desk.open()
     shown = desk.live.recording
     assert isinstance(shown, Recording)

@@ -19,13 +19,11 @@ from app.recordings.entry_texts import size_text
 from app.recordings.export import export
 from app.recordings.recording import tilt_outline
 from protocol.link_states import Presence
-from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
-from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
 from tests.support.window.steps import await_child, choosing, find, given, notice_text
-from ui.core.texts import LanguageSwitch, Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
@@ -101,8 +99,6 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
     assert not detail.facts["duration"].isVisible()
     assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
-    speak_chinese()
-    assert detail.remarks.text() == f"无法读取 {broken.name}：已损坏。"
 
 
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
@@ -130,8 +126,6 @@ def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
     one.page.table.selectRow(0)
     one.click(one.page.detail.open)
     one.until(lambda: "cannot be read" in one.said())
-    speak_chinese()
-    assert one.said().startswith("无法读取")
 
 
 # On the Live page
@@ -330,7 +324,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         page, live = (main.findChild(kind) for kind in pages)
         assert isinstance(page, RecordingsPage)
         assert isinstance(live, LivePage)
-        desk = Desk(qtbot, assembly.storage, Texts(), page, live)
+        desk = Desk(qtbot, assembly.storage, page, live)
         main.panel.hide()
         desk.until(live.empty.recordings.isVisible)
         desk.click(live.empty.recordings)
@@ -396,21 +390,6 @@ def test_whoever_connects_a_module_sees_it_and_no_recording(
 
 
 # Looks
-
-
-def test_the_language_changes_while_it_is_open(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
-) -> None:
-    with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
-        both.open()
-        language_switch = LanguageSwitch(qapp, both.texts_of_window)
-        language_switch.use(PSEUDO)
-        try:
-            both.until(lambda: pseudo("not live") in notice_text(both.live.banner))
-            assert find(both.page, QLabel, "recordings_title").text() == pseudo("Recordings")
-            assert both.page.table.source.headerData(Column.MODULE, Qt.Orientation.Horizontal) == pseudo("Module")
-        finally:
-            language_switch.use("en")
 
 
 def _is_saved(desk: Desk, path: Path) -> bool:

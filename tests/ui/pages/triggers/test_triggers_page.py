@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics
-from PySide6.QtWidgets import QApplication, QLabel, QLineEdit
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import tr
@@ -15,7 +15,6 @@ from app.trigger_records.history import Judgement
 from tests.support.line.odd_module import EmptySlots
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
-from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.pages.triggers.model import COLUMNS, Column, record_text
 from ui.services.port_check import Standing
@@ -201,7 +200,7 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
 
 @pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
 def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden: bool) -> None:
-    table = RowsTable(Texts(), "narrow", "", COLUMNS, id, record_text, row_px=36, sorted_by=Column.WHEN)
+    table = RowsTable("narrow", "", COLUMNS, id, record_text, row_px=36, sorted_by=Column.WHEN)
     qtbot.addWidget(table)
     table.resize(width, 300)
     table.show()
@@ -381,20 +380,6 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
             assert {row["module"] for row in rows} == {"'=M-07"}
             assert all(not row["note"].startswith("=") for row in rows)
             assert "Saved" in said(bench)
-        bench.assembly.language_switch.use("zh_CN")
-        assert said(bench).startswith("已保存")
-        bench.assembly.language_switch.use("en")
         page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
         bench.click(page.save_page)
         bench.until(lambda: "cannot be written" in said(bench))
-        bench.assembly.language_switch.use("zh_CN")
-        assert "无法写入" in said(bench)
-
-
-def test_the_language_changes_while_it_is_open(rig: OnBench) -> None:
-    fire(rig)
-    rig.read_triggers()
-    assert texts(rig, 0)[Column.CELL] == "4.70 V (implausible)"
-    rig.assembly.language_switch.use("zh_CN")
-    assert texts(rig, 0)[Column.CELL] == tr("{text} (implausible)", text="4.70 V") != "4.70 V (implausible)"
-    assert rig.find(QLabel, "triggers_count").text()

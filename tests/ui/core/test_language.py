@@ -1,0 +1,125 @@
+"""Numbers, units and times read alike in both languages, whatever the habits of the computer are."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QLocale
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox
+from pytestqt.qtbot import QtBot
+
+from app.settings.setting_texts import value_text
+from app.system.wall_clock import DAY, local_time
+from app.text.durations import duration
+from app.text.i18n import CHINESE, ENGLISH, set_language, tr
+from protocol.catalogue import BY_NAME
+from tests.support.pseudo_language import PSEUDO
+from ui.core.language import use_language
+
+ROOT = Path(__file__).parents[3]
+SOURCES = [path for folder in ("app", "ui") for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+@pytest.fixture(params=[ENGLISH, CHINESE])
+def language(request: pytest.FixtureRequest) -> str:
+    name = str(request.param)
+    set_language(name)
+    return name
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("freefall_time", 1.6, "1.60 s"),
+        ("attitude_threshold", 60, "60°"),
+        ("freefall_acceleration", 0.5, "0.5 g"),
+        ("light_threshold", 1.8, "1.8 V"),
+    ],
+)
+def test_a_setting_reads_the_same(language: str, name: str, value: float, text: str) -> None:
+    assert value_text(BY_NAME[name], value) == text
+
+
+def test_a_rate_has_the_unit_of_the_language(language: str) -> None:
+    unit = {ENGLISH: "baud", CHINESE: "波特"}[language]
+    assert value_text(BY_NAME["baud_rate"], 115200) == f"115200 {unit}"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "english", "chinese"),
+    [
+        (0.42, "0.4 s", "0.4 秒"),
+        (1.94, "1.9 s", "1.9 秒"),
+        (1.96, "2 s", "2 秒"),
+        (12, "12 s", "12 秒"),
+        (240, "4 min", "4 分钟"),
+        (7200, "2 h", "2 小时"),
+    ],
+)
+def test_an_age_is_in_words(seconds: float, english: str, chinese: str) -> None:
+    for name, text, ago in ((ENGLISH, english, f"{english} ago"), (CHINESE, chinese, f"{chinese}前")):
+        set_language(name)
+        assert duration(seconds) == text
+        assert tr("{time} ago", time=duration(seconds)) == ago
+
+
+def test_a_date_is_iso_in_both(language: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert re.fullmatch(r"2026-11-(19|20|21) \d\d:\d\d:07", local_time("2026-11-20T14:03:07+00:00"))
+
+
+def test_a_day_is_that_of_this_computer(in_china: None) -> None:
+    assert local_time("2026-11-20T16:03:07+00:00", DAY) == "2026-11-21"
+    assert [local_time(text, DAY) for text in ("soon", "9999-12-31T23:59:59+00:00")] == [
+        "soon",
+        "9999-12-31T23:59:59+00:00",
+    ]
+
+
+@pytest.fixture
+def german_computer() -> Iterator[None]:
+    before = QLocale()
+    QLocale.setDefault(QLocale("de_DE"))
+    yield
+    QLocale.setDefault(before)
+
+
+@pytest.mark.parametrize("name", [ENGLISH, CHINESE, PSEUDO])
+def test_fields_have_a_point_on_a_computer_with_a_comma(
+    qtbot: QtBot, qapp: QApplication, german_computer: None, name: str
+) -> None:
+    """What is shown beside a field with a point must be typed with one too."""
+    use_language(qapp, name)
+    try:
+        box = QDoubleSpinBox()
+        qtbot.addWidget(box)
+        box.setMaximum(5000)
+        box.setValue(1234.5)
+        assert box.text() == "1234.50"
+        assert box.valueFromText("1.6") == 1.6
+    finally:
+        use_language(qapp, ENGLISH)
+
+
+def test_nothing_asks_the_computer_how_to_write_a_date() -> None:
+    """ISO everywhere: 11/12 is a day in November here and in December there."""
+    habits = re.compile(r"%[xXcpbBaAyDh]\b|toString\([^)]*QLocale|QLocale\(\)\.to|locale\.(format|str|currency)")
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in SOURCES
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if habits.search(line)
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_every_date_has_the_year_first() -> None:
+    dates = [
+        (path.name, shape)
+        for path in SOURCES
+        for shape in re.findall(r"%[YmdHMSf][^\"'}\s]*(?: %[HMS][^\"'}]*)?", path.read_text(encoding="utf-8"))
+    ]
+    assert len(dates) > 5
+    for name, shape in dates:
+        if "%d" in shape or "%m" in shape:
+            assert re.match(r"%Y-?%m-?%d", shape), (name, shape)
