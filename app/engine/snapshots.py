@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.engine.device import DeviceView
-from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
+from protocol.catalogue import SETTINGS
 from protocol.fields import Value, ValueRefused
 
 
@@ -14,21 +13,6 @@ class Snapshot:
 
     settings: Mapping[str, Value]
     boot_count: int | None = None
-
-
-def fresh_settings(device: DeviceView, now: float) -> dict[str, Value]:
-    """The settings that are known and not stale at `now`, except the serial output, which the program itself
-    switches."""
-    return {
-        command.key: value
-        for command in SETTINGS
-        if command is not SERIAL_OUTPUT and (value := device.fresh(command.key, now)) is not None
-    }
-
-
-def snapshot_of(device: DeviceView, now: float) -> Snapshot:
-    boots = device.fresh("boot_count", now)
-    return Snapshot(settings=fresh_settings(device, now), boot_count=None if boots is None else int(boots))
 
 
 def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
