@@ -1,0 +1,1 @@
+"""What the window knows of the ports and of the modules at them."""

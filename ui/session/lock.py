@@ -1,0 +1,153 @@
+"""LOCK on one port: one path from every button, key and menu entry, and one state shown everywhere."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.job import Job
+from app.engine.procedure import LockRepeat
+from app.engine.worker import Batch, OwedLock
+from app.procedures.lock import Locked, lock, waiting_sentence
+from app.safety.journal import Journal, Outcome
+from app.safety.last_known import Activation, SeenActivation
+from app.text.i18n import tr
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+# A LOCK that is reported after its first frame is not worth a notice.
+SHOWN_FROM = 2
+
+
+class PortLock(QObject):
+    """`press` sends LOCK at once and repeats it until the module reports that it is locked, for at most ten seconds,
+    also through the end of a conversation. What could not be sent is owed: the worker sends it first in the next
+    conversation at the same adapter, within a minute. `failed` stays until a report says that the module is locked, or
+    LOCK is pressed again."""
+
+    changed = Signal()
+    notified = Signal(str)
+    """A line for the status bar."""
+
+    def __init__(
+        self,
+        submit: Callable[[Job[Locked], Callable[[Job[Locked]], None]], object],
+        find_journal: Callable[[], Journal],
+        *,
+        parent: QObject,
+    ) -> None:
+        """`submit` hands an urgent job to the worker."""
+        super().__init__(parent)
+        self._submit, self._find_journal = submit, find_journal
+        self._repeat: LockRepeat | None = None
+        self._job: Job[Locked] | None = None
+        self._then: list[Callable[[], object]] = []
+        self._shown_count = 0
+        self._is_open = False
+        self._activation = SeenActivation(Activation.UNKNOWN)
+        self.owed: OwedLock | None = None
+        """LOCK that is sent first when a module answers again, or stands because that took too long."""
+        self.failed: Locked | None = None
+        self.confirmed: Locked | None = None
+        """The last confirmation, while the module reports nothing else."""
+
+    @property
+    def is_possible(self) -> bool:
+        return self._is_open
+
+    @property
+    def is_repeating(self) -> bool:
+        return self._repeat is not None
+
+    @property
+    def sent(self) -> int | None:
+        """How often LOCK was sent in the running repetition; None if none is running."""
+        return None if self._repeat is None else self._repeat.sent
+
+    @property
+    def is_reported(self) -> bool:
+        """LOCK was confirmed, and the module still reports that it is locked."""
+        return self.confirmed is not None and self._activation.state is Activation.LOCKED
+
+    @property
+    def is_unproven(self) -> bool:
+        """LOCK was pressed, and no module has reported that it is locked."""
+        return self.is_repeating or self.failed is not None or self.owed is not None
+
+    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
+        """Send LOCK. Pressed again, it is sent again at once and the time starts over. Without an open port it is owed.
+        `then` is called when the module reports that it is locked."""
+        if then is not None:
+            self._then.append(then)
+        self.failed = self.confirmed = None
+        self._shown_count = 0
+        self._repeat = repeat = LockRepeat()
+        self._job = Job(lock(self._find_journal(), repeat), outlives=True)
+        self._submit(self._job, self._end)
+        if self.is_possible:
+            self.notified.emit(waiting_sentence(1))
+        self.changed.emit()
+
+    def make_owed(self) -> Job[Locked]:
+        """The job of an owed LOCK, for the worker and in its thread."""
+        return Job(lock(self._find_journal()), outlives=True)
+
+    def give_up(self) -> None:
+        """Stop repeating LOCK: the module is being activated on purpose."""
+        self.failed = None
+        if self._job is not None:
+            self._job.cancel()
+
+    def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
+        """Shown until the module reports that it is locked; None if there is nothing to say."""
+        if self._repeat is not None:
+            if self._shown_count < SHOWN_FROM:
+                return None
+            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count), more)
+        if self.owed is not None:
+            return Notice(
+                Meaning.DANGER, tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers."), more
+            )
+        if self.failed is None:
+            return None
+        if self.is_possible:
+            others = tuple(choice._replace(is_main=False) for choice in more)
+            more = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True), *others)
+        return Notice(Meaning.DANGER, self.failed.sentence, more)
+
+    # What happens, as its port tells
+
+    def take_in(self, batch: Batch, activation: SeenActivation, *, is_open: bool) -> None:
+        before = (self._is_open, self.owed, self._shown_count, self._activation.state)
+        self._is_open, self.owed, self._activation = is_open, batch.owed_lock, activation
+        if self._repeat is not None and self._repeat.sent != self._shown_count:
+            self._shown_count = self._repeat.sent
+            if self._shown_count >= SHOWN_FROM:
+                self.notified.emit("")  # the notice says it from now on
+        if activation.state is Activation.ACTIVE:
+            self.confirmed = None
+        elif activation.state is Activation.LOCKED and self.failed is not None and not self.is_repeating:
+            self.failed = None
+        if before != (self._is_open, self.owed, self._shown_count, self._activation.state):
+            self.changed.emit()
+
+    def _end(self, job: Job[Locked]) -> None:
+        if job is not self._job:
+            return  # it was pressed again meanwhile
+        sent = 0 if self._repeat is None else self._repeat.sent
+        self._repeat = self._job = None
+        then, self._then = self._then, []
+        if job.error is not None:
+            outcome = Outcome.UNKNOWN if sent else Outcome.NOT_SENT
+            locked = Locked(outcome=outcome, sent=sent, is_port_lost=True)
+        else:
+            locked = job.outcome()
+        if locked.is_locked:
+            self.confirmed = locked
+            self.notified.emit(locked.sentence)
+        else:
+            self.failed = None if locked.is_replaced else locked
+            self.notified.emit("")
+        self.changed.emit()
+        if locked.is_locked:
+            for act in then:
+                act()

@@ -1,0 +1,389 @@
+"""One port: what is connected there, how it comes back after a loss, LOCK, its recording, and the module that it shows.
+Widgets use this, never the worker."""
+
+import logging
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.diagnosis.link_state import LinkState, link_state
+from app.engine.conversation import ConversationView
+from app.engine.job import Job
+from app.engine.ports import PortInfo
+from app.engine.reconnect import Address, Reconnection
+from app.engine.target import Target
+from app.engine.transport import PortError
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Worker
+from app.procedures.find import RateSearch, Silence, await_module, find_rate
+from app.procedures.stream import StreamSwitch, watch
+from app.safety.firing_doubt import FiringDoubt
+from app.safety.last_known import Activation
+from app.store.stream_memory import StreamMemory
+from app.system.clock import steady_time
+from protocol.events import Ended
+from protocol.fields import Value
+from ui.core.bridge import Bridge
+from ui.core.port_watcher import PortWatcher
+from ui.services.storage import Storage
+from ui.session.interruptions import Interruptions, RemainderKind
+from ui.session.lock import PortLock
+from ui.session.recording import RecordingState, SessionRecording
+from ui.session.shown_module import ShownModule
+
+_log = logging.getLogger(__name__)
+MakeWorker = Callable[[Callable[[Batch], None]], Worker]
+MIN_PUBLISH_EVERY_S = 1 / 30
+UNSEEN_PUBLISH_EVERY_S = 0.25
+# While a port is waited for: how often it is checked.
+FOLLOW_EVERY_MS = 100
+VIEWED: Final = ("triggered", "active", "cell_voltage_v", "charging", "boot_count")
+
+
+class PortView(NamedTuple):
+    """What every page shows of a port, without what ticks. `values`: those of `VIEWED`, each with whether it is
+    stale."""
+
+    link: LinkState
+    conversation: int
+    is_going: bool
+    is_read: bool
+    name: str
+    activation: Activation
+    is_requested: bool
+    values: tuple[tuple[Value, bool] | None, ...]
+    recording: RecordingState
+
+    @property
+    def is_aging(self) -> bool:
+        """It is shown with an age that ticks."""
+        is_stale = any(value is not None and value[1] for value in self.values)
+        is_past = self.activation in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
+        return is_stale or is_past or not self.link.is_fine
+
+
+class Port(QObject):
+    """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
+
+    changed = Signal()
+    """`view` is another one."""
+    batch = Signal(object)
+    """Each `Batch`, after everything here was updated from it."""
+    module_changed = Signal()
+    """`module` is another one: another conversation has begun, or another port was opened."""
+    stream_left_on = Signal()
+    """The serial output had been left on and will be switched off; once for each `connect_to`."""
+    disconnected = Signal()
+    """By a person."""
+
+    def __init__(
+        self,
+        watcher: PortWatcher,
+        storage: Storage,
+        *,
+        make_worker: MakeWorker | None = None,
+        clock: Callable[[], float] = steady_time,
+        parent: QObject,
+    ) -> None:
+        """`make_worker`: None makes one whose batches are recorded."""
+        super().__init__(parent)
+        self._clock, self._storage, self._watcher = clock, storage, watcher
+        self.stream = StreamSwitch(is_wanted=False)
+        self.recording = SessionRecording(self.stream, storage.recordings)
+        storage.note_recording(self.recording)
+        self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
+        self.interruptions = Interruptions(time.time, parent=self)
+        self.firing_doubt = FiringDoubt()
+        self.target: Target | None = None
+        self.connection = Connection()
+        self.module = ShownModule(self, storage, ConversationView(), parent=self)
+        self.last_name = ""
+        """The name of the last conversation that had one: the window asks for it again."""
+        self.switched_off_at: float | None = None
+        """When the module acknowledged the shut-down, in seconds since 1970, until a module answers again."""
+        self._opening = 0
+        """Batches of earlier openings are ignored."""
+        self._former_number = 0
+        """Conversations up to this one were with what was connected before."""
+        self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
+        self._silence: Silence | None = None
+        self._finding: Job[RateSearch] | None = None
+        self._return = Reconnection()
+        self._is_listing = False
+        """A scan of the ports is running for `_return`, and its result is still wanted."""
+        self._trouble: PortError | None = None
+        """The last error; shown until the port is open again."""
+        self._stream_memory = StreamMemory()
+        self._is_left_on_told = False
+        self.bridge = Bridge(self)
+        self.bridge.batch.connect(self._on_batch)
+        make_worker = make_worker or self._make_worker
+        self._worker = make_worker(self.bridge.deliver)
+        self.view = self._derive_view()
+        self._watcher.listed.connect(self._on_ports)
+        self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
+        self._follow_up.timeout.connect(self._poll_absence)
+        self._worker.start()
+
+    def _make_worker(self, deliver: Callable[[Batch], None]) -> Worker:
+        return Worker(self.recording.recorded(deliver), make_lock=self.lock.make_owed)
+
+    # What is known
+
+    @property
+    def now_s(self) -> float:
+        """By the clock of the engine."""
+        return self._clock()
+
+    @property
+    def key(self) -> str:
+        """Of the adapter or the port."""
+        return "" if self.target is None else self.target.key
+
+    @property
+    def is_open(self) -> bool:
+        return self.connection.state is PortState.OPEN
+
+    @property
+    def is_requested(self) -> bool:
+        """A connection is wanted, whether or not the port is open."""
+        return self._return.address is not None
+
+    @property
+    def is_active(self) -> bool:
+        """The module may fire by its thresholds. A stale "active" counts as active."""
+        return self.is_requested and self.module.activation.may_fire
+
+    @property
+    def state(self) -> LinkState:
+        connection = self.connection
+        if self._return.is_waiting:
+            connection = connection._replace(trouble=self._trouble)
+        elif not self.is_requested and connection.state is PortState.CLOSED:
+            connection = connection._replace(trouble=None)  # that port is no longer wanted
+        return link_state(
+            connection,
+            self.module.view,
+            self._silence,
+            is_finding=self._finding is not None,
+            absence=self._return.absence,
+            switched_off_at=self.switched_off_at,
+            was_active=self.is_active,
+        )
+
+    def update_view(self) -> None:
+        """Of what is known now; time alone makes values stale."""
+        view = self._derive_view()
+        if view != self.view:
+            self.view = view
+            self.changed.emit()
+            self.module.changed.emit()
+
+    def note_shutdown(self) -> None:
+        """The module acknowledged the shut-down: its silence is no fault until one answers again."""
+        self.switched_off_at = time.time()
+        self.update_view()
+
+    # What can be done
+
+    def connect_to(self, target: Target) -> None:
+        """Open `target`; an open port is closed first."""
+        self._is_left_on_told = self._is_listing = False
+        if target.key != self.key:
+            self.last_name = ""
+        self._return.request(Address(target.device, target.identity))
+        self._former_number = max(self._former_number, self.module.number)
+        self._show(ConversationView())
+        self._open(target)
+
+    def disconnect_port(self) -> None:
+        was_requested, self._is_listing = self.is_requested, False
+        self._return.give_up()
+        self._worker.close()
+        self.update_view()
+        if was_requested:
+            self.disconnected.emit()
+
+    def treat_as_another(self) -> None:
+        """A person says that another module is connected: its conversation ends, and the next one begins."""
+        self.last_name = ""
+        self._worker.treat_as_another()
+
+    def find_rate(self) -> None:
+        if self._finding is None and self.is_open:
+            self._finding = Job(find_rate(self.connection.baud_rate), outlives=True)
+            self.submit(self._finding, self._end_finding)
+            self.update_view()
+
+    def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]:
+        """Hand a job to the worker; `then` is called in the window's thread when it has ended. What a module does is
+        begun with `ShownModule.run`."""
+        self._endings[job] = then
+        return self._worker.submit(job, is_urgent=is_urgent)
+
+    def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
+        """Whether the pages show this port; else it publishes less often. `every_s`: what a moving picture needs."""
+        seen_s = min(PUBLISH_EVERY_S, max(MIN_PUBLISH_EVERY_S, every_s))
+        self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
+
+    def stop(self, deadline_s: float) -> bool:
+        """Close the port and end the worker, within `deadline_s`; whether it ended."""
+        self._return.give_up()
+        self._follow_up.stop()
+        self.bridge.close()
+        return self._worker.stop(deadline_s)
+
+    # What happens
+
+    def _open(self, target: Target) -> None:
+        self.target = target
+        self._silence = self._finding = None
+        self._stream_memory = self._storage.stream_memory(target)
+        background = partial(watch, self.stream, memory=self._stream_memory)
+        self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=target.key)
+        self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
+        _log.info("Port: %s", self.connection)
+        if target.finds_rate:
+            self._finding = Job(find_rate(target.baud_rate), outlives=True)
+            self.submit(self._finding, self._end_finding)
+        else:
+            self._await_module()
+        self.update_view()
+
+    def _on_batch(self, batch: Batch) -> None:
+        is_current = batch.connection.opening >= self._opening
+        if is_current:
+            self._take_in(batch)
+        self._end_jobs(batch)
+        if is_current:
+            self.batch.emit(batch)
+            self.update_view()
+
+    def _take_in(self, batch: Batch) -> None:
+        is_news = batch.connection != self.connection
+        self.connection = batch.connection
+        if self._stream_memory.is_taken_over and not self._is_left_on_told:
+            self._is_left_on_told = True
+            self.stream_left_on.emit()
+        view = batch.conversation
+        if view.number > max(self._former_number, self.module.number):
+            self._show(view)
+        was_going = self.module.is_going or view.is_going
+        if view.number == self.module.number:
+            self.module.take_in(batch)
+        if view.ended is not None and was_going:
+            self._on_end(view, view.ended)
+        self.lock.take_in(batch, self.module.activation, is_open=self.is_open)
+        if is_news:
+            _log.info("Port: %s", batch.connection)
+            self._on_connection(batch.connection)
+
+    def _show(self, view: ConversationView) -> None:
+        """Another conversation: nothing of the module before is left."""
+        former = self.module
+        if former.check is not None:
+            former.check.drop()
+        self.module = ShownModule(self, self._storage, view, parent=self)
+        self.module.named.connect(self._on_named)
+        if view.is_going:
+            self.switched_off_at = None
+            self.firing_doubt.note_begun(view)
+        self.module_changed.emit()
+        former.deleteLater()
+
+    def _on_end(self, view: ConversationView, end: Ended) -> None:
+        module = self.module
+        _log.info("Conversation %d ended: %s", view.number, end.reason.value)
+        self.firing_doubt.note_ended(view)
+        self.last_name = module.name or self.last_name
+        text = module.end_message
+        if text is not None:
+            self.interruptions.note(end.reason, text)
+        if module.was_triggered:
+            self.interruptions.keep(RemainderKind.TRIGGERED, module.name)
+
+    def _on_named(self) -> None:
+        module = self.module
+        self.last_name = module.name
+        self.recording.name_module(module.name, module.view)
+
+    def _end_jobs(self, batch: Batch) -> None:
+        for job in batch.finished:
+            then = self._endings.pop(job, None)
+            if then is not None:
+                then(job)
+
+    def _derive_view(self) -> PortView:
+        module = self.module
+        values = []
+        for key in VIEWED:
+            known = module.view.known(key, self.now_s)
+            values.append(None if known is None else (known.value, known.is_stale))
+        return PortView(
+            link=self.state,
+            conversation=module.number,
+            is_going=module.is_going,
+            is_read=module.is_read,
+            name=module.name,
+            activation=module.activation.state,
+            is_requested=self.is_requested,
+            values=tuple(values),
+            recording=self.recording.state,
+        )
+
+    # Coming back
+
+    def _on_connection(self, connection: Connection) -> None:
+        self._trouble = connection.trouble or self._trouble
+        address = self._return.address
+        if address is None or connection.port != address.device:
+            return  # of a port that was closed meanwhile
+        self._is_listing = False
+        self._return.feed(connection, self.now_s)
+        if self._return.absence is not None or connection.state is PortState.OPEN:
+            self._follow_up.start()
+
+    def _poll_absence(self) -> None:
+        """Scan the ports when `Reconnection` needs them."""
+        is_due = self._return.is_due(self.now_s)
+        if not self._return.is_waiting and not is_due:
+            self._follow_up.stop()
+        elif is_due and not self._is_listing and self.connection.state is not PortState.OPENING:
+            if self._return.needs_ports:
+                self._is_listing = self._watcher.refresh()  # a scan that is running may have begun before the loss
+            else:
+                self._reopen(())
+
+    def _on_ports(self) -> None:
+        is_ours, self._is_listing = self._is_listing, False
+        if is_ours and self._watcher.is_current:
+            self._reopen(self._watcher.ports)
+
+    def _reopen(self, ports: tuple[PortInfo, ...]) -> None:
+        target = self.target
+        address = self._return.poll(ports, self.now_s)
+        if address is None or target is None:
+            self.update_view()
+            return
+        rate = self.connection.baud_rate or target.baud_rate  # the module answered at this one
+        self._open(target._replace(device=address.device, baud_rate=rate, finds_rate=False))
+
+    def _await_module(self) -> None:
+        """What comes where no module answers?"""
+        opening = self._opening
+
+        def end(job: Job[Silence | None]) -> None:
+            if opening == self._opening and job.error is None:
+                self._silence = job.outcome()
+
+        self.submit(Job(await_module(), outlives=True), end)
+
+    def _end_finding(self, job: Job[RateSearch]) -> None:
+        if job is not self._finding:
+            return  # of a port that was closed meanwhile
+        self._finding = None
+        if job.error is None and job.outcome().baud_rate is None:
+            _log.info("No module was found at any baud rate: %s", job.outcome().tried)
+            self._await_module()  # says what is on the line instead

@@ -1,0 +1,221 @@
+"""All ports of the window, one of which the pages show, and the LOCK buttons of all of them."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from weakref import WeakSet
+
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtWidgets import QWidget
+
+from app.engine.target import Target
+from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
+from app.system.clock import steady_time
+from ui.core.port_watcher import PortWatcher
+from ui.services.storage import Storage
+from ui.session.port import MakeWorker, Port
+from ui.session.shown_module import ShownModule
+
+TICK_MS = 250
+
+
+class Ports(QObject):
+    """The other ports stay open, reconnect and lock independently of the one that is shown."""
+
+    shown = Signal(object)
+    """This `ShownModule` is shown from now on: another conversation has begun, or another port was chosen."""
+    changed = Signal()
+    """Something of the port that is shown is otherwise."""
+    any_changed = Signal()
+    """Of any port."""
+    ticked = Signal()
+    """An age that is shown of the current port is another one."""
+    leaving = Signal()
+    """Another port was chosen and this one is still current: what a person prepared for its module ends now."""
+    chosen = Signal()
+    """Another port is current; `shown` follows."""
+    lock_changed = Signal()
+    """Of the port that is shown."""
+    notified = Signal(str)
+    """A line for the status bar."""
+    label_wanted = Signal()
+    """A person wants to print the label of the shown module."""
+    added = Signal(object)
+    """A `Port`."""
+    removed = Signal(object)
+
+    def __init__(
+        self,
+        watcher: PortWatcher,
+        storage: Storage,
+        *,
+        make_worker: MakeWorker | None = None,
+        clock: Callable[[], float] = steady_time,
+    ) -> None:
+        """`make_worker`: of the first port; None makes one whose batches are recorded."""
+        super().__init__()
+        self.clock, self.storage, self.watcher = clock, storage, watcher
+        self._ports: list[Port] = []
+        self._leaving: set[Port] = set()
+        self.current = self.add(make_worker)
+        self.lock = LockControl(self)
+        self._ticking = QTimer(self, interval=TICK_MS)
+        self._ticking.timeout.connect(self._tick)
+        self._ticking.start()
+
+    # What is known
+
+    @property
+    def all(self) -> tuple[Port, ...]:
+        """In the order in which they were added."""
+        return tuple(self._ports)
+
+    @property
+    def module(self) -> ShownModule:
+        """The one that the pages show."""
+        return self.current.module
+
+    @property
+    def is_any_active(self) -> bool:
+        """A module on any port may fire by its thresholds, as far as is known."""
+        return any(port.is_active for port in self._ports)
+
+    # What can be done
+
+    def add(self, make_worker: MakeWorker | None = None) -> Port:
+        """Another port, not yet connected; the current one stays current."""
+        port = Port(self.watcher, self.storage, make_worker=make_worker, clock=self.clock, parent=self)
+        port.set_shown(is_shown=not self._ports)
+        port.changed.connect(partial(self._on_changed, port))
+        port.module_changed.connect(partial(self._on_module, port))
+        port.lock.changed.connect(partial(self._on_lock, port))
+        port.lock.notified.connect(partial(self._on_notified, port))
+        self._ports.append(port)
+        self._watch_name(port)
+        self.added.emit(port)
+        return port
+
+    def remove(self, port: Port) -> None:
+        """Close a port that is not current, and drop it once it is closed."""
+        if port is self.current or port not in self._ports:
+            return
+        self._ports.remove(port)
+        self._leaving.add(port)
+        port.batch.connect(partial(self._on_removed_batch, port))
+        port.disconnect_port()
+        self.removed.emit(port)
+
+    def choose(self, port: Port) -> None:
+        """Show this port's module in the pages. What runs on the other one is cancelled, but not its check."""
+        if port not in self._ports or port is self.current:
+            return
+        self.leaving.emit()
+        before = self.current
+        before.module.cancel_jobs()
+        port.stream.is_wanted, before.stream.is_wanted = before.stream.is_wanted, False
+        before.set_shown(is_shown=False)
+        port.set_shown(is_shown=True)
+        self.current = port
+        self.chosen.emit()
+        self.shown.emit(port.module)
+        self.changed.emit()
+        self.lock_changed.emit()
+
+    def connect_to(self, target: Target) -> None:
+        """Open `target` in place of the current port; a port that is open already is chosen."""
+        for port in self._ports:
+            if port is not self.current and port.is_requested and port.key == target.key:
+                self.choose(port)
+                if target.finds_rate:
+                    port.find_rate()
+                return
+        self.current.connect_to(target)
+
+    def set_drawing_interval(self, every_s: float = PUBLISH_EVERY_S) -> None:
+        """How often the shown page draws the current port."""
+        self.current.set_shown(is_shown=True, every_s=every_s)
+
+    def stop(self, deadline_s: float) -> bool:
+        """Close all ports and end their workers, within `deadline_s`; whether they ended."""
+        self._ticking.stop()
+        ends_at = time.monotonic() + deadline_s
+        every = [*self._ports, *self._leaving]
+        if len(every) > 1:
+            for port in every:
+                port.disconnect_port()  # all at once; `stop` waits for one after the other
+        have_ended = [port.stop(max(0.0, ends_at - time.monotonic())) for port in every]
+        return all(have_ended)
+
+    # What happens
+
+    def _tick(self) -> None:
+        for port in self._ports:
+            port.update_view()  # without a batch, too
+        if self.current.view.is_aging:
+            self.ticked.emit()
+
+    def _on_changed(self, port: Port) -> None:
+        if port is self.current:
+            self.changed.emit()
+        self.any_changed.emit()
+
+    def _on_module(self, port: Port) -> None:
+        self._watch_name(port)
+        if port is self.current:
+            self.shown.emit(port.module)
+            self.changed.emit()
+        self.any_changed.emit()
+
+    def _on_lock(self, port: Port) -> None:
+        if port is self.current:
+            self.lock_changed.emit()
+        self.any_changed.emit()
+
+    def _on_notified(self, port: Port, text: str) -> None:
+        if port is self.current:
+            self.notified.emit(text)
+
+    def _watch_name(self, port: Port) -> None:
+        port.module.named.connect(partial(self._on_named, port))
+
+    def _on_named(self, port: Port) -> None:
+        """The module of this name is here, so what answers on another port is not."""
+        for other in self._ports:
+            if other is not port and other.module.name == port.module.name != "":
+                other.module.say_name("")
+
+    def _on_removed_batch(self, port: Port, batch: Batch) -> None:
+        if batch.connection.state is PortState.CLOSED and port in self._leaving:
+            self._leaving.remove(port)
+            QTimer.singleShot(0, self, partial(_end, port))
+
+
+def _end(port: Port) -> None:
+    port.stop(0.0)
+    port.deleteLater()
+
+
+class LockControl:
+    """What presses LOCK: on the port whose module the pages show, or on all."""
+
+    def __init__(self, ports: Ports) -> None:
+        self._ports = ports
+        self.buttons: WeakSet[QWidget] = WeakSet()
+        """Those that press it: a click on one counts also while a menu is open."""
+
+    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
+        self._ports.current.lock.press(then=then)
+
+    def press_all(self, *, then: Callable[[], object] | None = None) -> None:
+        """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
+        that they are locked."""
+        ports = [port for port in self._ports.all if port.lock.is_possible]
+        waiting = set(ports)
+
+        def note(port: Port) -> None:
+            waiting.discard(port)
+            if not waiting and then is not None:
+                then()
+
+        for port in ports:
+            port.lock.press(then=partial(note, port))

@@ -1,0 +1,102 @@
+"""The recording of one port, as long as a person has it switched on: one opening of the port is one file."""
+
+import logging
+import threading
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from app.engine.conversation import ConversationView
+from app.engine.worker import Batch, PortState
+from app.procedures.stream import StreamSwitch
+from app.text.messages import UserMessage
+
+if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
+    from app.recordings.recorder import Recorder
+    from ui.services.recording_jobs import RecordingJobs
+
+_log = logging.getLogger(__name__)
+SETTLE_LIMIT_S = 2.0
+
+
+class RecordingState(NamedTuple):
+    """As the window shows it. `trouble`: why nothing is written."""
+
+    since: datetime | None = None
+    """Aware; None: nothing is being written."""
+    dropped: int = 0
+    trouble: UserMessage | None = None
+
+
+class SessionRecording:
+    """See the module's docstring. The worker's batches go to the recorder from the worker's own thread, so that a
+    window that stalls or closes costs the recording nothing."""
+
+    def __init__(self, stream: StreamSwitch, recordings: "RecordingJobs") -> None:
+        """`stream`: a recording needs every report, whatever page is shown."""
+        self._stream, self._recordings = stream, recordings
+        self._lock = threading.Lock()
+        self._recorder: Recorder | None = None
+        """From the first opening on."""
+        self._opening: int | None = None
+        """The number of the opening that is recorded."""
+
+    def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
+        def both(batch: Batch) -> None:
+            try:
+                self._on_batch(batch)
+            except Exception:  # noqa: BLE001  recording must never end the link
+                _log.exception("A batch could not be recorded")
+            deliver(batch)
+
+        return both
+
+    @property
+    def state(self) -> RecordingState:
+        recorder = self._recorder
+        if recorder is None:
+            return RecordingState()
+        trouble = None if recorder.is_recording else recorder.trouble
+        return RecordingState(recorder.started_at, recorder.dropped, trouble)
+
+    @property
+    def path(self) -> Path | None:
+        """Of what is recorded now; None before the first byte."""
+        return None if self._recorder is None else self._recorder.path
+
+    def name_module(self, name: str, conversation: ConversationView) -> None:
+        """A person said which module it is in this conversation."""
+        if self._recorder is not None:
+            self._recorder.name_module(name, conversation)
+
+    def settle(self) -> None:
+        """Wait, for a moment at most, until the file holds what has come. Not for the window's thread."""
+        if self._recorder is not None:
+            self._recorder.settle(SETTLE_LIMIT_S)
+
+    def stop(self, deadline_s: float) -> bool:
+        """End the recording and its thread; whether that was done in time. What was written before is safe in any
+        case."""
+        return self._recorder is None or self._recorder.stop(deadline_s)
+
+    def _on_batch(self, batch: Batch) -> None:
+        """In the worker's thread."""
+        connection = batch.connection
+        with self._lock:
+            if connection.state is PortState.OPEN and connection.opening != self._opening:
+                self._opening = connection.opening
+                self._begin(connection.port, connection.baud_rate)
+            if self._recorder is not None:
+                self._recorder.on_batch(batch)
+                if connection.state is not PortState.OPEN:
+                    self._opening = None
+                    self._recorder.end()
+            self._stream.is_recorded = self._recorder is not None and self._recorder.is_recording
+
+    def _begin(self, port: str, baud_rate: int) -> None:
+        from app.recordings.recorder import Recorder
+
+        if self._recorder is None:
+            self._recorder = Recorder(self._recordings.library)
+        self._recorder.begin(port, baud_rate)

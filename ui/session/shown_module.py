@@ -1,0 +1,304 @@
+"""One conversation as the window shows it: all that is known of a module, and all that ends with it.
+
+A port has one `ShownModule` at a time. It begins empty with each conversation and is complete within half a second.
+Pages show the one they are given and keep nothing of a module themselves, so that no page can show a value of the
+module before. When the conversation ends the object stays, greyed, until the next one begins.
+"""
+
+import logging
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from PySide6.QtCore import QObject, Signal
+
+from app.diagnosis.link_statistics import LinkStatistics
+from app.engine.conversation import ConversationView, reason_message
+from app.engine.job import Job
+from app.engine.procedure import Procedure, Report, Result
+from app.engine.setting_changes import READABLE_SETTINGS
+from app.engine.snapshots import Snapshot
+from app.engine.target import Target
+from app.engine.worker import Batch
+from app.modules.names import Remembered, known_by, remember, remembered, store_snapshot, what_speaks_against
+from app.procedures.light import LightDirection
+from app.safety.journal import Journal
+from app.safety.last_known import SeenActivation, seen_activation
+from app.safety.left_active import KnownAs, note_named
+from app.store.fact_store import Facts, Store
+from app.store.fired import claim_fired, note_triggered
+from app.store.rows import Row
+from app.store.store_journal import new_run
+from app.store.trouble import StoreTrouble
+from app.text.messages import UserMessage, clean
+from protocol.events import Ended, EndReason
+
+if TYPE_CHECKING:
+    from app.preflight.findings import Person
+    from app.settings.profiles import Profile
+    from ui.services.storage import Storage
+    from ui.session.check import ModuleCheck
+
+_log = logging.getLogger(__name__)
+
+
+class PortOfModule(Protocol):
+    """What a module needs of its port."""
+
+    @property
+    def target(self) -> Target | None: ...
+
+    @property
+    def now_s(self) -> float: ...
+
+    def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]: ...
+
+
+class ShownModule(QObject):
+    """See the module's docstring. Belongs to the window's thread."""
+
+    changed = Signal()
+    """Something that is known of it is otherwise: a value, its age, its name, its check, its end."""
+    batch = Signal(object)
+    """Each `Batch` of its conversation, after it was taken in."""
+    named = Signal()
+    """A person said its name, or took it back."""
+    ended = Signal()
+    """Its conversation is over: nothing acts on it any more."""
+    check_changed = Signal()
+    """Another check began, or its check stands otherwise."""
+
+    def __init__(self, port: PortOfModule, storage: "Storage", view: ConversationView, *, parent: QObject) -> None:
+        super().__init__(parent)
+        self._port, self._storage = port, storage
+        self.view = view
+        self.name = ""
+        """As a person said it in this conversation; "" where nobody did."""
+        self.run_id = new_run()
+        """Names this conversation in the audit log."""
+        self.statistics = LinkStatistics()
+        self.as_found: Snapshot | None = None
+        """The settings before the first write."""
+        self.light_direction: LightDirection | None = None
+        """Which way the light reads; None until it was measured with the bay closed and open (E11)."""
+        self.looked_at: Counter[bytes] = Counter()
+        """The trigger records that a person had before them, as raw bytes."""
+        self.is_fired_by_test = False
+        """A guided test makes it fire now, and says what comes next."""
+        self.was_triggered = False
+        """It reported TRIGGERED in this conversation."""
+        self.check: ModuleCheck | None = None
+        """The last one, whoever began it."""
+        self._jobs: set[Job[Any]] = set()
+        self._lasting_jobs: set[Job[Any]] = set()
+        """They go on while another module is shown."""
+
+    # What is known
+
+    @property
+    def number(self) -> int:
+        """Of its conversation; 0 while no module has answered yet."""
+        return self.view.number
+
+    @property
+    def is_going(self) -> bool:
+        """It answers: its conversation has begun and is not over."""
+        return self.view.is_going
+
+    @property
+    def end(self) -> Ended | None:
+        return self.view.ended
+
+    @property
+    def end_message(self) -> UserMessage | None:
+        """Why its conversation ended, in one sentence."""
+        end = self.view.ended
+        return None if end is None else reason_message(end.reason, end.contradiction)
+
+    @property
+    def is_read(self) -> bool:
+        """Everything that can be read was asked for once, so that a person can say which module it is."""
+        return all(command.key in self.view.values for command in READABLE_SETTINGS)
+
+    @property
+    def activation(self) -> SeenActivation:
+        return seen_activation(self.view, self._port.now_s)
+
+    @property
+    def known_as(self) -> KnownAs:
+        return KnownAs(self.name, self.run_id)
+
+    @property
+    def known_by(self) -> UserMessage:
+        return known_by(self.name)
+
+    @property
+    def journal(self) -> Journal:
+        """With what the module is known by now."""
+        return self._storage.journal(self._port.target, self.known_as)
+
+    # What is done with it
+
+    def run(
+        self,
+        procedure: Procedure[Result],
+        then: Callable[[Job[Result]], None],
+        *,
+        on_progress: Callable[[Report], None] | None = None,
+        expects: frozenset[EndReason] = frozenset(),
+        goes_on: bool = False,
+    ) -> Job[Result]:
+        """Run a procedure in this conversation; `then` is called in the window's thread when it has ended, also where
+        the conversation did. `on_progress` is called in the worker's thread: it may only remember what it is given.
+        `goes_on`: also while another module is shown."""
+        job: Job[Result] = Job(procedure, on_progress, conversation=self.number, expects=expects)
+        jobs = self._lasting_jobs if goes_on else self._jobs
+        jobs.add(job)
+
+        def end(ended: Job[Result]) -> None:
+            jobs.discard(ended)
+            then(ended)
+            self.changed.emit()
+
+        self._port.submit(job, end)
+        return job
+
+    @property
+    def is_busy(self) -> bool:
+        """A procedure that a person started is running on it."""
+        return bool(self._jobs or self._lasting_jobs)
+
+    def cancel_jobs(self) -> None:
+        """Another module is shown now."""
+        for job in self._jobs:
+            job.cancel()
+
+    def keep_looked_at(self, records: Iterable[bytes]) -> None:
+        self.looked_at |= Counter(records)
+
+    def keep_as_found(self) -> Callable[[Snapshot], "Future[Row] | None"] | None:
+        """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
+        port = "" if self._port.target is None else self._port.target.device
+        name = self.name
+
+        def keep(snapshot: Snapshot) -> "Future[Row] | None":
+            self.as_found = snapshot
+            store = self._storage.begun
+            if store is None:
+                return None
+            return store.write(partial(store_snapshot, snapshot=snapshot, port=port, module=name))
+
+        return keep if self.as_found is None else None
+
+    # Its name
+
+    def what_speaks_against(self, name: str) -> tuple[UserMessage, ...]:
+        """Why it may be another module than the one of this name; empty where nothing is known to speak against it."""
+        known = self.remembered(name)
+        return () if known is None else what_speaks_against(known, self.view)
+
+    def remembered(self, name: str) -> Remembered | None:
+        """What was last kept under this name."""
+        store = self._store
+        if store is None or not name:
+            return None
+        try:
+            return store.read(lambda facts: remembered(facts, name))
+        except StoreTrouble as trouble:
+            _log.warning("What was last read of a module cannot be read: %s", trouble)
+            return None
+
+    def say_name(self, name: str) -> None:
+        """A person says which module it is, after what speaks against it was shown; "" takes the name back."""
+        name = clean(name.strip())
+        if name == self.name or not self.is_going:
+            return
+        self.name = name
+        self._keep_name()
+        self.named.emit()
+        self.changed.emit()
+
+    def keep(self) -> None:
+        """Keep under its name what is known of it, for the next time that a person is asked."""
+        store, target = self._store, self._port.target
+        if store is None or target is None or not self.name:
+            return
+        settings = self.view.settings(self._port.now_s)
+        act = partial(
+            remember, name=self.name, adapter=target.identity, boot_count=self.view.boot_count, settings=settings
+        )
+        store.write(act).add_done_callback(_log_trouble)
+
+    def _keep_name(self) -> None:
+        """What fired here without a name, and what was left ACTIVE under this one, was the module that a person names
+        now."""
+        store, target, known_as = self._store, self._port.target, self.known_as
+        if store is None or target is None:
+            return
+
+        def note(facts: Facts) -> None:
+            note_named(facts, known_as)
+            if known_as.name:
+                claim_fired(facts, known_as.name, port=target.device, adapter=target.identity)
+
+        store.write(note).add_done_callback(_log_trouble)
+        self.keep()
+
+    # Its check
+
+    @property
+    def is_checking(self) -> bool:
+        return self.check is not None and self.check.is_running
+
+    def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "ModuleCheck":
+        """In place of the last one, which is void then."""
+        from ui.session.check import NEWER, ModuleCheck  # the first paint does not wait for it
+
+        if self.check is not None:
+            self.check.set_void(NEWER)
+            self.check.drop()
+        self.check = ModuleCheck(self, self._storage, profile, person, is_enabling=is_enabling)
+        self.check.changed.connect(self.check_changed)
+        self.check_changed.emit()
+        return self.check
+
+    # What happens, as its port tells
+
+    def take_in(self, batch: Batch) -> None:
+        """A batch of its conversation."""
+        was_read, was_going = self.is_read, self.is_going
+        self.view = batch.conversation
+        self.statistics.on_batch(batch)
+        self._note_triggered(batch)
+        if self.is_read and not was_read:
+            self.keep()
+        self.batch.emit(batch)
+        if was_going and not self.is_going:
+            self.ended.emit()
+
+    def _note_triggered(self, batch: Batch) -> None:
+        """A TRIGGERED that was seen stays with the module: no verdict before it holds."""
+        if self.was_triggered:
+            return
+        known = batch.conversation.known("triggered", batch.at)
+        is_reported = known is not None and known.value is True and not known.is_stale
+        if not is_reported and not any(sample.triggered for sample in batch.samples):
+            return
+        self.was_triggered = True
+        store, target = self._store, self._port.target
+        if store is not None and target is not None:
+            note = partial(note_triggered, module=self.name, port=target.device, adapter=target.identity)
+            store.write(note).add_done_callback(_log_trouble)
+
+    @property
+    def _store(self) -> Store | None:
+        store = self._storage.store
+        return store if isinstance(store, Store) else None
+
+
+def _log_trouble(written: "Future[Any]") -> None:
+    error = None if written.cancelled() else written.exception()
+    if error is not None:
+        _log.warning("What is known of a module is not kept: %s", error)
