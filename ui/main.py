@@ -204,7 +204,7 @@ def _on_store_opened(assembly: Assembly) -> None:
     """Once the store is open: its trouble, and what the last run of the program left."""
     attention, storage = assembly.window.attention, assembly.storage
     if storage.notice is not None:
-        attention.queue_notice(lambda: Notice(Meaning.ATTENTION, storage.notice or ""))
+        attention.queue_notice(Notice(Meaning.ATTENTION, storage.notice))
     assembly.left_active.load()
     storage.opened.emit()
     assembly.connector.changed.emit()  # names are known now
@@ -250,7 +250,7 @@ def run(options: WindowOptions) -> int:
         window = assembly.window
         if not has_font:
             text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
-            window.attention.queue_notice(lambda: Notice(Meaning.ATTENTION, text))
+            window.attention.queue_notice(Notice(Meaning.ATTENTION, text))
         with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
             start(assembly, options)
             if options.offscreen_seconds is not None:

@@ -78,7 +78,7 @@ class Rig:
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):
             if notice.is_of_module:
-                notice.notify(Meaning.DANGER, lambda: "Said of it")
+                notice.notify(Meaning.DANGER, "Said of it")
         self.assembly.window.show_message("Said of it")
         self.settle()
 

@@ -1,7 +1,5 @@
 """Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
-from functools import partial
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
@@ -91,12 +89,12 @@ class ActRow(QFrame):
 
     def _end(self, job: Job[Performed]) -> None:
         if job.run.error is not None:
-            self._job.set_notice(not_begun)
+            self._job.set_notice(not_begun())
         else:
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
                 self._connector.current.note_shutdown()
-            self._job.set_notice(partial(outcome_notice, done))
+            self._job.set_notice(outcome_notice(done))
         self.ended.emit(None if job.run.error is not None else self._performed)
 
     def _dismiss(self) -> None:

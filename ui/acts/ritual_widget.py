@@ -250,7 +250,7 @@ class RitualWidget(QFrame):
             leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._job.set_notice(partial(_ended_notice, why))
+                self._job.set_notice(_ended_notice(why))
         self._show()
 
     # The end of it
@@ -258,7 +258,7 @@ class RitualWidget(QFrame):
     def _fire(self, permit: Permit) -> None:
         if permit.is_rehearsal:
             self.ritual.disarm(Input.FINISHED)
-            self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit)))
+            self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY, permit)))
             return
         journal = self._connector.current.journal()
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
@@ -266,7 +266,7 @@ class RitualWidget(QFrame):
     def _end(self, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
         done = None if job.run.error is not None else job.outcome()
-        self._job.set_notice(not_begun if done is None else partial(outcome_notice, done))
+        self._job.set_notice(not_begun() if done is None else outcome_notice(done))
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._connector.clock()

@@ -114,13 +114,15 @@ class SaveNote(QWidget):
     ) -> None:  # fmt: skip
         def save(path: Path) -> None:
             self._folder = path.parent
-            text = partial(saved, path) if saved is not None else lambda: tr("Saved to {path}.", path=path)
 
             def write(running: Running) -> None:
                 write_parts(path, make_parts(path), count, running.set_progress_or_end)
 
-            self.job.begin(lambda: tr("Saving…"), write, lambda _none: self.job.notify(Meaning.GOOD, text),
-                           partial(not_written, path))  # fmt: skip
+            def end(_none: None) -> None:
+                text = tr("Saved to {path}.", path=path) if saved is None else saved(path)
+                self.job.notify(Meaning.GOOD, text)
+
+            self.job.begin(tr("Saving…"), write, end, partial(not_written, path))
 
         if not self.job.is_writing:
             self.ask_path(self, title, (self._folder or place.parent) / place.name, kinds, save)

@@ -32,26 +32,36 @@ class JobNotice(QObject):
         """`is_of_module`: else of files, and another module ends nothing of it."""
         super().__init__(parent)
         self.is_of_module = is_of_module
-        self._notice: Callable[[], Notice | None] | None = None
+        self._notice: Notice | None = None
+        self._find_notice: Callable[[], Notice | None] | None = None
+        """Used in place of `_notice`: progress, and what is true only as long as something holds."""
         self._reading: BackgroundTask[Any] = BackgroundTask("dps-s read", self)
         self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._files = 0
         """How many are being written by `write_file`."""
-        self._outcomes: list[tuple[Meaning, Callable[[], str]]] = []
+        self._outcomes: list[tuple[Meaning, str]] = []
         """Of those that were written at the same time."""
         self._ticking = QTimer(self, interval=PROGRESS_EVERY_MS)
         self._ticking.timeout.connect(self._tick)
 
-    def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
-        """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
-        self._notice = make
+    def set_notice(self, notice: Notice | None) -> None:
+        """Sets the notice; None removes it. Screen readers hear it once."""
+        self._notice, self._find_notice = notice, None
+        self._say()
+
+    def set_notice_of_now(self, find: Callable[[], Notice | None]) -> None:
+        """Sets a notice of what is so now: `find` is called whenever it is shown, and gives None once it is over."""
+        self._notice, self._find_notice = None, find
+        self._say()
+
+    def _say(self) -> None:
         notice = self.result_notice()
         if notice is not None:
             announce(notice.text, is_urgent=notice.meaning is Meaning.DANGER)
         self.changed.emit()
 
-    def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
-        self.set_notice(lambda: Notice(meaning, make()))
+    def notify(self, meaning: Meaning, text: str) -> None:
+        self.set_notice(Notice(meaning, text))
 
     def read_profile(self, path: Path) -> Profile | None:
         """None where the file is no profile, which is said."""
@@ -60,16 +70,12 @@ class JobNotice(QObject):
         try:
             return read_profile(path)
         except ProfileRefused as refusal:
-            faults = refusal  # the name of an except clause ends with it
-
-        def text() -> str:
-            return labelled(tr("{file} is not a profile", file=path.name), join_sentences(faults.sentences[:3]))
-
-        self.notify(Meaning.ATTENTION, text)
-        return None
+            what = tr("{file} is not a profile", file=path.name)
+            self.notify(Meaning.ATTENTION, labelled(what, join_sentences(refusal.sentences[:3])))
+            return None
 
     def begin(
-        self, doing: Callable[[], str], act: Callable[[Running], Result], then: Callable[[Result], object],
+        self, doing: str, act: Callable[[Running], Result], then: Callable[[Result], object],
         refused: Callable[[Exception], str], *, writes: bool = True,
     ) -> None:  # fmt: skip
         """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
@@ -77,16 +83,14 @@ class JobNotice(QObject):
         task = self._writing if writes else self._reading
 
         def progress() -> Notice:
-            text, share = doing(), task.share
-            if share is not None:
-                text = labelled(text, f"{share * 100:.0f} %")
+            text = doing if task.share is None else labelled(doing, f"{task.share * 100:.0f} %")
             return progress_notice(text, self.cancel_files)
 
         def end(result: Result) -> None:
             self.dismiss()
             then(result)
 
-        self._notice = progress
+        self._notice, self._find_notice = None, progress
         task.run(act, end, partial(self._refuse, refused))
         self._ticking.start()
         self.changed.emit()
@@ -99,25 +103,25 @@ class JobNotice(QObject):
         if not self._files:
             self._outcomes = []
         self._files += 1
-        self.set_notice(lambda: progress_notice(tr("Saving…"), None))
+        self.set_notice(progress_notice(tr("Saving…"), None))
 
-        def end(meaning: Meaning, text: Callable[[], str]) -> None:
+        def end(meaning: Meaning, text: str) -> None:
             self._files -= 1
             outcomes = self._outcomes
             outcomes.append((meaning, text))
             if not self._files:
                 worst = max((meaning for meaning, _ in outcomes), key=_WRITTEN.index)
-                self.notify(worst, lambda: join_sentences(text() for _, text in outcomes))
+                self.notify(worst, join_sentences(text for _, text in outcomes))
 
         def fail(error: Exception) -> None:
-            end(_meaning_of(error), partial(not_written, path, error))
+            end(_meaning_of(error), not_written(path, error))
             if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
                 raise error
 
         writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
         paths = f"{path}, {path.with_suffix(beside)}" if beside else path
         text = saved or (lambda _result: tr("Saved to {path}.", path=paths))
-        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(text, result)), fail)
+        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, text(result)), fail)
 
     @property
     def is_writing(self) -> bool:
@@ -132,13 +136,13 @@ class JobNotice(QObject):
         self._writing.stop()
         if self._reading.is_running:
             self._reading.cancel()
-            self.notify(Meaning.INFORMATION, lambda: tr("Cancelled."))
+            self.notify(Meaning.INFORMATION, tr("Cancelled."))
 
     def _refuse(self, text: Callable[[Exception], str], error: Exception) -> None:
         if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
             self.dismiss()
             raise error
-        self.notify(_meaning_of(error), partial(text, error))
+        self.notify(_meaning_of(error), text(error))
 
     def _tick(self) -> None:
         if self.is_busy:
@@ -155,13 +159,14 @@ class JobNotice(QObject):
         if self.is_busy or (not is_page_left and not self.is_of_module):
             return
         is_news = notice is None or (notice.meaning in (Meaning.GOOD, Meaning.INFORMATION) and not notice.choices)
-        if self._notice is not None and (is_news or not is_page_left):
+        has_notice = self._notice is not None or self._find_notice is not None
+        if has_notice and (is_news or not is_page_left):
             self.dismiss()
 
     def result_notice(self) -> Notice | None:
         """Progress, else the last result; None if there is none, or it was dismissed. What offers no choice can be
         closed."""
-        notice = None if self._notice is None else self._notice()
+        notice = self._notice if self._find_notice is None else self._find_notice()
         return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
 
 

@@ -96,11 +96,10 @@ class RecordingJobs(JobNotice):
 
             return open_recording(entry)
 
-        def doing() -> str:
-            return tr("Opening {when}…", when=when_text(entry))
-
         self._refused = ""
-        self.begin(doing, work, self.opened.emit, partial(_refusal, None), writes=False)
+        self.begin(
+            tr("Opening {when}…", when=when_text(entry)), work, self.opened.emit, partial(_refusal, None), writes=False
+        )
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Export the recording into one file, written whole or not at all."""
@@ -111,13 +110,13 @@ class RecordingJobs(JobNotice):
             return export(entry, path, is_table=kind is ExportKind.CSV, on_progress=running.set_progress_or_end)
 
         def notify(done: "Exported") -> None:
-            def text() -> str:
-                saved = saved_text(path, done.rows)
-                return saved if done.damage is None else join_sentences([saved, done.damage.translated()])
+            text = saved_text(path, done.rows)
+            if done.damage is None:
+                self.notify(Meaning.GOOD, text)
+            else:
+                self.notify(Meaning.ATTENTION, join_sentences([text, done.damage.translated()]))
 
-            self.notify(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)
-
-        self._change(lambda: tr("Exporting {name}", name=path.name), work, notify, path)
+        self._change(tr("Exporting {name}", name=path.name), work, notify, path)
 
     def set_pinned(self, entries: Iterable["RecordingEntry"], *, is_pinned: bool) -> None:
         """Whether they are kept when old recordings are deleted automatically."""
@@ -127,7 +126,7 @@ class RecordingJobs(JobNotice):
             for entry in chosen:
                 self.library.set_pinned(entry, is_pinned=is_pinned)
 
-        self._change(lambda: tr("Saving…"), work, bool)
+        self._change(tr("Saving…"), work, bool)
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """Delete permanently."""
@@ -143,9 +142,9 @@ class RecordingJobs(JobNotice):
             return len(chosen)
 
         def notify(count: int) -> None:
-            self.notify(Meaning.INFORMATION, lambda: tr("Recordings deleted: {count}.", count=count))
+            self.notify(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=count))
 
-        self._change(lambda: tr("Deleting…"), work, notify)
+        self._change(tr("Deleting…"), work, notify)
 
     def stop(self) -> None:
         """The window closes; a file that is being written is finished."""
@@ -153,7 +152,7 @@ class RecordingJobs(JobNotice):
             task.close()
 
     def _change(
-        self, doing: Callable[[], str], work: Callable[[Running], Result], tell: Callable[[Result], object],
+        self, doing: str, work: Callable[[Running], Result], tell: Callable[[Result], object],
         path: Path | None = None,
     ) -> None:  # fmt: skip
         def end(result: Result) -> None:
@@ -173,7 +172,7 @@ class RecordingJobs(JobNotice):
 
     def _fail_list(self, error: Exception) -> None:
         self.is_known = True
-        self.notify(Meaning.ATTENTION, partial(_refusal, None, error))
+        self.notify(Meaning.ATTENTION, _refusal(None, error))
 
 
 def _refusal(path: Path | None, error: Exception) -> str:

@@ -38,7 +38,7 @@ class RunningJob(JobNotice):
 
     def run(self, procedure: Procedure[Result], then: Callable[[Job[Result]], None]) -> None:
         """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not."""
-        self.progress = self._notice = None
+        self.progress = self._notice = self._find_notice = None
         self._job = self._connector.run(procedure, partial(self._end, then), on_progress=self._remember_progress)
         self.changed.emit()
 

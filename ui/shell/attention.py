@@ -114,9 +114,8 @@ class Attention(QObject):
         """The last question, until it is cancelled: what its answer began may still lead to leaving."""
         self._restarts: int | None = None
         """The restart count that the user knows of; None before anything was known."""
-        self._unrecorded = UserMessage("")
-        self._queued: dict[Callable[[], Notice], bool] = {}
-        """Each with whether it ends with another module; the first one is shown first."""
+        self._queued: dict[str, tuple[Notice, bool]] = {}
+        """By key, each with whether it ends with another module; the first one is shown first."""
         connector.invalidated.connect(self._on_another_module)
         for changed in (connector.any_changed, connector.changed, connector.renamed, connector.lock_changed,
                         connector.ticked, pending_edits.changed):  # fmt: skip
@@ -153,15 +152,15 @@ class Attention(QObject):
         self.leave_port(close, is_closing=True)
         return False
 
-    def queue_notice(self, make: Callable[[], Notice], *, is_of_module: bool = False) -> None:
+    def queue_notice(self, notice: Notice, *, key: str = "", is_of_module: bool = False) -> None:
         """Queues a notice, which is shown until it is closed, when nothing is more urgent; what offers no choice can be
-        closed. One that waits is not queued twice. One `is_of_module` ends with another module."""
-        self._queued.setdefault(make, is_of_module)
+        closed. It replaces one of the same `key`, by default its text. One `is_of_module` ends with another module."""
+        self._queued[key or notice.text] = notice, is_of_module
         self.refresh()
 
     def _on_another_module(self) -> None:
         """What a person has seen or was asked was about the former one."""
-        self._queued = {make: False for make, is_of_module in self._queued.items() if not is_of_module}
+        self._queued = {key: queued for key, queued in self._queued.items() if not queued[1]}
         self._question = self._answered = self._restarts = None
         self._has_read_trigger = False
 
@@ -257,7 +256,7 @@ class Attention(QObject):
         if left is not None:
             return self._trigger_notice() or left
         if self._queued and (link is None or state.phase is Phase.CLOSED):
-            notice = next(iter(self._queued))()
+            notice, _ = next(iter(self._queued.values()))
             return notice if notice.choices else notice._replace(dismiss=self.dismiss_queued)
         return link or self._trigger_notice() or self._module_notice()
 
@@ -311,12 +310,9 @@ class Attention(QObject):
 
     def say_unrecorded(self, why: UserMessage) -> None:
         """Recording stopped; of several reasons the last one is said."""
-        self._unrecorded = why
-        self.queue_notice(self._recording_notice)
-
-    def _recording_notice(self) -> Notice:
-        choices = self._page_choices("recordings", tr("Recordings"), "recordings")
-        return Notice(Meaning.ATTENTION, self._unrecorded.translated(), choices, self.dismiss_queued)
+        show = Choice("recordings", tr("Recordings"), lambda: self._go_to("recordings"))
+        notice = Notice(Meaning.ATTENTION, why.translated(), (show,), self.dismiss_queued)
+        self.queue_notice(notice, key="recordings")
 
     def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
         """A button that leads to a page; none while that page is shown."""
@@ -375,15 +371,11 @@ class UncaughtErrors(QObject):
 
     def _show(self, error: UncaughtError) -> None:
         self._say(tr("Unexpected error: {error}. Nothing is armed.", error=error.summary))
-        count = self._counts.get(error.details, 0)
-        self._counts[error.details] = count + 1
-        if count:
-            self._attention.refresh()
-        else:
-            self._attention.queue_notice(lambda: self._notice(error))
+        self._counts[error.details] = self._counts.get(error.details, 0) + 1
+        self._attention.queue_notice(self._notice(error), key=error.details)
 
     def _notice(self, error: UncaughtError) -> Notice:
-        count = self._counts.get(error.details, 1)
+        count = self._counts[error.details]
         text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary) + f" (×{count})" * (count > 1)
 
         def copy_details() -> None:

@@ -192,10 +192,8 @@ def _summary(state: BenchState) -> str:
 _OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleration_spread"))
 
 
-def rest_offer(
-    target: Target | None, against: Sequence[str], check_again: Callable[[], object]
-) -> Callable[[], Notice] | None:
-    """Makes the notice; None if the module is real or at rest, or if no check of rest failed."""
+def rest_offer(target: Target | None, against: Sequence[str], check_again: Callable[[], object]) -> Notice | None:
+    """None if the module is real or at rest, or if no check of rest failed."""
     if target is None or not target.is_simulated or not _OF_REST.intersection(against):
         return None
     try:
@@ -211,8 +209,5 @@ def rest_offer(
         bench.set_tilt(0)
         check_again()
 
-    def offer() -> Notice:
-        text = tr("The simulated module is not at rest.")
-        return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))
-
-    return offer
+    text = tr("The simulated module is not at rest.")
+    return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
@@ -58,7 +58,6 @@ class NoticeBar(QWidget):
         self.hide()
         self.meaning = Meaning.INFORMATION
         self.notice: Notice | None = None
-        self._make: Callable[[], Notice] | None = None
         self._note = ""
         self._focus = FocusBack(self)
         self.is_foot = is_foot
@@ -79,20 +78,8 @@ class NoticeBar(QWidget):
         self.row = in_row(self.picture, (self._text, 1), *choices, self._dismiss, of=self, spacing=Space.S,
                           margins=(Space.M, 0 if is_fitted else Space.XS))  # fmt: skip
 
-    def show_notice(self, notice: Notice | Callable[[], Notice] | None) -> None:
-        """Replaces the notice; None hides the bar. An equal notice changes nothing.
-
-        A function is called at once, and again when the language changes: for what is not shown again by itself.
-        """
-        self._make = notice if callable(notice) else None
-        self._show(notice() if callable(notice) else notice)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and self._make is not None:
-            self._show(self._make())
-
-    def _show(self, notice: Notice | None) -> None:
+    def show_notice(self, notice: Notice | None) -> None:
+        """Replaces the notice; None hides the bar. An equal notice changes nothing."""
         old = self.notice
         if notice is None:
             self.notice = None

@@ -46,7 +46,7 @@ def _edited(rig: Rig) -> None:
 def _writing(rig: Rig) -> None:
     work = rig.pages["settings"].work
     work.edit(lambda: work.form.choose("light_threshold_v", 9.7))
-    work.job.run(_forever(), lambda _job: work.job.notify(Meaning.GOOD, lambda: "Said of it"))
+    work.job.run(_forever(), lambda _job: work.job.notify(Meaning.GOOD, "Said of it"))
 
 
 def _forever() -> Procedure[None]:
@@ -241,7 +241,7 @@ def test_good_news_end_with_their_page_and_trouble_does_not(rig: Rig) -> None:
     for page in rig.pages.values():
         for notice, meaning in product(page.notices(), (Meaning.GOOD, Meaning.ATTENTION)):
             rig.assembly.window.go_to(page.key)
-            notice.notify(meaning, lambda: "Said of it")
+            notice.notify(meaning, "Said of it")
             rig.assembly.window.go_to("live" if page.key != "live" else "settings")
             is_left = notice.result_notice() is not None
             assert is_left is (meaning is Meaning.ATTENTION), (page.key, notice.objectName(), meaning)

@@ -331,7 +331,7 @@ def test_a_job_that_outlives_the_change_is_cancelled_and_reports_to_nobody(
     ended: list[Job[Any]] = []
     running = RunningJob(connector)
     running.run(forever(), ended.append)
-    running.notify(Meaning.GOOD, lambda: "Read back as written.")
+    running.notify(Meaning.GOOD, "Read back as written.")
     connector.run(forever(), ended.append)
     jobs = [job for job, _ in ports.workers[0].jobs][-2:]
     change(ports)

@@ -66,7 +66,7 @@ def made() -> tuple[RunningJob, Line, list[Job[int]]]:
 
 def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
     job, line, ended = made()
-    job.notify(Meaning.GOOD, lambda: "before")
+    job.notify(Meaning.GOOD, "before")
     with qtbot.waitSignal(job.changed):
         job.run(reading(), ended.append)
     assert not job.can_run
@@ -86,7 +86,7 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
         qtbot.waitUntil(lambda: assembly.window._maker.is_done)
         flights = find(assembly.window, FlightsPage)
         for notice in (assembly.storage.recordings, flights.result):
-            notice.notify(Meaning.ATTENTION, lambda: "Not saved")
+            notice.notify(Meaning.ATTENTION, "Not saved")
             assembly.connector.invalidated.emit()
             assert notice.result_notice() is not None
 
@@ -94,10 +94,10 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
 def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
     job, _line, _ended = made()
     choice = Choice("again", "Again", job.dismiss)
-    job.set_notice(lambda: Notice(Meaning.ATTENTION, "Restarted", (choice,)))
+    job.set_notice(Notice(Meaning.ATTENTION, "Restarted", (choice,)))
     asked = given(job.notice("Asking"))
     assert asked.dismiss is None  # a question is answered
-    job.set_notice(lambda: Notice(Meaning.DANGER, "Link lost"))
+    job.set_notice(Notice(Meaning.DANGER, "Link lost"))
     told = given(job.notice("Asking"))
     given(told.dismiss)()
     assert job.notice("Asking") is None
@@ -105,7 +105,7 @@ def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
 
 def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None:
     job, line, _ended = made()
-    job.run(reading(), lambda _job: job.notify(Meaning.GOOD, lambda: "done"))
+    job.run(reading(), lambda _job: job.notify(Meaning.GOOD, "done"))
     line.end()
     notice = given(job.notice("Asking"))
     assert (notice.meaning, notice.text) == (Meaning.GOOD, "done")

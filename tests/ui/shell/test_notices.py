@@ -1,6 +1,5 @@
 """Notices: texts, main buttons, and that no button takes the place of another."""
 
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -266,7 +265,7 @@ def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> 
 def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         main = assembly.window
-        main.attention.queue_notice(lambda: NOTICES[0])
+        main.attention.queue_notice(NOTICES[0])
         main.show_message("Copied.")
         label = find(main.notice_bar, FittedLabel, "notice_text")
         assert label.text() == "Short.\nCopied."
@@ -276,7 +275,7 @@ def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_pa
     with window(qapp, tmp_path, entries=()) as assembly:
         main = assembly.window
         for text, is_of_module in (("Of it.", True), ("Of all.", False)):
-            main.attention.queue_notice(partial(Notice, Meaning.INFORMATION, text), is_of_module=is_of_module)
+            main.attention.queue_notice(Notice(Meaning.INFORMATION, text), is_of_module=is_of_module)
         assert notice_text(main.notice_bar) == "Of it."
         assembly.connector.connect_to(Target("/dev/another", 115200))
         main.attention.refresh()

@@ -157,7 +157,7 @@ class BundlePreview(QWidget):
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _notify_failure(self, error: Exception) -> None:
-        self._result.notify(Meaning.ATTENTION, lambda: tr("Failed: {why}.", why=error_text(error)))
+        self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
 
     # Making
 

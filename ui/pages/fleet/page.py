@@ -247,7 +247,7 @@ class FleetPage(Page):
     def _on_finished(self) -> None:
         if not self.members.connections:
             return  # a person disconnected them all, which cancelled it
-        self.result.set_notice(self._ended_notice)
+        self.result.set_notice_of_now(self._ended_notice)
 
     def _ended_notice(self) -> Notice:
         members = tuple(self.checks.results.values())
@@ -273,7 +273,7 @@ class FleetPage(Page):
             )
 
     def _show_unworded(self, trouble: StoreTrouble) -> None:
-        self.result.notify(Meaning.DANGER, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
+        self.result.notify(Meaning.DANGER, join_sentences((trouble.sentence, tr("Not kept."))))
 
     def _choose_profile(self) -> None:
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
@@ -292,14 +292,14 @@ class FleetPage(Page):
         """Writes the profile to all modules; asks first where it takes protection away."""
         changes = self.profile.changes()
         if is_risk_open(changes, accepted):
-            self.result.set_notice(partial(risk_notice, changes, self._write_profile, self.result.dismiss))
+            self.result.set_notice(risk_notice(changes, self._write_profile, self.result.dismiss))
             return
         self.result.dismiss()
         self.profile.apply(self.members.connections, accepted)
 
     def _show_profile(self) -> None:
         if self.profile.applied and not self.profile.is_running and self.members.connections:
-            self.result.set_notice(self._applied_notice)
+            self.result.set_notice_of_now(self._applied_notice)
         self._timer.refresh_seen()
 
     def _applied_notice(self) -> Notice | None:

@@ -133,7 +133,7 @@ class FlightsPage(Page):
         """These thresholds, on the flights that are there and on what was recorded."""
         self.work.choose(self.thresholds.nearest(values))
         self._tried_with = self.work.limits, values
-        self.result.set_notice(self._assumed_notice)
+        self.result.set_notice_of_now(self._assumed_notice)
         self._show_overview()
         if path is not None:
             self._tried = str(path)
@@ -264,7 +264,7 @@ class FlightsPage(Page):
         self._refresh_proposal()
 
     def _end_loading(self, ended: LoadEnded) -> None:
-        self.result.set_notice(partial(self._ended_notice, ended))
+        self.result.set_notice_of_now(partial(self._ended_notice, ended))
         self.refresh()
         for part in self.lists.of.values() if self._tried else ():
             part.table.choose(lambda row: row.name == self._tried)

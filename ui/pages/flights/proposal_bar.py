@@ -193,15 +193,12 @@ class ProposalBar(QFrame):
     def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
         fault = save_or_say_why_not(path, profile, source=source)
         if fault is not None:
-            self._result.notify(Meaning.DANGER, fault.translated)
+            self._result.notify(Meaning.DANGER, fault.translated())
             return
         self._remembered.add_profile(path)
 
-        def saved() -> str:
-            note = tr("Its approved settings code was removed.") if loses_approval else ""
-            return join_sentences([tr("Saved to {path}.", path=path), note])
-
-        self._result.notify(Meaning.GOOD, saved)
+        note = tr("Its approved settings code was removed.") if loses_approval else ""
+        self._result.notify(Meaning.GOOD, join_sentences([tr("Saved to {path}.", path=path), note]))
 
 
 def _margin_text(margin: FlightMargin) -> str:

@@ -5,7 +5,6 @@ the numbers some ten times a second and whenever the module's state changes. Bat
 or not. A recording is shown here too, with its plots above those of the module, which continue.
 """
 
-from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
@@ -245,7 +244,7 @@ class LivePage(StreamPage):
         recording = self.recording
         title = marked("Live") if recording is None else marked("Recording")
         self.header.title.setText(tr(title))
-        self.banner.show_notice(None if recording is None else partial(recorded_notice, recording, self.back_to_live))
+        self.banner.show_notice(None if recording is None else recorded_notice(recording, self.back_to_live))
         self.panel.be_recorded(is_recorded=self.recording is not None)
         self._recordings.note_shown(is_shown=self.recording is not None)
 

@@ -208,7 +208,7 @@ class PreflightPage(Page):
         code = assessment.case.settings_code
         fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=code), source=path)
         if fault is not None:
-            self.result.notify(Meaning.DANGER, fault.translated)
+            self.result.notify(Meaning.DANGER, fault.translated())
             return
         self.form.use_profile(path)
         self.check()
@@ -251,7 +251,7 @@ class PreflightPage(Page):
         try:
             signed = stored_record(store.read(lambda facts: document_of(facts, id_)))
         except UserError as error:
-            self.result.notify(Meaning.DANGER, error.message.translated)
+            self.result.notify(Meaning.DANGER, error.sentence)
             return
         self.show_check()
         self.files.print_record(signed)
@@ -294,7 +294,7 @@ class PreflightPage(Page):
             self.print()
         standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
         if trouble is not None and standing in (*PASSED, Standing.NO_GO):
-            self.result.notify(Meaning.ATTENTION, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
+            self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
         if standing in (Standing.CHECKING, *PASSED, Standing.NO_GO):
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
         if standing is Standing.NO_GO:
@@ -312,7 +312,7 @@ class PreflightPage(Page):
         against = () if assessment is None else assessment.open_checks
         offer = rest_offer(self._connector.current.target, against, self.check)
         if offer is not None and self.strip.notice is None:
-            self.result.set_notice(lambda: offer()._replace(dismiss=self.result.dismiss))
+            self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
     # Construction
 

@@ -267,7 +267,7 @@ class ProfileEditor(QWidget):
         if not self.is_edited:
             self.closed.emit()
             return
-        self.strip.show_notice(self._unsaved_notice)
+        self.strip.show_notice(self._unsaved_notice())
 
     def _unsaved_notice(self) -> Notice:
         keep = Choice("keep", tr("Cancel"), lambda: self.strip.show_notice(None))
@@ -291,7 +291,7 @@ class ProfileEditor(QWidget):
             self.saved.emit(path)
             return
         dismiss = partial(self.strip.show_notice, None)
-        self.strip.show_notice(lambda: Notice(Meaning.DANGER, fault.translated(), dismiss=dismiss))
+        self.strip.show_notice(Notice(Meaning.DANGER, fault.translated(), dismiss=dismiss))
 
     def _add_manual(self, line: ManualLine) -> None:
         row = ManualEditor(len(self.manual) + 1, line)

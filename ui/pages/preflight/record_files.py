@@ -24,7 +24,6 @@ from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Notice
 
 SUFFIXES: Final = (".json", ".pdf")
 AskRecord = Callable[[QWidget, ThenPath], object]
@@ -63,7 +62,7 @@ class RecordFiles(QObject):
 
     def verify(self, path: Path) -> None:
         """Verify a file in a background thread: it may be large, and on a slow disk. It replaces one being read."""
-        self._result.notify(Meaning.INFORMATION, lambda: tr("Reading: {what}", what=path.name))
+        self._result.notify(Meaning.INFORMATION, tr("Reading: {what}", what=path.name))
         storage = self._storage
 
         def work(_running: Running) -> Verification:
@@ -76,12 +75,11 @@ class RecordFiles(QObject):
     def _notify_unread(self, path: Path, error: Exception) -> None:
         file = clean(path.name, longest=60)
         if isinstance(error, UserError):
-            why = error.message
-            self._result.notify(Meaning.ATTENTION, lambda: f"{file} — {tr(_NO_RECORD, why=why.translated())}")
+            self._result.notify(Meaning.ATTENTION, f"{file} — {tr(_NO_RECORD, why=error.sentence)}")
             return
         if not isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
             raise error
-        self._result.notify(Meaning.ATTENTION, lambda: tr(CANNOT_READ, file=file, why=error_text(error)))
+        self._result.notify(Meaning.ATTENTION, tr(CANNOT_READ, file=file, why=error_text(error)))
 
     def _notify_verified(self, path: Path, done: Verification) -> None:
         file = clean(path.name, longest=60)
@@ -91,11 +89,8 @@ class RecordFiles(QObject):
         elif is_green(done):
             meaning = Meaning.GOOD
 
-        def notice() -> Notice:
-            sentences = join_sentences(sentence.translated() for sentence in done.sentences())
-            return Notice(meaning, f"{file} — {sentences}", (), self._result.dismiss)
-
-        self._result.set_notice(notice)
+        sentences = join_sentences(sentence.translated() for sentence in done.sentences())
+        self._result.notify(meaning, f"{file} — {sentences}")
 
 
 _NO_RECORD: Final = marked("No pre-flight record: {why}.")

@@ -122,9 +122,9 @@ class SettingsController(QObject):
         if not changes or not self.can_write or mistyped:
             return
         if is_risk_open(changes, accepted):
-            self.job.set_notice(partial(self._risk_notice, changes, only))
+            self.job.set_notice(self._risk_notice(changes, only))
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
-            self.job.set_notice(partial(self._refused_notice, open_conditions, accepted, only))
+            self.job.set_notice(self._refused_notice(open_conditions, accepted, only))
         else:
             heard: list[Written] = []
             begun: list[Command] = []
@@ -154,13 +154,13 @@ class SettingsController(QObject):
 
     def _end_reading(self, job: Job[Everything]) -> None:
         if job.run.error is not None:
-            self.job.set_notice(partial(_interrupted_notice, job.run.error))
+            self.job.set_notice(_interrupted_notice(job.run.error))
             return
         self.form.watch.accept()  # the user asked for the current values
         errors = job.outcome().errors
         missing = tuple(command for command in READABLE if command.key in errors)
         if missing:
-            self.job.set_notice(partial(self._unread_notice, missing, job.outcome().began_at))
+            self.job.set_notice_of_now(partial(self._unread_notice, missing, job.outcome().began_at))
 
     def _end_writing(
         self,
@@ -172,7 +172,7 @@ class SettingsController(QObject):
     ) -> None:
         if job.run.error is not None:
             self.form.abort_write(unconfirmed(heard), begun)
-            interrupted = partial(_interrupted_notice, job.run.error)
+            interrupted = _interrupted_notice(job.run.error)
             self.job.set_notice(interrupted)
             if isinstance(job.run.error, Cancelled) and self.job.can_run:
                 self.job.run(read_everything(), lambda _job: self.job.set_notice(interrupted))
@@ -180,9 +180,9 @@ class SettingsController(QObject):
         report = job.outcome()
         self.form.on_written(report.results, self._connector.current.device, self._connector.clock())
         if report.is_refused:
-            self.job.set_notice(partial(self._refused_notice, report.refusals, accepted, only))
+            self.job.set_notice(self._refused_notice(report.refusals, accepted, only))
         else:
-            self.job.set_notice(partial(self._unless_in_doubt, self._written_notice, report))
+            self.job.set_notice_of_now(partial(self._unless_in_doubt, self._written_notice, report))
 
     def _begin_again(self) -> None:
         self.form.reset(self._connector.current.kept.watch)

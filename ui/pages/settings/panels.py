@@ -97,15 +97,15 @@ class BaudPanel(QFrame):
     def _end(self, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
         self.editor.show_value(None, None)
         if job.run.error is not None and not permit.is_spent:
-            self._job.set_notice(not_begun)
+            self._job.set_notice(not_begun())
         elif job.run.error is not None:
             self._doubtful_since = self._connector.clock()
             self._job.notify(
                 Meaning.DANGER,
-                lambda: tr("Interrupted: maybe at {rate} baud now.", rate=rate),
+                tr("Interrupted: maybe at {rate} baud now.", rate=rate),
             )
         else:
-            self._job.set_notice(partial(self._ended, job.outcome(), self._connector.current.conversation))
+            self._job.set_notice_of_now(partial(self._ended, job.outcome(), self._connector.current.conversation))
 
     def _ended(self, changed: BaudChanged, said_in: tuple[int, int]) -> Notice | None:
         """What the module and the port are at is said no longer once another module may be there."""
@@ -130,7 +130,7 @@ class BaudPanel(QFrame):
             return
         self._doubtful_since = None
         rate = int(known.value)
-        self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=rate))
+        self._job.notify(Meaning.INFORMATION, tr("The module answers at {rate} baud.", rate=rate))
 
     def _lay_out(self) -> None:
         stacked(self._message, self._warning, self.conditions, self.notice_bar)

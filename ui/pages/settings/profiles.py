@@ -206,7 +206,7 @@ class ProfileFiles(QObject):
             if asked == (self._connector.current, self._connector.current.adapter_key):
                 self.open_file(path)
             else:
-                self._result.notify(Meaning.ATTENTION, lambda: tr("Another module is shown now: nothing was opened."))
+                self._result.notify(Meaning.ATTENTION, tr("Another module is shown now: nothing was opened."))
 
         self.ask_open(self._page, self._remembered.profile_folder, open_file)
 
@@ -226,7 +226,7 @@ class ProfileFiles(QObject):
         known = fresh_settings(self._connector.current.device, self._connector.clock())
         profile = Profile(name=tr("Profile"), settings=known)
         if not profile.settings:
-            self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
+            self._result.notify(Meaning.ATTENTION, tr("No settings known: read them first."))
             return
         suggested = self._remembered.profile_folder / f"profile{SUFFIX}"
         save = partial(self._save, profile)
@@ -235,11 +235,11 @@ class ProfileFiles(QObject):
     def _save(self, profile: Profile, path: Path) -> None:
         fault = save_or_say_why_not(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         if fault is not None:
-            self._result.notify(Meaning.DANGER, fault.translated)
+            self._result.notify(Meaning.DANGER, fault.translated())
             return
         self._remember(path)
         missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
-        self._result.notify(Meaning.GOOD, partial(_saved_text, path, missing))
+        self._result.notify(Meaning.GOOD, _saved_text(path, missing))
 
     def _remember(self, path: Path) -> None:
         self._remembered.add_profile(path)

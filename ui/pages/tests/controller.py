@@ -6,7 +6,7 @@ Once an activation is confirmed, LOCK is pressed when the test ends, is cancelle
 when the page or the window is left.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from functools import partial
 
@@ -72,7 +72,7 @@ class GuidedController(QObject):
         self.outcome: GuidedResult | UserError | None = None
         self.tested_as = ""
         """The name under which the last result is kept."""
-        self.trouble: Callable[[], str] | None = None
+        self.trouble: str | None = None
         """Says why a result was not kept, and whose."""
         self.owes_lock = False
         self.last: Mapping[GuidedKind, StoredTest] = {}
@@ -271,7 +271,7 @@ class GuidedController(QObject):
         store, target = self._services.storage.store, self._connector.current.target
         name = self.tested_as = self._connector.current.module.name
         if not isinstance(store, Store):
-            self.trouble = partial(not_kept, store, name)
+            self.trouble = not_kept(store, name)
             return
         adapter = "" if target is None else target.key
         work = partial(
@@ -282,7 +282,7 @@ class GuidedController(QObject):
         storing.run_in(store, work, lambda _none: self.load_last(), partial(self._show_trouble, name))
 
     def _show_trouble(self, name: str, trouble: StoreTrouble) -> None:
-        self.trouble = partial(not_kept, trouble, name)
+        self.trouble = not_kept(trouble, name)
         self.changed.emit()
 
 

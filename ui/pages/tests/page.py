@@ -231,7 +231,7 @@ class TestsPage(Page):
             # No success beside a test that was cancelled or has failed.
             return Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
-            return Notice(Meaning.ATTENTION, work.trouble())
+            return Notice(Meaning.ATTENTION, work.trouble)
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
         if not work.tested_as:

@@ -1,7 +1,6 @@
 """Controller of the Triggers page: reads the records, merges them with the stored ones, stores judgements."""
 
 from collections import Counter
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -112,7 +111,7 @@ class TriggersController(QObject):
         module = self._connector.current.module.name if module is None else module
         judged = self._judging[record_id] = judgement, note
 
-        def end(offer: Callable[[], Notice] | None = None) -> None:
+        def end(offer: Notice | None = None) -> None:
             if self._judging.get(record_id) is judged:  # else it was judged again meanwhile
                 del self._judging[record_id]
                 if offer is not None:
@@ -120,7 +119,7 @@ class TriggersController(QObject):
                 self._show_archive()
 
         def fail(trouble: StoreTrouble) -> None:
-            end(partial(self._offer_to_judge_again, trouble, module, record_id, judged))
+            end(self._offer_to_judge_again(trouble, module, record_id, judged))
 
         work = partial(_judge, module=module, place=record_id, judgement=judgement, note=note)
         keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
@@ -138,14 +137,12 @@ class TriggersController(QObject):
                 self._forget()
             is_cancelled = isinstance(job.run.error, Cancelled) and not isinstance(job.run.error, TwoModules)
             meaning = Meaning.INFORMATION if is_cancelled else Meaning.DANGER
-            self.job.notify(meaning, partial(_broken_off, job.run.error))
+            self.job.notify(meaning, _broken_off(job.run.error))
         elif job.outcome().history.is_line_dead:
             self._clear_visit()
             self.reading = job.outcome()
             self._show_archive()
-            self.job.notify(
-                Meaning.DANGER, lambda: join_sentences((tr("The module does not answer."), tr("Not kept.")))
-            )
+            self.job.notify(Meaning.DANGER, join_sentences((tr("The module does not answer."), tr("Not kept."))))
         else:
             self.reading = job.outcome()
             self._store_reading()
@@ -163,9 +160,9 @@ class TriggersController(QObject):
             )  # fmt: skip
             self._filing.run_in(store, work, self._end_filing, partial(self._fail_filing, name))
         if reading is not None and not reading.history.is_confirmed:
-            self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
+            self.job.notify(Meaning.ATTENTION, tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
-            self.job.set_notice(self._silent_notice)
+            self.job.set_notice_of_now(self._silent_notice)
         self._show_archive()
 
     def _clear_visit(self) -> None:
@@ -174,13 +171,13 @@ class TriggersController(QObject):
 
     def _end_filing(self, filed: Visit | PossiblyOther) -> None:
         if isinstance(filed, PossiblyOther):
-            self.job.set_notice(self._ask_which_module)
+            self.job.set_notice(self._ask_which_module())
         else:
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
         self._show_archive()
 
     def _fail_filing(self, name: str, trouble: StoreTrouble) -> None:
-        self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
+        self.job.notify(Meaning.DANGER, not_kept(trouble, name))
         self._show_archive()
 
     def _silent_notice(self) -> Notice:
@@ -279,7 +276,7 @@ class TriggersController(QObject):
             try:
                 kept = store.read(lambda facts: KeptTriggers(facts).records(name))
             except StoreTrouble as trouble:
-                self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
+                self.job.notify(Meaning.DANGER, not_kept(trouble, name))
         if not kept and self.reading is not None:
             history, is_filing = self.reading.history, self._filing.is_running
             ordered = [

@@ -286,7 +286,7 @@ def test_a_notice_moves_no_card(desk: Desk) -> None:
         return [card.mapTo(desk.page, QPoint()) for card in desk.page.board.cards]
 
     before = places()
-    desk.page.result.set_notice(lambda: Notice(Meaning.ATTENTION, "Failed. " * 12))
+    desk.page.result.set_notice(Notice(Meaning.ATTENTION, "Failed. " * 12))
     desk.settle()
     let_lay_out(desk.page)
     assert desk.page.notice_bar.isVisible()

@@ -399,7 +399,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
         let_lay_out(page)
         empty_px = page.minimumSizeHint().height()
         for more in (page.activation, page.strip):
-            page.result.notify(Meaning.INFORMATION, lambda: "The simulated module is not at rest.")
+            page.result.notify(Meaning.INFORMATION, "The simulated module is not at rest.")
             page.strip.hide()
             more.show()
             QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
