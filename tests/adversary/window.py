@@ -131,7 +131,7 @@ def lock(session: Session) -> None:
     session.connect()
     control = session.bench.window.top_bar.lock
     control.click()
-    told = session.bench.window._services.connector.current.lock
+    told = session.bench.window._services.ports.current.lock
     while told.is_repeating:
         session.bench.wait(0.02)
     if told.is_reported:

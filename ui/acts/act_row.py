@@ -34,8 +34,8 @@ class ActRow(QFrame):
         name = f"{place}_{act.value}"
         named(self, name, "row")
         self.act = act
-        self._services, self._connector = services, services.connector
-        self._job = RunningJob(services.connector, self)
+        self._services, self._connector = services, services.ports
+        self._job = RunningJob(services.ports, self)
         self._performed: Performed | None = None
         self._watch = OutcomeWatch(services)
         self._title = text_label(f"{name}_title", "strong")

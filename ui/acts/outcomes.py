@@ -24,7 +24,7 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
-    port = services.connector.current
+    port = services.ports.current
     if not port.is_open:
         return (Refusal(Interlock.ONLINE, UserMessage(marked("Not connected"))),)
     inputs = replace(
@@ -41,7 +41,7 @@ class OutcomeWatch:
     """Whether a notice of an act is still true."""
 
     def __init__(self, services: Services) -> None:
-        self._connector = services.connector
+        self._connector = services.ports
         self._done: Performed | None = None
         """The act that was asked about last, with the last confirmed LOCK and the restarts until then."""
         self._locked: Locked | None = None

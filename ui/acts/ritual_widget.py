@@ -70,10 +70,10 @@ class RitualWidget(QFrame):
         super().__init__()
         named(self, "ritual", "danger-corner")
         self.ritual = Ritual(Act.DEPLOY)
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self._restarts = 0
         self._was_online = False
-        self._job = RunningJob(services.connector, self)
+        self._job = RunningJob(services.ports, self)
         self.clock_with_sleep = sleepless_clock()
         """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
         self._sleeps = SleepDetector()
@@ -320,7 +320,7 @@ class RitualWidget(QFrame):
         if target is None or not self._connector.current.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
-        name = self._services.connector.current.module.name
+        name = self._services.ports.current.module.name
         if not name:
             return labelled(act, port)
         return tr("{act}: {module} on {port}", act=act, module=module_label(name), port=port)

@@ -11,8 +11,8 @@ from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.preferences import Preferences
 from ui.services.page import Page
-from ui.services.port import LockControl, Ports
 from ui.services.storage import PendingEdits, Storage
+from ui.session.ports import LockControl, Ports
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
 
@@ -45,7 +45,7 @@ class DraftExchange(QObject):
 class Services:
     """What the pages share."""
 
-    connector: Ports
+    ports: Ports
     appearance: Appearance
     preferences: Preferences = field(default_factory=Preferences)
     armed: Armed = field(default_factory=Armed)
@@ -59,11 +59,11 @@ class Services:
 
     @property
     def lock(self) -> LockControl:
-        return self.connector.lock
+        return self.ports.lock
 
     @property
     def storage(self) -> Storage:
-        return self.connector.storage
+        return self.ports.storage
 
 
 class PageEntry(NamedTuple):

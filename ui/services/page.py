@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.engine.worker import Batch
@@ -16,6 +16,9 @@ from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
+
+if TYPE_CHECKING:
+    from ui.session.shown_module import ShownModule
 
 HEIGHT_PX: Final = 40
 WaysBack = Iterable[tuple[object, Callable[[], object]]]
@@ -87,7 +90,53 @@ class Page(QWidget):
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(f"{name}_page")
+        self._module: ShownModule | None = None
         VisibilityTimer(self, restyle=self.fit)
+
+    @property
+    def module(self) -> "ShownModule":
+        """The one that is shown; set before the page is seen first."""
+        if self._module is None:
+            raise RuntimeError(f"{self.objectName()} was not given a module")
+        return self._module
+
+    def show_module(self, module: "ShownModule") -> None:
+        """Show this module from now on: another conversation has begun, or another port was chosen. A page keeps
+        nothing of a module itself, so nothing of the former one can be left on it."""
+        former, self._module = self._module, module
+        if former is not None:
+            for signal, slot in self._slots(former):
+                signal.disconnect(slot)
+        for signal, slot in self._slots(module):
+            signal.connect(slot)
+        self.end_notices()
+        self._refresh_if_seen()
+
+    def _slots(self, module: "ShownModule") -> tuple[tuple[Any, Callable[..., None]], ...]:
+        return (
+            (module.changed, self._refresh_if_seen),
+            (module.check_changed, self._refresh_if_seen),
+            (module.ended, self.on_ended),
+            (module.batch, self.on_batch),
+        )
+
+    def refresh(self) -> None:
+        """Draw what `module` is now. Called while the page is seen, and when it comes into sight."""
+
+    def on_batch(self, batch: Batch) -> None:
+        """Each batch of the module shown, whether the page is seen or not."""
+
+    def on_ended(self) -> None:
+        """Its conversation is over: what was prepared for it is done no more."""
+
+    def _refresh_if_seen(self) -> None:
+        if self.isVisible():
+            self.refresh()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._module is not None:
+            self.refresh()
 
     @property
     def key(self) -> str:
@@ -139,10 +188,3 @@ class Page(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() != Qt.Key.Key_Escape or not self.on_escape():
             super().keyPressEvent(event)
-
-
-class StreamPage(Page):
-    """A page that draws a stream: it is handed every batch, seen or not."""
-
-    def on_batch(self, batch: Batch) -> None:
-        raise NotImplementedError

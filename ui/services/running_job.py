@@ -5,28 +5,26 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject
-
+from app.engine.job import Job
 from app.engine.procedure import Procedure, Report, Result
-from app.engine.worker import Job
-from app.procedures.write_all import SettingChange, risk_message
+from app.procedures.write import SettingChange, risk_message
 from app.text.i18n import tr
+from protocol.events import EndReason
 from ui.services.job_notice import JobNotice, progress_notice
-from ui.services.port import Ports
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
 class RunningJob(JobNotice):
-    """A second `run` replaces the first, whose end is then not reported; so does another module, which also ends the
-    notice."""
+    """Belongs to one module, and ends with its conversation. A second `run` replaces the first, whose end is then not
+    reported."""
 
-    def __init__(self, connector: Ports, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, module: ShownModule) -> None:
+        super().__init__(module)
         self.progress: Report | None = None
-        self._connector = connector
+        self._module = module
         self._job: Job[Any] | None = None
-        connector.invalidated.connect(self._on_another_module)
 
     @property
     def is_running(self) -> bool:
@@ -34,12 +32,21 @@ class RunningJob(JobNotice):
 
     @property
     def can_run(self) -> bool:
-        return self._connector.current.is_open and self._job is None
+        return self._module.is_going and self._job is None
 
-    def run(self, procedure: Procedure[Result], then: Callable[[Job[Result]], None]) -> None:
-        """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not."""
-        self.progress = self._notice = self._find_notice = None
-        self._job = self._connector.run(procedure, partial(self._end, then), on_progress=self._remember_progress)
+    def run(
+        self,
+        procedure: Procedure[Result],
+        then: Callable[[Job[Result]], None],
+        *,
+        expects: frozenset[EndReason] = frozenset(),
+    ) -> None:
+        """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not.
+        `expects`: see `ShownModule.run`."""
+        self.progress = self._notice = None
+        self._job = self._module.run(
+            procedure, partial(self._end, then), on_progress=self._remember_progress, expects=expects
+        )
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -57,10 +64,6 @@ class RunningJob(JobNotice):
             return self.result_notice()
         return progress_notice(_progress_text(self.progress, waiting), self.cancel if can_cancel else None)
 
-    def _on_another_module(self) -> None:
-        self.drop()
-        self.dismiss()
-
     def _remember_progress(self, report: Report) -> None:
         """In the worker's thread."""
         self.progress = report
@@ -69,10 +72,7 @@ class RunningJob(JobNotice):
         if job is self._job:
             self._job = None
             then(job)
-            if self._connector.current.is_requested:
-                self.changed.emit()
-            else:
-                self.dismiss()  # a person disconnected, which cancelled it
+            self.changed.emit()
 
 
 def _progress_text(report: Report | None, waiting: str) -> str:

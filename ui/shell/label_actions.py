@@ -41,21 +41,21 @@ class LabelActions(QObject):
         self._job.changed.connect(self._say)
         menu = window.menus.add_menu("label", marked("Print labels"))
         for key, title in _TITLES.items():
-            when = None if key == _SHEET else lambda: bool(services.connector.current.module.name)
+            when = None if key == _SHEET else lambda: bool(services.ports.current.module.name)
             window.menus.add("label", MenuEntry(f"label_{key}", title, partial(self.print_on, key), when=when))
         menu.aboutToShow.connect(self._refresh)
-        services.connector.label_wanted.connect(lambda: menu.popup(QCursor.pos()))
+        services.ports.label_wanted.connect(lambda: menu.popup(QCursor.pos()))
 
     def _refresh(self) -> None:
         """Only for the menu: which modules are known is read from the store."""
         self._window.menus.refresh()
-        self._window.menus[f"label_{_SHEET}"].setEnabled(bool(self._services.connector.current.module.known))
+        self._window.menus[f"label_{_SHEET}"].setEnabled(bool(self._services.ports.current.module.known))
 
     def print_on(self, key: str, _is_checked: bool = False) -> None:
         """Asks for a file, then writes the label of the shown module, or those of all."""
         from app.records.report_files import file_name
 
-        connector = self._services.connector
+        connector = self._services.ports
         port = connector.current
         shown = Label(port.module.name, _now(), _code(fingerprint(fresh_settings(port.device, connector.clock()))))
         find = self._labels_of_all if key == _SHEET else lambda: [shown]

@@ -22,7 +22,7 @@ from ui.core.preferences import LastPort
 from ui.files.file_dialogs import FileOpener, FilePage
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
-from ui.services.page import Page, StreamPage
+from ui.services.page import Page, Page
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
@@ -62,7 +62,7 @@ class MainWindow(QMainWindow):
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
         self._services, self._remembered = services, services.preferences
-        self._connector = services.connector
+        self._connector = services.ports
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
@@ -268,7 +268,7 @@ class MainWindow(QMainWindow):
 
     def _on_batch(self, batch: Batch) -> None:
         for page in self._pages.values():
-            if isinstance(page, StreamPage):
+            if isinstance(page, Page):
                 page.on_batch(batch)
 
     def _on_sleep(self, slept_s: float) -> None:

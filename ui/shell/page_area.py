@@ -139,7 +139,7 @@ class PageMaker(QObject):
         self.pages: dict[str, Page] = {}
         """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
-        self._connector, self._services, self._place = services.connector, services, place
+        self._connector, self._services, self._place = services.ports, services, place
         self._unmade = list(self._entries)
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""

@@ -46,7 +46,7 @@ FIRED_WORDS: Final[Mapping[bool, str]] = {
 class CommandsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
-        self._connector = services.connector
+        self._connector = services.ports
         self.meaning = named(FittedLabel(is_bold=True), "commands_state_meaning")
         self.acts = {act: ActRow(services, act) for _name, _title, acts in GROUPS for act in acts}
         self.ritual = RitualWidget(services)

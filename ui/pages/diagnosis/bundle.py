@@ -48,7 +48,7 @@ class BundlePreview(QWidget):
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
-        self._connector, self._appearance = services.connector, services.appearance
+        self._connector, self._appearance = services.ports, services.appearance
         self._traffic, self._log, self._result = traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)

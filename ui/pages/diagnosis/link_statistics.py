@@ -212,7 +212,7 @@ class LinkStatisticsView(ScrollArea):
         super().__init__()
         self.setObjectName("link_figures_view")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._connector = services.connector
+        self._connector = services.ports
         self.setAccessibleName(tr("Statistics"))
         self.totals = {key: Tile(f"figures_{key}", tr(title)) for key, title in _NUMBERS}
         self.trips, self.over_time = Histogram(), OverTime()

@@ -27,7 +27,7 @@ from ui.pages.diagnosis.link_statistics import LinkStatisticsView, Tile
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.page import StreamPage
+from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import Shortcut, control, named
@@ -71,7 +71,7 @@ class WhyPanel(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("why_panel")
-        self._connector, self._storage = services.connector, services.storage
+        self._connector, self._storage = services.ports, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -253,12 +253,12 @@ _VIEWS: Final = (
 )
 
 
-class DiagnosisPage(StreamPage):
+class DiagnosisPage(Page):
     shows_link = True
 
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
-        self._connector = services.connector
+        self._connector = services.ports
         self.traffic_buffer = TrafficBuffer()
         self.traffic = TrafficPage()
         self.why = WhyPanel(services)

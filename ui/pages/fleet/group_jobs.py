@@ -44,7 +44,7 @@ class GroupChecks(QObject):
         self._ended: dict[Port, Callable[[], SetMember]] = {}
         """Of the last set."""
         self.total = 0
-        services.connector.removed.connect(self._on_removed)
+        services.ports.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
 
     @property
@@ -120,7 +120,7 @@ class GroupProfile(QObject):
         self._applied_in: dict[Port, tuple[int, int]] = {}
         """In which conversation."""
         self._jobs: dict[Port, Job[WriteReport]] = {}
-        services.connector.removed.connect(self._on_removed)
+        services.ports.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
 
     @property
@@ -136,7 +136,7 @@ class GroupProfile(QObject):
         """The profile compared with what is known of the module."""
         profile = self.profile or Profile(name="", settings={})
         return column(
-            profile, connection.device, self._services.connector.clock(), port=port_text(connection.target),
+            profile, connection.device, self._services.ports.clock(), port=port_text(connection.target),
             title=connection.module.name, is_reachable=connection in self._members.reachable,
         )  # fmt: skip
 
@@ -154,7 +154,7 @@ class GroupProfile(QObject):
             return AppliedProfile(Applied.UNREACHABLE)
         if not connection.activation.may_fire:
             return None
-        inputs = interlock_inputs(connection.device, self._services.connector.clock(), must_be_proven=False)
+        inputs = interlock_inputs(connection.device, self._services.ports.clock(), must_be_proven=False)
         unmet = refusals(Act.WRITE, replace(inputs, is_identity_settled=True))
         locked = tuple(refusal for refusal in unmet if refusal.condition is Interlock.MAY_WRITE)
         return AppliedProfile(Applied.REFUSED, refusals=locked)

@@ -33,7 +33,7 @@ class FleetMembers(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self._due: Due = {}
         self._due_of: object = None
         self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)

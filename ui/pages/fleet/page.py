@@ -58,7 +58,7 @@ class FleetPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("fleet")
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
         self.result = JobNotice(self)

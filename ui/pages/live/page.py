@@ -38,7 +38,7 @@ from ui.pages.live.data import LiveData, live_lanes, recorded_lanes
 from ui.pages.live.panel import LivePanel, origin_of, recorded_notice, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.page import Page, StreamPage, WaysBack
+from ui.services.page import Page, Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut, control, named, set_role
@@ -56,7 +56,7 @@ class EmptyPage(EmptyState):
 
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__("live_empty", Icon.LIVE)
-        self._connector = services.connector
+        self._connector = services.ports
         self._way = named(
             QLabel(
                 tr(
@@ -121,12 +121,12 @@ _MAX_WAITING: Final = 15
 """Batches, half a second: often enough while hidden."""
 
 
-class LivePage(StreamPage):
+class LivePage(Page):
     shows_link = True
 
     def __init__(self, services: Services) -> None:
         super().__init__("live")
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self._in_use = services.in_use
         self._recordings = services.storage.recordings
         self.wall = WallClock()

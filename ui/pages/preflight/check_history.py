@@ -173,7 +173,7 @@ class CheckHistory(QWidget):
 
     def open(self) -> None:
         """Reload everything and select the named module."""
-        module = self._services.connector.current.module
+        module = self._services.ports.current.module
         self._reload(("module", next((known.name for known in module.known if known.name == module.name), None)))
 
     def refresh_rows(self) -> None:
@@ -196,7 +196,7 @@ class CheckHistory(QWidget):
     def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
         aircraft, checks = read
         self.filter.clear()
-        for known in self._services.connector.current.module.known:
+        for known in self._services.ports.current.module.known:
             self.filter.addItem(labelled(tr("Module"), known.name), ("module", known.name))
         for name in aircraft:
             self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))

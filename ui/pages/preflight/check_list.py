@@ -29,7 +29,7 @@ class CheckList(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "preflight_scroll")
-        self._connector = services.connector
+        self._connector = services.ports
         self._profile: Profile | None = None
         self._ticks: dict[int, tuple[bool, float]] = {}
         """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""

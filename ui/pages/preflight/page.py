@@ -94,8 +94,8 @@ class PreflightPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
-        self._services, self._connector = services, services.connector
-        self.work = PreflightController(services.connector, self)
+        self._services, self._connector = services, services.ports
+        self.work = PreflightController(services.ports, self)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner()
@@ -109,7 +109,7 @@ class PreflightPage(Page):
         self.strip = named(NoticeBar(), "preflight_notice")
         self.header = self.make_header(tr("Pre-flight"))
         self.buttons = PreflightButtons(self.header)
-        self._named = services.connector.current.module.name
+        self._named = services.ports.current.module.name
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
         self._is_print_wanted = False
         """Once the record with the last entries is kept."""

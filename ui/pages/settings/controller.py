@@ -37,12 +37,12 @@ class SettingsController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        connector = services.connector
+        connector = services.ports
         self.form = SettingsForm(lambda: not connector.current.identity.is_settled, connector.current.kept.watch)
         self._services = services
-        self._connector = services.connector
+        self._connector = services.ports
         services.pending_edits.find_foreign = lambda: tuple(self.form.watch.changed.values())
-        self.job = RunningJob(services.connector, self)
+        self.job = RunningJob(services.ports, self)
         self.job.changed.connect(self.changed)
         self._connector.changed.connect(self.changed)
         self._connector.disconnected.connect(self._begin_again)

@@ -61,7 +61,7 @@ class SettingsPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("settings")
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.work = SettingsController(services, self)
         self.rows = {command.key: SettingsRow(command) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services)

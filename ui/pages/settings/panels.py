@@ -36,8 +36,8 @@ class BaudPanel(QFrame):
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "baud_panel", "marked-row")
-        self._services, self._connector = services, services.connector
-        self._job = RunningJob(services.connector, self)
+        self._services, self._connector = services, services.ports
+        self._job = RunningJob(services.ports, self)
         self._doubtful_since: float | None = None
         """When a change was broken off after it may have been sent, until the module answers."""
         self.title = named(QLabel(tr(BAUD_RATE.title)), "baud_title")
@@ -159,8 +159,8 @@ class CalibrationPanel(QWidget):
         self._bands: dict[str, Band] = {}
         self._conversation: object = None
         """In which the last one was measured."""
-        self._connector = services.connector
-        self._job = RunningJob(services.connector, self)
+        self._connector = services.ports
+        self._job = RunningJob(services.ports, self)
         self._measuring = ""
         self._is_link_lost = False
         self._title = text_label("calibration_title", "title")
@@ -180,7 +180,7 @@ class CalibrationPanel(QWidget):
         )
         self.back = control(QPushButton(tr("Back")), "calibration_back", key="Esc", slot=self.close_panel)
         self._lay_out()
-        for is_over in (services.connector.invalidated, services.connector.broke_in_doubt):
+        for is_over in (services.ports.invalidated, services.ports.broke_in_doubt):
             is_over.connect(self._reset)
         self._job.changed.connect(self.refresh)
 

@@ -184,7 +184,7 @@ class ProfileFiles(QObject):
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
         self._page, self._result = page, result
-        self._connector, self._remembered = services.connector, services.preferences
+        self._connector, self._remembered = services.ports, services.preferences
         self.title = named(QLabel(tr("Profile")), "profile_title_label", "small")
         self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O", slot=self.choose)
         self.recent = control(QPushButton(tr("Compare")), "profile_recent", tip=tr("Recent files"))

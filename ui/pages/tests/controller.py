@@ -61,7 +61,7 @@ class GuidedController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
         self.is_stated_safe = False
@@ -79,15 +79,15 @@ class GuidedController(QObject):
         """The last results of the module `last_of`."""
         self.last_of = ""
         self._shown: Report | None = None
-        self._job = RunningJob(services.connector, self)
+        self._job = RunningJob(services.ports, self)
         self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
         self._connector.invalidated.connect(self._reset)
         self._connector.broke_in_doubt.connect(partial(self.state_safe, False))
         self._connector.leaving.connect(self.cancel)
-        services.connector.lock_changed.connect(self._on_lock)
-        services.connector.renamed.connect(self.load_last)
+        services.ports.lock_changed.connect(self._on_lock)
+        services.ports.renamed.connect(self.load_last)
 
     # What is known
 

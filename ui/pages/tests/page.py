@@ -81,14 +81,14 @@ _FIELD_PX: Final = 148
 class TestsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("tests")
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.work = GuidedController(services, self)
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
         self.list = control(QListWidget(), "tests_list", says=tr("Guided tests"))
         self.who = control(QLineEdit(), "tests_who", says=tr("Tested by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("tests_module", services.connector)
+        self.module = ModuleField("tests_module", services.ports)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")

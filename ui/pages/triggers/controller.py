@@ -51,7 +51,7 @@ class TriggersController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.rows: tuple[TriggerRow, ...] = ()
         """Oldest first."""
         self.reading: TriggersReading | None = None
@@ -59,7 +59,7 @@ class TriggersController(QObject):
         self.is_first_visit = True
         self._new: frozenset[int] = frozenset()
         self._is_stored = False
-        self.job = RunningJob(services.connector, self)
+        self.job = RunningJob(services.ports, self)
         self.job.changed.connect(self.changed)
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible, and again when it came back or fired."""

@@ -54,7 +54,7 @@ _READ_EVERY_MS: Final = 500
 class TriggersPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("triggers")
-        self._services, self._connector = services, services.connector
+        self._services, self._connector = services, services.ports
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
@@ -71,7 +71,7 @@ class TriggersPage(Page):
         )
         self.detail = TriggersDetail()
         self.strip = named(NoticeBar(), "triggers_notice")
-        self.module = ModuleField("triggers_module", services.connector)
+        self.module = ModuleField("triggers_module", services.ports)
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")

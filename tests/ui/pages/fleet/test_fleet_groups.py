@@ -284,7 +284,7 @@ def test_what_was_said_of_a_set_ends_with_any_of_its_modules(desk: Desk, change:
         worker.end_jobs(Cancelled())
     desk.wait(lambda: desk.page.notice_bar.notice is not None and not desk.page.checks.is_running)
     port, worker = desk.modules[1]
-    assert port is not desk.services.connector.current
+    assert port is not desk.services.ports.current
     if change == "another module":
         port.module.treat_as_new()
     else:

@@ -354,7 +354,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         seen: list[object] = []
         bench.assembly.connector.batch.connect(seen.append)
         bench.until(lambda: len(seen) > 2)
-        bench.preflight._services.connector.current.module.remember_adapter()  # as when a check was filed
+        bench.preflight._services.ports.current.module.remember_adapter()  # as when a check was filed
         disk.set()
     with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
         confirm_name(bench)

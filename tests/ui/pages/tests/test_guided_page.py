@@ -34,7 +34,7 @@ def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
     bench.guided._services.preferences.who = "Li"
-    bench.guided._services.connector.current.module.choose("M-07")
+    bench.guided._services.ports.current.module.choose("M-07")
     return bench
 
 
@@ -377,7 +377,7 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
 def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     bench: GestureBench, name: str, said: str, later: str
 ) -> None:
-    choose = bench.guided._services.connector.current.module.choose
+    choose = bench.guided._services.ports.current.module.choose
     choose(name)
     run(bench, GuidedKind.LINK)
     if name:

@@ -102,7 +102,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     assert not page.export.isEnabled()
     bench.assembly.storage.open_store()
     page._services.preferences.who = "Li"
-    page._services.connector.current.module.choose(name)
+    page._services.ports.current.module.choose(name)
     angle = MeasuredValue(UserMessage("Tilt"), UserMessage("61°"), UserMessage("≤ 62°"), passed_if(True))
     page.work._store_result(GuidedResult(GuidedKind.TILT, (angle,)))
     bench.until(page.export.isEnabled, limit_s=10_000.0)
