@@ -1,46 +1,51 @@
 """A batch of new modules, one after the other at one port: what each gets, what is kept of it, and what is left to do.
 
-For `dps-s provision`. A module is read, written, verified, enabled and checked by `app.preflight.provision`; what is
-READY gets the name and its record under it, what is not is set aside with its reason and without a name. Everything is
-a fact of the store, so that the same names and settings go on where they were left.
+For `dps-s provision`. What is READY gets the name and its record under it, what is not is set aside with its reason and
+without a name. Everything is a fact of the store, so that the same names and settings go on where they were left.
 """
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from msgspec import convert, to_builtins
 
-from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
 from app.engine.setting_changes import BOOTS
+from app.fleet.provision import Provisioned, provision
 from app.limits.past import Past
-from app.preflight.evidence import Disturbance, Evidence
+from app.modules.labels import Label, Paper, Printer, write_labels
+from app.modules.names import Remembered, modules, remember, remembered
+from app.preflight.evidence import UNFINISHED, Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS
-from app.preflight.provision import Provisioned, provision
 from app.preflight.verdict import Verdict, assess
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, why_not_verified
+from app.procedures.write import SettingChange, WriteContext
 from app.records.filing import judge_check, keep_check, local_now
+from app.records.report_files import carries, check_target
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from app.settings.profiles import SETTINGS_BY_KEY, Profile
 from app.store.fact_store import Facts, Store
 from app.store.kinds import MessageText, ModuleProvisioned
-from app.store.modules import evidence_of, module_named, modules, store_evidence
 from app.text.messages import UserMessage, joined, message, message_from_json
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE
+from protocol.fields import Value
 from protocol.translatable import marked
 
 READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
 PLUG_IN, UNPLUG = marked("PLUG IN: {module}"), marked("UNPLUG, NEXT")
 TAKEN = marked("{module} is the name of another module: left out.")
+# Marks the labels of a batch, which a batch may replace.
+FORMAT = "dps-s batch"
 _TRIGGERS = ("attitude_trigger", "freefall_trigger")
+# Of the module that was named last, where it is plugged in again: its contacts may bounce.
 REPLUGGED_STARTS = 3
-"""Of the module that was named last, where it is plugged in again: its contacts may bounce."""
 
 
 class ModuleBatch(NamedTuple):
@@ -69,7 +74,7 @@ def batch_of(path: Path, names: tuple[str, ...], baud_rate: int | None) -> Modul
     """`baud_rate`: of the port, which a batch does not change; None for any. Raises `UserError` where no module can be
     READY."""
     profile = read_profile(path)
-    settings = {key: value for key, value in profile.settings.items() if SETTINGS_BY_KEY[key] is not BAUD_RATE}
+    settings = {key: value for key, value in profile.settings.items() if key != BAUD_RATE.key}
     if not settings:
         raise UserError(marked("{path} holds no settings."), path=path)
     if baud_rate is not None and profile.settings.get(BAUD_RATE.key, baud_rate) != baud_rate:
@@ -87,7 +92,7 @@ class BatchRow(NamedTuple):
     result: str = OPEN
     at: str = ""
     code: str = ""
-    boot_count: object = None
+    boot_count: int | None = None
     why: UserMessage | None = None
 
 
@@ -105,16 +110,19 @@ class Bench:
         are_all_new: bool,
         accepted: frozenset[SettingChange],
     ) -> None:
-        self.batch, self._store, self._person = batch, store, person
-        self._is_enabling, self._are_all_new, self._accepted = is_enabling, are_all_new, accepted
-        self._last = ""
-        """The name given last."""
+        self.batch = batch
+        self._store = store
+        self._person = person
+        self._is_enabling = is_enabling
+        self._are_all_new = are_all_new
+        self._accepted = accepted
+        self._last = ""  # the name given last in this run
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
         known, most_starts = self._store.read(self._known)
         context = replace(context, accepted_risks=self._accepted)
-        find_known = partial(_resembling, known, most_starts=most_starts)
+        find_known = partial(_resembling, known, most_starts)
         return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
 
     def keep(
@@ -122,23 +130,12 @@ class Bench:
     ) -> UserMessage | None:
         """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
         broke off. Within `Store.write`."""
-        why = message((evidence.disturbance or Disturbance.DISCONNECTED).value) if done is None else done.why
-        if why is None and done is not None:
-            why = _write_fault(done.report)
-        boot_count = None if done is None else done.boot_count
-        profile = self.batch.profile
-        person = replace(self._person, module=name)
-        judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
-        if why is None and judged.verdict is not Verdict.READY:
-            why = joined(judged.titles_against)
-        settings = {} if evidence.disturbance is not None else evidence.settings(FINGERPRINT_KEYS)  # may be another's
-        if why is None and module_named(facts, name) is not None:
-            why = message(TAKEN, module=name)
-        person = replace(person, module=None if why else name)
+        why = self._why_aside(facts, name, evidence, done)
+        person = replace(self._person, module=None if why else name)
         if evidence.began_at is not None:
             filed = judge_check(
                 evidence,
-                profile,
+                self.batch.profile,
                 person,
                 Past(module=person.module),
                 folder=self._store.folder,
@@ -146,8 +143,11 @@ class Bench:
                 at=local_now(),
             )
             keep_check(facts, filed)
+        boot_count = None if done is None else done.boot_count
+        settings = evidence.settings(FINGERPRINT_KEYS)
         if why is None:
-            store_evidence(facts, name, (boot_count, settings))
+            remember(facts, name, boot_count=boot_count, settings=settings)
+            self._last = name
         turn = ModuleProvisioned(
             batch=self.batch.key,
             name=name,
@@ -156,65 +156,82 @@ class Bench:
             boot_count=boot_count,
         )
         facts.add(turn, person.module)
-        if why is None:
-            self._last = name
         return why
+
+    def _why_aside(self, facts: Facts, name: str, evidence: Evidence, done: Provisioned | None) -> UserMessage | None:
+        if done is None:
+            return (evidence.void or UNFINISHED).message
+        if done.why is not None:
+            return done.why
+        person = replace(self._person, module=name)
+        case = Case(evidence=evidence, profile=self.batch.profile, past=Past(module=name), person=person)
+        assessment = assess(case)
+        if assessment.verdict is not Verdict.READY:
+            return joined(assessment.titles_against)
+        if remembered(facts, name) is not None:
+            return message(TAKEN, module=name)
+        return None
 
     def rows(self, facts: Facts) -> list[BatchRow]:
         """Every name, then what was set aside, also in former runs."""
-        kept = self._kept(facts)
-        done = {row.name: row for row in kept if row.result == READY}
-        names = [done.get(name, BatchRow(name)) for name in self.batch.names]
-        return [*names, *(row for row in kept if row.result == SET_ASIDE)]
-
-    def left(self, facts: Facts) -> tuple[list[str], list[str]]:
-        """The names to give, and those that are left out, as they are other modules'."""
-        names = [row.name for row in self.rows(facts) if row.result == OPEN]
-        taken = [name for name in names if module_named(facts, name) is not None]
-        return [name for name in names if name not in taken], taken
-
-    def _known(self, facts: Facts) -> tuple[list[tuple[str, IdentityEvidence]], int]:
-        """The modules that one may be that is plugged in, and how often it may have started since."""
-        names, most_starts = [module.name for module in modules(facts)], BOOTS
-        if self._are_all_new:
-            names, most_starts = [self._last or self._named_last(facts)], REPLUGGED_STARTS if self._last else 0
-        return [(name, IdentityEvidence(*evidence_of(facts, name))) for name in names if name], most_starts
-
-    def _named_last(self, facts: Facts) -> str:
-        """In a former run: it may still be plugged in."""
-        turns = facts.of_kind(ModuleProvisioned, is_newest_first=True)
-        return next((turn.content.name for turn in turns if turn.content.why is None), "")
-
-    def _kept(self, facts: Facts) -> list[BatchRow]:
-        rows = []
+        done: dict[str, BatchRow] = {}
+        aside: list[BatchRow] = []
         for turn in facts.of_kind(ModuleProvisioned):
             content = turn.content
             if content.batch != self.batch.key:
                 continue
             if content.why is None:
-                rows.append(BatchRow(content.name, READY, turn.at, content.code, content.boot_count))
+                done[content.name] = BatchRow(content.name, READY, turn.at, content.code, content.boot_count)
             else:
                 why = message_from_json(to_builtins(content.why))
-                rows.append(BatchRow("", SET_ASIDE, turn.at, content.code, content.boot_count, why))
-        return rows
+                aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, content.boot_count, why))
+        return [*(done.get(name, BatchRow(name)) for name in self.batch.names), *aside]
+
+    def left(self, facts: Facts) -> tuple[list[str], list[str]]:
+        """The names to give, and those that are left out, as they are other modules'."""
+        names = [row.name for row in self.rows(facts) if row.result == OPEN]
+        taken = [name for name in names if remembered(facts, name) is not None]
+        return [name for name in names if name not in taken], taken
+
+    def _known(self, facts: Facts) -> tuple[list[Remembered], int]:
+        """The modules that one may be that is plugged in, and how often it may have started since."""
+        if not self._are_all_new:
+            return list(modules(facts)), BOOTS // 2
+        last = remembered(facts, self._last or _named_last(facts))
+        return ([] if last is None else [last]), REPLUGGED_STARTS if self._last else 0
+
+
+def _named_last(facts: Facts) -> str:
+    """In a former run: it may still be plugged in."""
+    turns = facts.of_kind(ModuleProvisioned, is_newest_first=True)
+    return next((turn.content.name for turn in turns if turn.content.why is None), "")
 
 
 def _resembling(
-    known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence, *, most_starts: int
+    known: Iterable[Remembered], most_starts: int, boot_count: int, settings: Mapping[str, Value]
 ) -> str | None:
-    """The first module that nothing refutes, and that started as often since at most; what is known too little of
-    refutes itself."""
-    fits = (name for name, before in known if before.is_complete and same_module(before, now) is not Trust.REFUTED
-            and ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS <= most_starts)  # fmt: skip
-    return next(fits, None)
+    """The first module of these settings that started as often since at most."""
+    for module in known:
+        is_same = all(module.settings.get(key) == value for key, value in settings.items())
+        if module.boot_count is None or not is_same:
+            continue
+        if (boot_count - module.boot_count) % BOOTS <= most_starts:
+            return module.name
+    return None
 
 
-def _write_fault(report: WriteReport | None) -> UserMessage | None:
-    """The first setting that was not verified; None where all are."""
-    if report is None or report.is_fine:
-        return None
-    for written in report.results:
-        why = why_not_verified(written, report.refusals)
-        if why is not None:
-            return message(marked("{value}: {why}"), value=message(written.command.title), why=why)
-    return message(marked("A setting changed without being written, or could not be read again."))
+# Its labels
+
+
+def check_labels_target(path: Path) -> None:
+    """Raise `UserError` if the labels cannot be written there."""
+    check_target(path, partial(carries, FORMAT))
+
+
+def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:
+    """Of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
+    check_labels_target(path)
+    done = [row for row in rows if row.result == READY]
+    labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
+    if labels:
+        write_labels(path, labels, paper, printer, carried=json.dumps({"format": FORMAT}).encode())

@@ -1,22 +1,20 @@
 """One profile for several modules: differences, what to write, and the results."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import DeviceView
-from app.engine.procedure import Cancelled, TwoModules
-from app.procedures.write import Written
-from app.procedures.write_all import SettingChange, WriteReport
-from app.safety.interlocks import Refusal
+from app.engine.conversation import ConversationView
+from app.procedures.write import SettingChange, WriteReport
 from app.settings.profiles import Profile, ProfileRow, compare
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_names, join_sentences, labelled
+from app.text.messages import UserMessage, joined, message
+from app.text.sentences import in_brackets, join_names, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.translatable import marked
 
+# Never written to several: the baud rate needs a permit for each module, the program itself switches the other.
 LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
-"""Never written to several: the baud rate needs a permit for each module, the program itself switches the other."""
 NOT_READ_BACK = marked("Not read back: {names}.")
 
 
@@ -31,11 +29,10 @@ class Column(NamedTuple):
     @property
     def changes(self) -> tuple[SettingChange, ...]:
         """What differs from the profile or is unknown; nothing of a module that is not reached."""
-        return tuple(
-            SettingChange(row.command, row.target)
-            for row in self.rows
-            if self.is_reachable and row.is_worth_applying and row.target is not None
-        )
+        if not self.is_reachable:
+            return ()
+        rows = [row for row in self.rows if row.is_worth_applying]
+        return tuple(SettingChange(row.command, row.target) for row in rows if row.target is not None)
 
 
 def settings_in(profile: Profile) -> tuple[Command, ...]:
@@ -43,12 +40,10 @@ def settings_in(profile: Profile) -> tuple[Command, ...]:
     return tuple(command for command in SETTINGS if command.key in profile.settings and command not in LEFT_OUT)
 
 
-def column(
-    profile: Profile, device: DeviceView, now: float, *, port: str, title: str, is_reachable: bool = True
-) -> Column:
+def column(profile: Profile, conversation: ConversationView, now: float, *, port: str, title: str) -> Column:
     settings = settings_in(profile)
-    rows = tuple(row for row in compare(profile, device, now) if row.command in settings)
-    return Column(port, title, rows, is_reachable)
+    rows = tuple(row for row in compare(profile, conversation, now) if row.command in settings)
+    return Column(port, title, rows, conversation.is_going)
 
 
 class Applied(Enum):
@@ -68,47 +63,42 @@ class Applied(Enum):
 
 
 class AppliedProfile(NamedTuple):
-    """`parts`: sentences with the place for the names of these settings."""
+    """`why`: sentences."""
 
     state: Applied
-    parts: tuple[tuple[str, tuple[Command, ...]], ...] = ()
-    refusals: tuple[Refusal, ...] = ()
+    why: tuple[UserMessage, ...] = ()
 
     @property
-    def why(self) -> str:
+    def sentence(self) -> str:
         """In the language in use now."""
-        lines = (tr(text, names=join_names(tr(command.title) for command in commands)) for text, commands in self.parts)
-        return join_sentences((*(refusal.sentence for refusal in self.refusals), *lines))
+        return joined(self.why, " ").translated() if self.why else ""
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
+    refused = tuple(refusal.message for refusal in report.refusals)
     if report.is_refused:
-        return AppliedProfile(Applied.REFUSED, refusals=report.refusals)
-    parts = (
-        (marked("Not as written: {names}."), tuple(result.command for result in report.results if not result.is_fine)),
-        (marked("Changed without being written: {names}."), tuple(change.command for change in report.changed)),
-        (NOT_READ_BACK, report.unread),
-    )
-    failed = tuple((text, commands) for text, commands in parts if commands)
-    if failed:
-        return AppliedProfile(Applied.FAILED, failed, report.refusals)
-    unproven = tuple(result.command for result in report.results if result.verified is None)
+        return AppliedProfile(Applied.REFUSED, refused)
+    why = [*refused]
+    if report.interrupted is not None:
+        why.append(report.interrupted.message)
+    if report.is_cancelled:
+        why.append(message(marked("Cancelled: the rest is unknown.")))
+    why += _named(marked("Not as written: {names}."), [one.command for one in report.results if not one.is_fine])
+    why += _named(marked("Changed without being written: {names}."), [change.command for change in report.changed])
+    why += _named(NOT_READ_BACK, report.unread)
+    if why:
+        return AppliedProfile(Applied.FAILED, tuple(why))
+    unproven = _named(NOT_READ_BACK, [one.command for one in report.results if one.verified is None])
     if unproven:
-        return AppliedProfile(Applied.ACKNOWLEDGED, ((NOT_READ_BACK, unproven),))
+        return AppliedProfile(Applied.ACKNOWLEDGED, tuple(unproven))
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
-def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
-    """The result after a lost link or a cancel: what was not read back is unknown."""
-    text = marked("Link lost: the rest is unknown.")
-    if isinstance(error, TwoModules):
-        text = marked("Two modules on this line? The rest is unknown.")
-    elif isinstance(error, Cancelled):
-        text = marked("Cancelled: the rest is unknown.")
-    done = tuple(written.command for written in heard if written.verified)
-    written = ((marked("Written: {names}."), done),) if done else ()
-    return AppliedProfile(Applied.FAILED, ((text, ()), *written))
+def _named(text: str, commands: Iterable[Command]) -> list[UserMessage]:
+    """One sentence with the names of these settings; none where there are none."""
+    titles = [message(command.title) for command in commands]
+    return [message(text, names=joined(titles))] if titles else []
 
 
 def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
@@ -116,13 +106,11 @@ def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
     results = list(applied)
     parts = []
     for state in Applied:
-        names = [
-            in_words(name, "" if state.is_fine else result.why) for name, result in results if result.state is state
-        ]
+        names = [in_words(name, result) for name, result in results if result.state is state]
         if names:
             parts.append(labelled(f"{len(names)} {tr(state.value)}", join_names(names)))
     return " · ".join(parts)
 
 
-def in_words(name: str, why: str) -> str:
-    return name + in_brackets(why) if why else name
+def in_words(name: str, result: AppliedProfile) -> str:
+    return name if result.state.is_fine or not result.why else name + in_brackets(result.sentence)

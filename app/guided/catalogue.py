@@ -5,6 +5,8 @@
 
 Both raise `UserError`: the test is not completed, does not count and is not kept.
 
+Both are of one conversation. Its end breaks the test off, except where it is one of `expects`: then it is its result.
+
 Whatever can be tested on a locked module is tested on a locked one. Where it must be active, a person confirms its
 activation between the two: the same steps, conditions and log as on the Commands page.
 """
@@ -15,7 +17,7 @@ from typing import NamedTuple
 from app.engine.procedure import Procedure
 from app.guided.bay import CLOSE, OPEN, prepare_bay
 from app.guided.free_fall import DROP, HOLD, WAIT, prepare_free_fall
-from app.guided.link import REST, SHAKE, prepare_link
+from app.guided.link import LOOSE_ENDS, REST, SHAKE, prepare_link
 from app.guided.results import GuidedKind
 from app.guided.status_watch import Measure
 from app.guided.tilt import TILT_SLOWLY, TiltDirection, prepare_tilt
@@ -24,6 +26,7 @@ from app.safety.acts import Act
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
+from protocol.events import EndReason
 from protocol.translatable import marked
 
 
@@ -39,6 +42,8 @@ class GuidedTest(NamedTuple):
     """It needs an active module, which must be locked afterwards in any case."""
     statement: str = ""
     confirms: tuple[str, ...] = ()
+    expects: frozenset[EndReason] = frozenset()
+    """Of the job that measures."""
 
     @property
     def precautions(self) -> str:
@@ -75,6 +80,7 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         (message(REST), message(SHAKE)),
         prepare_link,
         confirms=("", marked("Shaken for 15 s")),
+        expects=LOOSE_ENDS,
     ),
 )  # fmt: skip
 GUIDED_BY_KIND = {test.kind: test for test in GUIDED_TESTS}

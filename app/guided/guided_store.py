@@ -16,6 +16,7 @@ from app.text.messages import clean
 def keep_test(
     facts: Facts, result: GuidedResult, *, module: str | None, adapter: str, who: str, is_simulated: bool, program: str
 ) -> None:
+    """Within `Store.write`."""
     test = GuidedTestDone(
         test=result.kind.value,
         verdict=result.verdict.value,

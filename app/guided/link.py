@@ -1,28 +1,24 @@
 """Plug and cable: what is lost while the plug is shaken. Only questions are asked; the module stays locked.
 
-A port that goes away while it is shaken is a result, not an accident. Nothing that is read tells whether anybody shook
-it: before it passes, a person has to say so.
+A port that goes away, or a module that restarts or falls silent while it is shaken, is a result, not an accident.
+Nothing that is read tells whether anybody shook it: before it passes, a person has to say so.
 """
 
 from dataclasses import dataclass
-from functools import partial
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
-from app.engine.transport import PortError
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import Measure, PersonSteps, require_locked, wait_for_person
 from app.text.messages import UserMessage, message
-from protocol.catalogue import BY_NAME
-from protocol.events import Answered
-from protocol.messages import Reading
+from protocol.catalogue import BOOT_COUNT
+from protocol.events import Answered, EndReason
 from protocol.translatable import marked
 
+# The ends of a conversation that a bad plug makes.
+LOOSE_ENDS = frozenset({EndReason.RESTARTED, EndReason.SILENT, EndReason.CONTRADICTED, EndReason.PORT_LOST})
 REST_S, SHAKEN_S = 3.0, 15.0
 ASK_EVERY_S = 0.02
-WAITS_S = (0.3,)
-"""An answer that takes longer is lost; usually it takes some milliseconds."""
-QUESTION = BY_NAME["boot_count"].query()
-"""Not the heartbeat: the two unsolicited heartbeats of a restart would be taken for its answers."""
 STEPS = 2
 REST, SHAKE = marked("Leave the plug alone"), marked("Shake plug and cable gently")
 
@@ -32,57 +28,58 @@ class _Counts:
     asked: int = 0
     lost: int = 0
     rejected: int = 0
-    restarts: int = 0
-    is_port_lost: bool = False
 
 
 def prepare_link() -> Procedure[Measure]:
-    return partial(measure_link, (yield from require_locked()).restarts)
+    yield from require_locked()
+    return measure_link
 
 
-def measure_link(restarts: int, steps: PersonSteps) -> Procedure[GuidedResult]:
-    rest, shaken, boots = _Counts(), _Counts(), list[int]()
+def measure_link(steps: PersonSteps) -> Procedure[GuidedResult]:
+    """The job expects `LOOSE_ENDS`."""
+    rest, shaken = _Counts(), _Counts()
     try:
-        yield from _count(rest, 0, REST, REST_S, restarts, boots)
-        yield from _count(shaken, 1, SHAKE, SHAKEN_S, restarts, boots)
+        yield from _count(rest, Report(0, STEPS, REST), REST_S)
+        yield from _count(shaken, Report(1, STEPS, SHAKE), SHAKEN_S)
         if _result(rest, shaken).verdict is GuidedVerdict.PASSED:
             yield from wait_for_person(steps)
-    except (PortLost, PortError):
-        shaken.is_port_lost = True
-    else:
         yield from require_locked()
+    except Interrupted as error:
+        if error.reason not in LOOSE_ENDS:
+            raise
+        return _result(rest, shaken, error)
     return _result(rest, shaken)
 
 
-def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: int, boots: list[int]) -> Procedure[None]:
-    """`boots` collects the boot counts that are read, each as often as it changed."""
+def _count(counts: _Counts, step: Report, seconds: float) -> Procedure[None]:
     view: EngineView = yield Inspect()
-    ends_at, rejected = view.now + seconds, view.link.counters.rejected
+    ends_at, rejected_before = view.now + seconds, view.link.counters.rejected
     while view.now < ends_at:
-        yield Report(number, STEPS, text, (("asked", counts.asked), ("lost", counts.lost)))
-        outcome = yield Ask(QUESTION, WAITS_S, attempts=1)
+        yield step._replace(values=(("asked", counts.asked), ("lost", counts.lost)))
+        outcome = yield Ask(BOOT_COUNT.query())
         counts.asked += 1
-        counts.lost += not isinstance(outcome, Answered)
-        if isinstance(outcome, Answered):
-            read = [answer.raw for answer in outcome.messages if isinstance(answer, Reading)]
-            boots += [] if read == boots[-1:] else read
+        # One that had to be asked again was lost, the question or its answer.
+        if not isinstance(outcome, Answered) or outcome.attempts > 1:
+            counts.lost += 1
         view = yield Inspect()
-        counts.rejected = view.link.counters.rejected - rejected
-        # The device counts a restart twice if the boot count is read between its two heartbeats.
-        counts.restarts = max(0, len(boots) - 1) or view.device.restarts - restarts
+        counts.rejected = view.link.counters.rejected - rejected_before
         yield Pause(ASK_EVERY_S)
 
 
-def _result(rest: _Counts, shaken: _Counts) -> GuidedResult:
+def _result(rest: _Counts, shaken: _Counts, interrupted: Interrupted | None = None) -> GuidedResult:
     none = message(marked("none"))
+    rejected = rest.rejected + shaken.rejected
+    shown = none if interrupted is None else interrupted.message
+    is_interrupted = interrupted is not None
     measured = (
         _lost(message(marked("Lost at rest")), rest),
         _lost(message(marked("Lost while shaken")), shaken),
-        _row(message(marked("Invalid bytes")), rest.rejected + shaken.rejected, none),
-        _row(message(marked("Restarts")), max(rest.restarts, shaken.restarts), none),
-        _row(message(marked("Port lost")), int(shaken.is_port_lost), none),
+        MeasuredValue(
+            message(marked("Invalid bytes")), message(str(rejected)), none, passed_if(rejected == 0), rejected
+        ),
+        MeasuredValue(message(marked("Interruption")), shown, none, passed_if(not is_interrupted), int(is_interrupted)),
     )
-    is_fine = GuidedResult(GuidedKind.LINK, measured).verdict is GuidedVerdict.PASSED
+    is_fine = all(value.verdict is GuidedVerdict.PASSED for value in measured)
     advice = None if is_fine else message(marked("Check plugs, ground and cable length."))
     return GuidedResult(GuidedKind.LINK, measured, advice)
 
@@ -91,7 +88,3 @@ def _lost(name: UserMessage, counts: _Counts) -> MeasuredValue:
     shown = message(f"{counts.lost} / {counts.asked}")
     verdict = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
     return MeasuredValue(name, shown, message(marked("none")), verdict, counts.lost)
-
-
-def _row(name: UserMessage, count: int, tolerance: UserMessage) -> MeasuredValue:
-    return MeasuredValue(name, message("{count}", count=count), tolerance, passed_if(count == 0), count)

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from msgspec import Struct, ValidationError, convert, to_builtins
 
 from app.text.messages import UserMessage
 from protocol.translatable import marked
@@ -30,8 +32,8 @@ class GuidedVerdict(Enum):
 
     PASSED = "passed"
     FAILED = "failed"
+    # Measured too coarsely or not at all: counts as not tested.
     UNCLEAR = "unclear"
-    """Measured too coarsely or not at all: counts as not tested."""
 
 
 VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
@@ -39,6 +41,10 @@ VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
     GuidedVerdict.FAILED: marked("FAILED"),
     GuidedVerdict.UNCLEAR: marked("unclear"),
 }
+
+
+def passed_if(is_fine: bool) -> GuidedVerdict:
+    return GuidedVerdict.PASSED if is_fine else GuidedVerdict.FAILED
 
 
 class MeasuredValue(NamedTuple):
@@ -76,42 +82,25 @@ class GuidedResult(NamedTuple):
         return GuidedVerdict.PASSED if verdicts == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
 
 
-class StoredTest(NamedTuple):
+class StoredTest(Struct, frozen=True, kw_only=True, rename={"kind": "test"}):
     """A result that was kept. `at`: ISO 8601; `measured`: as `MeasuredValue.plain` gives it."""
 
     kind: GuidedKind
     verdict: GuidedVerdict
     at: str
-    who: str
+    who: str = ""
     is_simulated: bool = False
-    measured: tuple[Mapping[str, object], ...] = ()
+    measured: list[dict[str, Any]] = []
 
-    def plain(self) -> dict[str, object]:
+    def plain(self) -> dict[str, Any]:
         """For a record."""
-        return {
-            "test": self.kind.value,
-            "verdict": self.verdict.value,
-            "at": self.at,
-            "who": self.who,
-            "is_simulated": self.is_simulated,
-            "measured": [dict(row) for row in self.measured],
-        }
+        plain: dict[str, Any] = to_builtins(self)
+        return plain
 
 
 def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
-    """A result in a fact or a record, which is untrusted; None for a test that this version does not know. A verdict
-    that it does not know is unclear."""
-    kind = next((kind for kind in GuidedKind if kind.value == plain.get("test")), None)
-    verdict = next(
-        (verdict for verdict in GuidedVerdict if verdict.value == plain.get("verdict")), GuidedVerdict.UNCLEAR
-    )
-    if kind is None:
+    """A result in a fact or a record, which is untrusted; None for one that this version does not know."""
+    try:
+        return convert({**plain, "at": at}, StoredTest)
+    except ValidationError:
         return None
-    measured = plain.get("measured")
-    rows = tuple(row for row in measured if isinstance(row, Mapping)) if isinstance(measured, list) else ()
-    return StoredTest(kind=kind, verdict=verdict, at=at, who=str(plain.get("who") or ""),
-                      is_simulated=plain.get("is_simulated") is True, measured=rows)  # fmt: skip
-
-
-def passed_if(is_fine: bool) -> GuidedVerdict:
-    return GuidedVerdict.PASSED if is_fine else GuidedVerdict.FAILED

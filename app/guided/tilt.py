@@ -10,37 +10,29 @@ from enum import Enum
 from functools import partial
 from typing import NamedTuple
 
-from app.engine.device import DeviceView, StatusSample
-from app.engine.procedure import EngineView, Inspect, Procedure, Report
+from app.engine.conversation import StatusSample
+from app.engine.procedure import EngineView, Inspect, Procedure, Report, ask_value
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
-from app.guided.status_watch import (
-    AGREEING,
-    Measure,
-    PersonSteps,
-    StatusWatch,
-    read_setting,
-    require_in_time,
-    require_locked,
-)
+from app.guided.status_watch import AGREEING, Measure, PersonSteps, StatusWatch, read_setting, require_locked
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
-from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from protocol.catalogue import BOOT_COUNT, RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 
 LEVEL_WITHIN_DEG = 10.0
+# Our choice: the module reports whole degrees, and a hand moves between two reports.
 TOLERANCE_DEG = 3.0
-"""Our choice: the module reports whole degrees, and a hand moves between two reports."""
 WIDEST_SPAN_DEG = 6.0
+# Tilted this far beyond the threshold, or upside down, without firing: the trigger failed.
 MISSED_BY_DEG = 20.0
-"""Tilted this far beyond the threshold, or upside down, without firing: the trigger failed."""
 HIGHEST_DEG = 170.0
+# Level for this long and still reported as triggered: it does not rearm.
 REARMS_WITHIN_S = 3.0
-"""Level for this long and still reported as triggered: it does not rearm."""
 TRIES = 3
+# Activating, the four directions, locking.
 STEPS = 6
-"""Activating, the four directions, locking."""
+# Longest time on an active module.
 MAX_S = 300.0
-"""Longest time on an active module."""
 TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
 
 
@@ -80,116 +72,129 @@ class Turn(NamedTuple):
     fired: Span | None = None
     rearmed: Span | None = None
 
+    @property
+    def is_sharp(self) -> bool:
+        return all(span is None or span.is_sharp for span in (self.fired, self.rearmed))
+
+    @property
+    def stays_triggered(self) -> bool:
+        return self.fired is not None and self.rearmed is None
+
 
 def prepare_tilt() -> Procedure[Measure]:
-    begin = yield from require_locked()
+    yield from require_locked()
     threshold = yield from read_setting("attitude_threshold")
     if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
         raise UserError(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
-    return partial(_measure, begin, threshold)
+    return partial(_measure, threshold)
 
 
-def _measure(begin: DeviceView, threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Needs an active module. The caller locks it afterwards in any case."""
-    watch = _TiltWatch(begin, threshold)
     view: EngineView = yield Inspect()
-    watch.ends_at = view.now + MAX_S
+    watch = _TiltWatch(threshold, ends_at=view.now + MAX_S)
     turns: list[Turn] = []
-    for number, direction in enumerate(TiltDirection):
-        turn = yield from _turn(watch, number, direction)
-        turns.append(turn)
-        if turn.fired is not None and turn.rearmed is None:
+    for number, direction in enumerate(TiltDirection, 1):
+        turns.append((yield from _turn(watch, number, direction)))
+        if turns[-1].stays_triggered:
             break  # the other directions could not be told from this one
+    yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
     return _result(turns, threshold)
 
 
 def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedure[Turn]:
     """Repeat a direction that was moved too fast; the last try counts."""
     turn = Turn(direction)
-    for number_of_try in range(TRIES):
-        level = marked("Hold it level.") if number_of_try == 0 else marked("Too fast. Hold it level.")
-        yield from watch.level(number, level, direction)
-        turn = yield from watch.one_turn(number, direction)
-        is_sharp = all(span is None or span.is_sharp for span in (turn.fired, turn.rearmed))
-        if is_sharp or (turn.fired is not None and turn.rearmed is None):
+    level = marked("Hold it level.")
+    for _ in range(TRIES):
+        yield from watch.begin(number, level, direction)
+        yield from watch.until_level()
+        yield from watch.begin(number, TILT_SLOWLY, direction)
+        fired, reached = yield from watch.until_fired()
+        turn = Turn(direction, reached, fired)
+        if fired is not None:
+            yield from watch.begin(number, marked("It fired. Level it slowly."), direction)
+            turn = turn._replace(rearmed=(yield from watch.until_rearmed()))
+        if turn.is_sharp or turn.stays_triggered:
             break
+        level = marked("Too fast. Hold it level.")
     return turn
 
 
 class _TiltWatch:
-    """Hands out the reports one by one, within the time limits."""
+    """A state counts when two reports in a row agree on it; it changed between the last report of the old one and the
+    first of the new one."""
 
-    def __init__(self, begin: DeviceView, threshold: float) -> None:
-        self._threshold = threshold
-        self._watch = StatusWatch(begin, is_active=True, may_trigger=True)
-        self._waiting: list[StatusSample] = []
-        self.ends_at = 0.0
-        self._step_began = 0.0
+    def __init__(self, threshold: float, ends_at: float) -> None:
+        self._threshold, self._ends_at = threshold, ends_at
+        self._watch = StatusWatch(is_active=True, may_trigger=True)
 
-    def level(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
-        yield from self._begin(number, text, direction)
+    def begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
+        yield from self._watch.begin(Report(number, STEPS, text, (("direction", message(direction.value)),)))
+
+    def until_level(self) -> Procedure[None]:
         agreeing = 0
         while agreeing < AGREEING:
             report = yield from self._next()
             is_level = report.tilt_deg <= LEVEL_WITHIN_DEG and not report.triggered
             agreeing = agreeing + 1 if is_level else 0
 
-    def one_turn(self, number: int, direction: TiltDirection) -> Procedure[Turn]:
-        """From level until it has fired and rearmed."""
-        yield from self._begin(number, TILT_SLOWLY, direction)
+    def until_fired(self) -> Procedure[tuple[Span | None, float]]:
+        """Where it fired, None where it did not; and the highest angle."""
         limit = min(HIGHEST_DEG, self._threshold + MISSED_BY_DEG)
-        before, first, reached = 0.0, 0.0, 0.0
-        agreeing = beyond = 0
-        while agreeing < AGREEING:
+        before = reached = 0.0
+        beyond = 0
+        fired: list[StatusSample] = []
+        while len(fired) < AGREEING:
             report = yield from self._next()
             reached = max(reached, report.tilt_deg)
-            if not report.triggered:
-                before, agreeing = report.tilt_deg, 0
-            else:
-                first, agreeing = (report.tilt_deg if agreeing == 0 else first), agreeing + 1
-            beyond = beyond + 1 if report.tilt_deg >= limit and not report.triggered else 0
-            if beyond > 2 * AGREEING:
-                return Turn(direction, reached)
-        rearmed = yield from self._back(number, direction)
-        return Turn(direction, reached, Span(before, first), rearmed)
-
-    def _back(self, number: int, direction: TiltDirection) -> Procedure[Span | None]:
-        yield from self._begin(number, marked("It fired. Level it slowly."), direction)
-        before, first, agreeing = HIGHEST_DEG, 0.0, 0
-        level_since: float | None = None
-        while agreeing < AGREEING:
-            report = yield from self._next()
             if report.triggered:
-                before, agreeing = report.tilt_deg, 0
-                is_level = report.tilt_deg <= LEVEL_WITHIN_DEG
-                level_since = (level_since or report.at) if is_level else None
-                if level_since is not None and report.at - level_since > REARMS_WITHIN_S:
-                    return None
-            else:
-                first, agreeing = (report.tilt_deg if agreeing == 0 else first), agreeing + 1
-        return Span(before, first)
+                fired.append(report)
+                continue
+            before = report.tilt_deg
+            fired.clear()
+            beyond = beyond + 1 if report.tilt_deg >= limit else 0
+            if beyond > 2 * AGREEING:
+                return None, reached
+        return Span(before, fired[0].tilt_deg), reached
 
-    def _begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
-        now: float = yield Report(number + 1, STEPS, text, (("direction", message(direction.value)),))
-        self._step_began = now
+    def until_rearmed(self) -> Procedure[Span | None]:
+        """Where it rearmed; None where it stays triggered although it is level."""
+        before = HIGHEST_DEG
+        level_since: float | None = None
+        rearmed: list[StatusSample] = []
+        while len(rearmed) < AGREEING:
+            report = yield from self._next()
+            if not report.triggered:
+                rearmed.append(report)
+                continue
+            before = report.tilt_deg
+            rearmed.clear()
+            if report.tilt_deg > LEVEL_WITHIN_DEG:
+                level_since = None
+            elif level_since is None:
+                level_since = report.at
+            elif report.at - level_since > REARMS_WITHIN_S:
+                return None
+        return Span(before, rearmed[0].tilt_deg)
 
     def _next(self) -> Procedure[StatusSample]:
-        while not self._waiting:
-            self._waiting += yield from self._watch.next_reports()
-            view: EngineView = yield Inspect()
-            if view.now > self.ends_at:
-                raise UserError(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
-            require_in_time(self._step_began, view.now)
-        return self._waiting.pop(0)
+        report = yield from self._watch.next()
+        if report.at > self._ends_at:
+            raise UserError(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
+        return report
+
+
+# The result
 
 
 def _result(turns: list[Turn], threshold: float) -> GuidedResult:
+    by_direction = {turn.direction: turn for turn in turns}
     measured: list[MeasuredValue] = []
     for direction in TiltDirection:
-        turn = next((turn for turn in turns if turn.direction is direction), None)
-        side = message(direction.value)
-        measured.append(_fired(side, turn, threshold))
-        measured.append(_rearmed(side, turn, threshold - RESET_BELOW_THRESHOLD_DEG))
+        turn = by_direction.get(direction)
+        measured.append(_fired_row(message(direction.value), turn, threshold))
+        measured.append(_rearmed_row(message(direction.value), turn, threshold - RESET_BELOW_THRESHOLD_DEG))
     advice = None
     if any(turn.fired is None for turn in turns):
         advice = message(marked("Enable the attitude trigger."))
@@ -198,7 +203,7 @@ def _result(turns: list[Turn], threshold: float) -> GuidedResult:
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
 
-def _fired(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredValue:
+def _fired_row(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredValue:
     name = message(marked("Fires, {direction}"), direction=side)
     if turn is None:
         return _not_tested(name, threshold)
@@ -208,7 +213,7 @@ def _fired(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredVa
     return _judged(name, turn.fired, threshold, turn.fired.high_deg)
 
 
-def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
+def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
     name = message(marked("Rearms, {direction}"), direction=side)
     if turn is None or turn.fired is None:
         return _not_tested(name, reset)

@@ -1,40 +1,49 @@
-"""Evidence of a pre-flight check, filled in step by step: an aborted check keeps what it read so far."""
+"""What a check read in one conversation, filled in step by step; and why a check, or its verdict, holds no more."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import StatusSample
-from app.engine.procedure import Cancelled, Slept, TwoModules
-from app.preflight.reread import StateChange, StateReading, changes_between
+from app.engine.conversation import Interrupted, StatusSample, reason_message
+from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
-from app.text.messages import UserMessage
-from protocol.events import Event, Received, Rejected, Role, Sent
+from app.procedures.read import NO_REPLY, Present, SettingsReading, contradictions, read_settings, who_is_there
+from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
+from protocol.events import Ended, Event, Received, Rejected, Role, Sent
 from protocol.fields import Value
 from protocol.translatable import marked
 
 HEARTBEATS = 20
+# For tilt and acceleration.
 STILL_S = 2.0
-"""For tilt and acceleration."""
 MAX_FRAMES = 1500
 MAX_STREAMED = 200
 
 
-class Disturbance(Enum):
-    """Why a check is void; the value is English, translatable."""
+class Void(NamedTuple):
+    """Why a check, or the verdict of one, holds no more. `word` is for programs, `message` one sentence for people."""
 
-    INTERRUPTED = marked("interrupted")
-    DISCONNECTED = marked("port lost")
-    SILENT = marked("no reply")
-    RESTARTED = marked("the module restarted")
-    BROKEN = marked("no reply for a moment")
-    SLEPT = marked("computer slept")
-    CHANGED = marked("changed")
-    UNREAD = marked("not read again")
-    TOO_OLD = marked("too old")
-    FIRED = marked("told to fire")
-    CONTRADICTED = marked("contradictory answers")
+    word: str
+    message: UserMessage
+
+
+CANCELLED = Void("cancelled", message(marked("It was cancelled.")))
+UNFINISHED = Void("unfinished", message(marked("It did not come to its end.")))
+OVER = Void("over", message(marked("The conversation in which it was checked is over.")))
+UNREAD = Void("unread", message(marked("Not everything could be read again.")))
+TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
+FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")))
+
+
+def changed(what: UserMessage) -> Void:
+    return Void("changed", message(marked("Changed: {what}."), what=what))
+
+
+def void_of_end(ended: Ended | Interrupted) -> Void:
+    """The conversation in which it was checked is over."""
+    return Void(ended.reason.name.lower(), reason_message(ended.reason, ended.contradiction))
 
 
 class FlagState(Enum):
@@ -49,7 +58,7 @@ class FlagState(Enum):
 
 
 class TriggerFlag(NamedTuple):
-    """`why`: why it was not sent."""
+    """`why` it is not known, where there is more to say."""
 
     state: FlagState = FlagState.NEVER_SET
     why: UserMessage | None = None
@@ -76,90 +85,106 @@ class FrameLog:
             match event:
                 case Sent():
                     self._add_frame(LoggedFrame(event.at, "out", event.raw))
+                case Received(role=Role.STREAMED):
+                    self._streamed += 1
+                    if self._streamed > MAX_STREAMED:
+                        self.left_out += 1
+                    else:
+                        self._add_frame(LoggedFrame(event.at, "in", event.frame.raw))
                 case Received():
-                    self._streamed += event.role is Role.STREAMED
-                    is_too_much = event.role is Role.STREAMED and self._streamed > MAX_STREAMED
-                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
+                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw))
                 case Rejected():
                     self._add_frame(LoggedFrame(event.at, "noise", event.noise.raw))
                 case _:
                     pass
 
-    def _add_frame(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
-        if is_left_out or len(self.frames) >= MAX_FRAMES:
+    def _add_frame(self, frame: LoggedFrame) -> None:
+        if len(self.frames) >= MAX_FRAMES:
             self.left_out += 1
         else:
             self.frames.append(frame)
 
 
+class StateReading(NamedTuple):
+    """Everything that a verdict depends on and that does not drift."""
+
+    settings: SettingsReading
+    present: Present
+
+    @property
+    def status(self) -> StatusSample | None:
+        return self.present.status
+
+    @property
+    def is_complete(self) -> bool:
+        return self.settings.is_complete and self.present.contradiction is None
+
+
+def read_state() -> Procedure[StateReading]:
+    """Read the settings, then who is there. Sends queries only. The check does it before and after measuring, the
+    window again and again while GO or READY stands: a value that changed since ends the conversation."""
+    settings = yield from read_settings()
+    present = yield from who_is_there()
+    return StateReading(settings, present)
+
+
 @dataclass(slots=True)
 class Evidence:
-    """Times are monotonic seconds. What is not known is empty or None."""
+    """Times are seconds of the session's clock. What is not known is empty or None."""
 
     port: str = ""
     baud_rate: int = 0
+    # Its number; 0 before the check has begun.
+    conversation: int = 0
     began_at: float | None = None
     ended_at: float | None = None
-    opened_at: float | None = None
-    restarts: int = 0
-    """Session count at the start of the check."""
-    breaks: int = 0
-    """Session count when the heartbeats were answered."""
-    breaks_noticed: int = 0
-    """Session count when what was read before was dropped last."""
+    # Why it holds no more; set while it still runs, it is void when it ends.
+    void: Void | None = None
+    # The module may have fired before it restarted, and the notice about that is still open. See
+    # `app.safety.firing_doubt`.
+    may_have_fired: bool = False
     heartbeats_sent: int = 0
+    # Of those that were answered at once; the others are lost.
     round_trips_s: list[float] = field(default_factory=list)
-    """Of the answered heartbeats."""
-    rejected_before: int = 0
-    """Session count at the start of the check."""
+    # During the check, also an aborted one.
     rejected_bytes: int = 0
-    """During the check, also an aborted one."""
+    # During the two seconds.
     trials: list[StatusSample] = field(default_factory=list)
-    """During the two seconds."""
+    # The last one.
     status: StatusSample | None = None
-    """The last one."""
-    status_age_s: float | None = None
-    """At the end of the check."""
+    # Settings and boot count by key, as last read.
     values: dict[str, Value] = field(default_factory=dict)
-    """Settings and boot count by key, as last read: each twice in a row."""
+    # Before and after measuring.
     first: StateReading | None = None
     last: StateReading | None = None
-    """Before and after measuring."""
+    # All answers for cell voltage, charging and light, by key.
     series: dict[str, list[Value]] = field(default_factory=dict)
-    """All answers for cell voltage, charging and light, by key."""
+    # Why a value is not known, by key.
     faults: dict[str, UserMessage] = field(default_factory=dict)
-    """Why a value is not known, by key."""
     history: History | None = None
+    # By key of the trigger.
     flags: dict[str, TriggerFlag] = field(default_factory=dict)
-    """By key of the trigger."""
-    is_enabling: bool = False
-    disturbance: Disturbance | None = None
-    contradiction: UserMessage | None = None
-    """What was answered twice and differently."""
+    # Something was told that nobody had asked for.
     is_answered_twice: bool = False
-    """Something was told that nobody had asked for."""
-    streamed: int = 0
-    """Status reports that came while none was asked for, for a second or longer."""
     log: FrameLog = field(default_factory=FrameLog)
 
     @property
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
-        ends = [
-            reading.status for reading in (self.first, self.last) if reading is not None and reading.status is not None
-        ]
+        ends = [state.status for state in self._states if state.status is not None]
         return [*ends, *self.trials]
 
     def said_otherwise(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
-        readings = [reading for reading in (self.first, self.last) if reading is not None]
-        found = [reading.present.contradictions.get(key) for reading in readings if not reading.settings.is_silent]
-        return next((words for words in found if words is not None), None)
+        for state in self._states:
+            said = contradictions(state.present.active, state.present.triggered, state.present.status)
+            if key in said:
+                return said[key]
+        return None
 
     @property
-    def changes(self) -> tuple[StateChange, ...]:
-        """What differs between the two readings."""
-        return () if self.first is None or self.last is None else tuple(changes_between(self.first, self.last))
+    def _states(self) -> list[StateReading]:
+        return [state for state in (self.first, self.last) if state is not None]
 
     @property
     def heartbeats_lost(self) -> int:
@@ -172,32 +197,32 @@ class Evidence:
 
     @property
     def is_complete(self) -> bool:
-        return self.ended_at is not None and self.disturbance is None
+        return self.ended_at is not None and self.void is None
 
-    def note_error(self, error: BaseException | None) -> None:
-        """Record why the procedure ended early, unless that is known already."""
-        if error is None or self.disturbance is not None:
+    def note_state(self, state: StateReading) -> None:
+        for command in state.settings.unread:
+            self.values.pop(command.key, None)
+            self.faults[command.key] = message(NO_REPLY)
+        for key, value in state.settings.values.items():
+            self.values[key] = value
+            self.faults.pop(key, None)
+        if state.settings.boot_count is not None:
+            self.values["boot_count"] = state.settings.boot_count
+        if state.status is not None:
+            self.status = state.status
+
+    def note_error(self, error: BaseException) -> None:
+        """Record why the check ended early, unless that is known already."""
+        if self.void is not None:
             return
-        if isinstance(error, TwoModules):
-            self.disturbance, self.contradiction = Disturbance.CONTRADICTED, error.message
-            self.keep_only({})
-            self.first = None
-            self.history = None
-            return
-        if isinstance(error, Slept):
-            self.disturbance = Disturbance.SLEPT
+        if isinstance(error, Interrupted):
+            self.void = void_of_end(error)
+        elif isinstance(error, Cancelled):
+            self.void = CANCELLED
+        elif isinstance(error, UserError):
+            self.void = Void(error.code.value, error.message)
         else:
-            self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
-
-    def keep_only(self, values: Mapping[str, Value]) -> None:
-        """Drop what was read, except these values: it may be another module's."""
-        self.values = dict(values)
-        self.series.clear()
-        self.trials.clear()
-        self.status = None
-        for key, flag in self.flags.items():
-            if flag.state is FlagState.ENABLED:
-                self.flags[key] = TriggerFlag()
+            self.void = UNFINISHED
 
     def listen(self, events: Iterable[Event]) -> None:
         """Keep the frames of the port since the check began."""

@@ -43,11 +43,11 @@ class Person:
     are_records_reviewed: bool = False
     """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
     is_same_module: bool = False
-    """Confirmed by the person although boot count or records say otherwise."""
+    """Said by the person although boot count or records speak against it."""
     are_settings_approved: bool = False
     """Approved by the person although they are not those of the last check that passed, or none did."""
     is_named_by_option: bool = False
-    """`module` is that of --module; else it was confirmed on this connection."""
+    """`module` is that of --module; else a person said it in this conversation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,8 +68,8 @@ class Case:
     def unread(self, key: str, limit: UserMessage) -> "Finding":
         """What the check is about may well be in order."""
         why = self.evidence.faults.get(key)
-        if why is None and self.evidence.disturbance is not None:
-            why = message(self.evidence.disturbance.value)
+        if why is None and self.evidence.void is not None:
+            why = self.evidence.void.message
         return unknown(why or message(marked("not asked")), limit, do=CHECK_LINK)
 
 

@@ -5,41 +5,36 @@ from typing import Final
 
 from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
-from app.preflight.evidence import HEARTBEATS, STILL_S
+from app.preflight.evidence import HEARTBEATS, STILL_S, UNFINISHED
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
-from app.procedures.who_is_there import ANSWERED_TWICE
-from app.text.messages import joined, message
+from app.procedures.read import ANSWERED_TWICE
+from app.text.messages import message
 from protocol.fields import Value
 from protocol.translatable import marked
 
-STATUS_FRESH_S = 1.0
+CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
 TRIALS_NEEDED = 15
 """Of about forty in two seconds."""
-CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
 _RAW_NEEDED = 2
 """Answers, of three, for cell voltage, charging and light to be known."""
 
 
-def undisturbed(case: Case) -> Finding:
+def connection(case: Case) -> Finding:
     limit = message(marked("no interruption"))
-    disturbance = case.evidence.disturbance
-    if disturbance is not None:
-        shown = case.evidence.contradiction or message(disturbance.value)
-        return Finding(CheckResult.FAIL, False, shown, limit)
+    void = case.evidence.void
+    if void is not None:
+        return Finding(CheckResult.FAIL, False, void.message, limit)
     if case.evidence.ended_at is None:
-        return unknown(message(marked("interrupted")), limit)
+        return unknown(UNFINISHED.message, limit)
     return judged(True, YES, limit, is_fine=True)
 
 
 def read_twice(case: Case) -> Finding:
+    """Two readings that differ have ended the conversation."""
     limit = message(marked("same"))
     first, last = case.evidence.first, case.evidence.last
-    changes = case.evidence.changes
     if case.evidence.is_answered_twice:
         return Finding(CheckResult.FAIL, False, ANSWERED_TWICE, limit, CHECK_LINE)
-    if changes:
-        keys = ", ".join(change.key for change in changes)
-        return Finding(CheckResult.FAIL, keys, joined([change.shown for change in changes]), limit)
     if first is None or last is None:
         return case.unread("status", limit)
     if not (first.is_complete and last.is_complete):
@@ -67,14 +62,6 @@ def round_trip(case: Case) -> Finding:
     slowest_ms, median_ms = 1000 * trips[-1], 1000 * trips[len(trips) // 2]
     shown = message(marked("{slowest:.1f} ms, median {median:.1f} ms"), slowest=slowest_ms, median=median_ms)
     return judged(round(slowest_ms, 1), shown, limit, is_fine=slowest_ms <= most_ms)
-
-
-def status_fresh(case: Case) -> Finding:
-    limit = message(f"≤ {STATUS_FRESH_S:.1f} s")
-    age_s = case.evidence.status_age_s
-    if age_s is None:
-        return case.unread("status", limit)
-    return judged(round(age_s, 2), f"{age_s:.2f} s", limit, is_fine=age_s <= STATUS_FRESH_S)
 
 
 def not_triggered(case: Case) -> Finding:
@@ -213,21 +200,18 @@ def bay_closed(case: Case) -> Finding:
 
 
 LINE_CHECKS: Final = (
-    Check("undisturbed", marked("No interruption"), undisturbed,
+    Check("connection", marked("No interruption"), connection,
           marked("Earlier values no longer count."),
           marked("Check cable and power.")),
     Check("read_twice", marked("Same when read twice"), read_twice,
-          marked("A value changed without being written."),
-          marked("Write the settings again; if they change, do not fly.")),
+          marked("What is read twice and agrees is one module's."),
+          marked("Check cable and power.")),
     Check("link_loss", marked("Link: loss"), link_loss,
           marked("A bad line loses or falsifies values."),
           marked("Check plugs, ground and cable length.")),
     Check("round_trip", marked("Link: response time"), round_trip,
           marked("Slow replies point to a bad adapter or a busy computer."),
           marked("Use another adapter or USB socket.")),
-    Check("status", marked("Status age"), status_fresh,
-          marked("Earlier values no longer count."),
-          marked("Check cable and power.")),
     Check("triggered", marked("Not triggered"), not_triggered,
           marked("The parachute is spent."),
           marked("Find out why (Triggers), repack, lock and restart.")),

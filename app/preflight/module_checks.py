@@ -7,14 +7,13 @@ from enum import Enum
 from functools import partial
 from typing import Final
 
-from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastTested
+from app.modules.names import NOT_NAMED, known_by
 from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
-from app.settings.identity_words import NOT_NAMED, known_by
 from app.settings.setting_texts import value_text
 from app.system.wall_clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
@@ -50,7 +49,7 @@ def setting(case: Case, name: str, advice: UserMessage) -> Finding:
 
 
 def trigger(case: Case, key: str) -> Finding:
-    limit = message(marked("enabled in this connection"))
+    limit = message(marked("enabled in this conversation"))
     flag = case.evidence.flags.get(key)
     if flag is None:
         return case.unread(key, limit)
@@ -66,7 +65,7 @@ def trigger(case: Case, key: str) -> Finding:
         case FlagState.NOT_SENT:
             return unknown(flag.why or message(marked("not sent")), limit, do=_lock_first(case))
         case FlagState.NEVER_SET:
-            why = message(marked("not enabled in this connection"))
+            why = message(marked("not enabled in this conversation"))
             return unknown(why, limit, do=_lock_first(case))
 
 
@@ -83,6 +82,9 @@ def trigger_records(case: Case) -> Finding:
     history = case.evidence.history
     if history is None:
         return case.unread("trigger_records", limit)
+    if case.evidence.may_have_fired:
+        why = message(marked("may have fired before the restart"))
+        return unknown(why, limit, do=message(marked("Judge its records, then close the notice.")))
     if not history.is_answered:
         return _silent_records(case, limit)
     new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
@@ -105,7 +107,7 @@ def _silent_records(case: Case, limit: UserMessage) -> Finding:
         shown = message(text, count=past.last_answer.count, date=local_time(past.last_answer.at, DAY))
         do = message(marked("It answered before: read its label, restart it and check again."))
         return Finding(CheckResult.FAIL, None, shown, limit, do)
-    is_all_else_answered = not evidence.faults and evidence.disturbance is None
+    is_all_else_answered = not evidence.faults and evidence.void is None
     if is_all_else_answered and (past.is_said_new or case.person.are_records_reviewed):
         do = message(marked("A person said that it is new."))
         return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
@@ -142,27 +144,26 @@ def _by_a_person(shown: UserMessage) -> UserMessage:
 
 def boot_count(case: Case) -> Finding:
     past, count = case.past, case.evidence.values.get("boot_count")
-    earlier = message(marked("≥ last visit")) if past.boot_count is None else message(f"≥ {past.boot_count}")
+    known = past.remembered
+    before = None if known is None else known.boot_count
+    earlier = message(marked("≥ last visit")) if before is None else message(f"≥ {before}")
     limit = _under_name(case, earlier)
     if count is None:
         return case.unread("boot_count", limit)
     if past.module is None:
         return Finding(CheckResult.WARN, count, UserMessage(str(count)), limit, message(marked("Name the module.")))
-    if past.boot_count is None:
+    if known is None or before is None:
         do = message(marked("On the first visit continue; otherwise compare the count by hand."))
         return Finding(CheckResult.WARN, count, _with_reason(count, message(marked("no earlier visit"))), limit, do)
     if case.person.is_same_module:
         return judged(count, _by_a_person(message(str(count))), limit, is_fine=True)
-    before, now = IdentityEvidence(past.boot_count, past.settings), IdentityEvidence(int(count), case.evidence.values)
-    if same_module(before, now, do_records_follow=past.do_records_follow, is_said=True) is Trust.PROVEN:
-        return judged(count, str(count), limit, is_fine=True)
-    if went_back(past.boot_count, int(count)):
+    if known.is_past(int(count)):
         why = message(marked("another module?"))
-    elif not past.do_records_follow:
+        return judged(count, _with_reason(count, why), limit, is_fine=False)
+    if not past.do_records_follow:
         why = message(marked("other trigger records, another module?"))
-    else:
-        why = message(marked("other settings than last read, another module?"))
-    return judged(count, _with_reason(count, why), limit, is_fine=False)
+        return judged(count, _with_reason(count, why), limit, is_fine=False)
+    return judged(count, str(count), limit, is_fine=True)
 
 
 def _with_reason(count: Value, why: UserMessage) -> UserMessage:

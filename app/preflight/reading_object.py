@@ -3,31 +3,12 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-import msgspec
 from msgspec import Meta, Struct
 
-from app.engine.device import STATUS_KEYS
-from protocol.catalogue import SETTINGS, Command
-from protocol.fields import Choice, Flag, Value
+from app.engine.conversation import STATUS_KEYS
+from protocol.fields import Value
 
 LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
-_MOST_IMPORTANT = (
-    "attitude_threshold_deg",
-    "freefall_acceleration_g",
-    "freefall_time_s",
-    "light_threshold_v",
-    "attitude_trigger",
-    "freefall_trigger",
-    "serial_output",
-    "baud_rate",
-)
-SETTING_KEYS = tuple(
-    sorted(
-        (command.key for command in SETTINGS),
-        key=lambda key: _MOST_IMPORTANT.index(key) if key in _MOST_IMPORTANT else len(_MOST_IMPORTANT),
-    )
-)
-"""Keys of all settings, the most important first."""
 
 
 class PartJson(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -51,25 +32,20 @@ class StatusJson(PartJson, frozen=True, kw_only=True):
     active: bool | None
 
 
-def _type_of(command: Command) -> Any:
-    match command.write:
-        case Flag():
-            return bool | None
-        case Choice(values=rates):
-            return Literal[tuple(sorted(rates.values()))] | None
-        case _:
-            return float | None
+class SettingsJson(PartJson, frozen=True, kw_only=True):
+    """All settings, the most important first."""
+
+    attitude_threshold_deg: float | None
+    freefall_acceleration_g: float | None
+    freefall_time_s: float | None
+    light_threshold_v: float | None
+    attitude_trigger: bool | None
+    freefall_trigger: bool | None
+    serial_output: bool | None
+    baud_rate: Literal[4800, 9600, 19200, 38400, 57600, 115200] | None
 
 
-_COMMAND_OF = {command.key: command for command in SETTINGS}
-SettingsJson = msgspec.defstruct(
-    "SettingsJson",
-    [(key, _type_of(_COMMAND_OF[key])) for key in SETTING_KEYS],
-    bases=(PartJson,),
-    frozen=True,
-    kw_only=True,
-)
-"""All settings of the catalogue."""
+SETTING_KEYS = SettingsJson.__struct_fields__
 
 
 class ReadJson(PartJson, frozen=True, kw_only=True):
@@ -81,7 +57,7 @@ class ReadJson(PartJson, frozen=True, kw_only=True):
     cell_voltage_v: float | None
     charging: bool | None
     light_v: float | None
-    settings: SettingsJson  # type: ignore[valid-type]
+    settings: SettingsJson
     errors: dict[str, str]
 
 
@@ -96,6 +72,7 @@ def reading_object(
     """`values` by key, without the unknown ones; `errors`: why they are unknown, in English."""
     live: dict[str, Any] = {key: values.get(key) for key in LIVE_KEYS}
     status: dict[str, Any] = {key: values.get(key) for key in STATUS_KEYS}
+    settings: dict[str, Any] = {key: values.get(key) for key in SETTING_KEYS}
     return ReadJson(
         link=LinkJson(
             port=port,
@@ -103,7 +80,7 @@ def reading_object(
             round_trip_ms=None if round_trip_s is None else round(1000 * round_trip_s, 1),
         ),
         status=StatusJson(**status),
-        settings=SettingsJson(**{key: values.get(key) for key in SETTING_KEYS}),
+        settings=SettingsJson(**settings),
         errors=dict(errors),
         **live,
     )

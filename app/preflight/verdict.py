@@ -5,29 +5,48 @@ READY   everything holds and the module is locked: it does not fire yet
 GO      everything holds and the module itself reports that it is active
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import DeviceView
-from app.engine.procedure import contradiction
+from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
-from app.preflight.evidence import Disturbance, Evidence, FlagState
+from app.preflight.evidence import (
+    FIRED,
+    OVER,
+    TOO_OLD,
+    UNFINISHED,
+    UNREAD,
+    FlagState,
+    StateReading,
+    Void,
+    changed,
+    void_of_end,
+)
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.line_checks import LINE_CHECKS
 from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
-from app.preflight.reread import TITLES, StateReading, changes_between
+from app.safety.acts import is_deploy_in
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
+from protocol.catalogue import SETTINGS
+from protocol.events import Event
 from protocol.fields import Value
-from protocol.link_states import Presence
 from protocol.translatable import marked
 
 VALID_FOR_S = 900.0
 """15 minutes, then the check has to be repeated."""
 CHECKS: tuple[Check, ...] = (*LINE_CHECKS, *MODULE_CHECKS)
 """All pre-flight checks, in the order of the page."""
+TITLES: Mapping[str, str] = {
+    **{command.key: command.title for command in SETTINGS},
+    "charging": marked("Charging"),
+    "cell_voltage_v": marked("Cell voltage"),
+    "light_v": marked("Light"),
+}
+REREAD_EVERY_S = 10.0
+"""While GO or READY stands, everything is read again this often."""
 
 
 class Verdict(Enum):
@@ -120,6 +139,10 @@ class Assessment(NamedTuple):
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
+    def has_triggered(self) -> bool:
+        return any(status.triggered for status in self.case.evidence.statuses)
+
+    @property
     def open_checks(self) -> tuple[str, ...]:
         """Ids of the checks that stand against GO and READY."""
         return tuple(check.check.id for check in self.checks if check.blocks_go)
@@ -155,77 +178,62 @@ def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
     )
 
 
-class Void(NamedTuple):
-    """`what`: the value that changed, if one did."""
-
-    reason: Disturbance
-    what: UserMessage | None = None
-
-    @property
-    def message(self) -> UserMessage:
-        reason = UserMessage(self.reason.value)
-        return reason if self.what is None else message(marked("{value}: {why}"), value=reason, why=self.what)
+# What voids it later
 
 
-def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:
-    """Why the verdict does not hold at `now`; None while it does. To be asked at every report of the module.
-    `opened_at`: when the port was opened (`EngineView.opened_at`); None without an open port."""
+def void_of_news(events: Iterable[Event], samples: Iterable[StatusSample]) -> Void | None:
+    """Whether it may have fired by what came with one batch. To be asked with each."""
+    has_fired = is_deploy_in(events) or any(sample.triggered for sample in samples)
+    return FIRED if has_fired else None
+
+
+def void_reason(assessment: Assessment, conversation: ConversationView, now: float) -> Void | None:
+    """Why the verdict does not hold at `now`; None while it does. To be asked with each batch."""
     evidence = assessment.case.evidence
-    if evidence.disturbance is not None or evidence.ended_at is None:
-        return Void(evidence.disturbance or Disturbance.INTERRUPTED)
-    if opened_at is None or opened_at != evidence.opened_at:
-        return Void(Disturbance.DISCONNECTED)
-    if device.restarts != evidence.restarts:
-        return Void(Disturbance.RESTARTED)
-    if device.last_sleep is not None and device.last_sleep.ended_at >= evidence.ended_at:
-        return Void(Disturbance.SLEPT)  # the clock may have stood still: the verdict is older than it seems
-    if device.presence is Presence.OFFLINE:
-        return Void(Disturbance.SILENT)
-    if device.contradicted is not None and device.contradicted.at >= evidence.ended_at:
-        return Void(Disturbance.CONTRADICTED, contradiction(device.contradicted))
-    if device.breaks != evidence.breaks:
-        return Void(Disturbance.BROKEN)
-    changed = _changed(assessment, device, now)
-    if changed is not None:
-        return Void(Disturbance.CHANGED, changed)
-    is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
-    return Void(Disturbance.TOO_OLD) if is_old else None
+    if evidence.void is not None:
+        return evidence.void
+    if evidence.ended_at is None:
+        return UNFINISHED
+    if conversation.number != evidence.conversation:
+        return OVER
+    if conversation.ended is not None:
+        return void_of_end(conversation.ended)
+    if conversation.reported[0] is True and not assessment.has_triggered:
+        return FIRED
+    what = _changed(assessment, conversation, now)
+    if what is not None:
+        return changed(what)
+    return None if 0.0 <= now - evidence.ended_at <= VALID_FOR_S else TOO_OLD
 
 
-def void_of_reading(evidence: Evidence, state: StateReading | None) -> Void | None:
-    """Why a verdict does not hold after everything was read again; None while it does."""
-    changes = () if state is None or evidence.last is None else tuple(changes_between(evidence.last, state))
-    if changes:
-        return Void(Disturbance.CHANGED, changes[0].shown)
-    return None if state is not None and state.is_complete else Void(Disturbance.UNREAD)
+def void_of_reading(state: StateReading | None) -> Void | None:
+    """Why a verdict does not hold after everything was read again; None while it does. A value that changed has ended
+    the conversation."""
+    return None if state is not None and state.is_complete else UNREAD
 
 
-def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:
-    """The first value that differs from the checked one."""
+def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> UserMessage | None:
+    """The first value that differs from the checked one: it was set since, or drifted."""
     evidence, profile = assessment.case.evidence, assessment.case.profile
-    checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
-    checked["baud_rate"] = evidence.baud_rate or None
-    if evidence.status is not None:
-        checked["triggered"] = evidence.status.triggered
+    checked: dict[str, Value] = dict(evidence.settings(FINGERPRINT_KEYS))
     charging = evidence.series.get("charging")
     if charging:
         checked["charging"] = charging[-1]
+    for key, before in checked.items():
+        known = conversation.values.get(key)
+        if known is not None and known.value != before:
+            return UserMessage(TITLES[key])
     for key, flag in evidence.flags.items():
         if flag.state in (FlagState.ENABLED, FlagState.DISABLED):
-            checked[key] = flag.state is FlagState.ENABLED
-    for key, before in checked.items():
-        known = device.values.get(key)
-        if before is not None and known is not None and known.value != before:
-            return UserMessage(TITLES[key])
-    for key in evidence.flags:
-        is_lost = key not in device.values and key not in device.undecided
-        if checked.get(key) is not None and is_lost:
-            return UserMessage(TITLES[key])  # an unconfirmed set
-    voltage = device.fresh("cell_voltage_v", now)
+            known = conversation.values.get(key)
+            # Absent: it was set and not acknowledged, or an acknowledgement came once more.
+            if known is None or known.value is not (flag.state is FlagState.ENABLED):
+                return UserMessage(TITLES[key])
+    voltage = conversation.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is CheckResult.PASS
     if was_charged and voltage is not None and voltage < profile.limit("cell_voltage_min_v"):
         return UserMessage(TITLES["cell_voltage_v"])
-    light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
+    light, threshold = conversation.fresh("light_v", now), evidence.values.get("light_threshold_v")
     if light is None or threshold is None or assessment.result("light") is not CheckResult.PASS:
         return None
     is_open = bay_outside(light, threshold, is_inverted=profile.is_light_inverted) is not None

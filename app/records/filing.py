@@ -5,19 +5,17 @@ Used by the window and the command line. Where the store fails, the verdict and 
 
 import logging
 from collections import Counter
-from collections.abc import Iterable
 from concurrent.futures import CancelledError
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from msgspec import to_builtins
-
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
-from app.modules.service import DueService, due_services, repack_due
+from app.modules.names import remember, remembered
+from app.modules.service import repack_due, service_due
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
@@ -27,9 +25,7 @@ from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.stations.station import own_station
 from app.store.fact_store import Facts, Store
-from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
-from app.store.kinds import Serviced
-from app.store.modules import LastRead, evidence_of, last_booted, register_module, store_evidence, went_back
+from app.store.fired import claim_fired, unnamed_fired
 from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
@@ -118,36 +114,22 @@ def keep_check(facts: Facts, filed: Filed) -> None:
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
-    is_one_module = assessment.result("undisturbed") is CheckResult.PASS
+    is_one_module = assessment.result("connection") is CheckResult.PASS
     is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
     if name is not None:
-        register_module(facts, name)
+        remember(facts, name)
         is_one_module &= not triggers.is_kept_apart(name, evidence.port)
     keep_record(facts, signed)
     if name is not None and is_one_module:
         claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
     if history is None or not is_one_module:
         return
-    now = LastRead(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
+    boot_count = None if boots is None else int(boots)
     slots = [record.raw for record in history.records]
-    triggers.store_visit(name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed)
+    triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
     if name is not None:
-        if assessment.case.person.is_same_module and now.is_complete:
-            store_evidence(facts, name, now)
+        remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
         _keep_word(triggers, name, assessment.case)
-
-
-def service_due(
-    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
-) -> list[DueService]:
-    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
-    not under its name yet. Only what this station knows: a verdict rests on it."""
-    kept = facts.of_module(Serviced, name)
-    done = [to_builtins(one.content) for one in kept]
-    fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
-    repack = repack_due(max(fired, default=None), [(one.at, to_builtins(one.content)) for one in kept])
-    due = due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
-    return due if repack is None else [repack, *due]
 
 
 def _name_of(person: Person) -> str | None:
@@ -164,25 +146,19 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     slots = None if history is None else [record.raw for record in history.records]
     is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
     tests = last_tests(facts, name, counts_simulated=counts_simulated)
-    known = evidence_of(facts, name)
     triggers = KeptTriggers(facts)
-    booted = last_booted(facts, name)
-    boot_count = None if booted is None else booted.boot_count
-    if boot_count is not None and known.boot_count is not None and not went_back(boot_count, known.boot_count):
-        boot_count = known.boot_count
     counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
     passed = next((check for check in counted if check.has_passed), None)
     judged = [record.raw for record in triggers.records(name) if record.judgement is not None]
     return Past(
         module=name,
-        boot_count=boot_count,
+        remembered=remembered(facts, name),
         reviewed=Counter(judged),
         has_check=passed is not None,
         do_records_follow=slots is None or triggers.do_follow(name, slots, is_confirmed=is_confirmed),
         last_answer=triggers.last_answer(name),
         is_said_new=triggers.is_said_new(name),
         fingerprint=None if passed is None else passed.code,
-        settings=known.settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
         due=service_due(facts, name, at, simulated=counts_simulated, more=fired),
     )

@@ -178,7 +178,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
     plain = {
         "version": VERSION,
         "verdict": assessment.verdict.value,
-        "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
+        "void": None if evidence.void is None else evidence.void.word,
         "at": at.isoformat(timespec="microseconds"),
         "zone": clean(at.tzname() or "", longest=60),
         "program": f"DPS-S Configurator {version()}",

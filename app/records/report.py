@@ -9,7 +9,6 @@ from datetime import datetime, tzinfo
 from typing import Any
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, stored_test
-from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.record import Record, SignedRecord
@@ -23,7 +22,6 @@ from app.text.template import page
 
 _ONE_COLUMN = 8
 """More manual items, or more checks against it, crowd the page."""
-_VOID_WHY: Mapping[str, str] = {disturbance.name.lower(): disturbance.value for disturbance in Disturbance}
 
 
 def report_html(signed: SignedRecord) -> str:
@@ -61,12 +59,19 @@ def _under(record: Record) -> str:
         failed = len(results) - passed - looks
         sentences.append(tr("{count} of {all} checks not OK.", count=failed, all=len(results)))
     if record.void is not None:
-        why = _VOID_WHY.get(record.void, record.void)
-        sentences.append(tr("Void: {why}.", why=tr(why)))
+        sentences.append(tr("Void: {why}", why=_why_void(record)))
     skipped = sum(item.is_done is None for item in record.manual)
     if skipped:
         sentences.append(tr("Skipped: {count}.", count=skipped))
     return join_sentences(sentences)
+
+
+def _why_void(record: Record) -> str:
+    """The sentence with which the check of the connection says it."""
+    for check in record.checks:
+        if check.id == "connection":
+            return message_from_json(check.shown).translated()
+    return record.void or ""
 
 
 def _facts(record: Record) -> list[tuple[str, object]]:

@@ -21,7 +21,7 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 REQUIRED: Final = frozenset({
-    "undisturbed", "link_loss", "round_trip", "status", "triggered", "activation", "tilt", "tilt_spread",
+    "connection", "read_twice", "link_loss", "round_trip", "triggered", "activation", "tilt", "tilt_spread",
     "acceleration", "acceleration_spread", "cell_voltage", "charging", "light", "attitude_threshold",
     "freefall_acceleration", "freefall_time", "light_threshold", "attitude_trigger", "freefall_trigger",
     "trigger_records", "boot_count", "fingerprint",

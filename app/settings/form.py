@@ -1,4 +1,4 @@
-"""Form model of a module's settings: module value, edited value and row state.
+"""Form model of a module's settings in one conversation: module value, edited value and row state.
 
     unknown       never reported by the module, or lost for good
     read          read from the module, or reported unasked
@@ -7,25 +7,21 @@
     edited        another value was entered and not sent yet
     not possible  what was typed cannot be sent; nothing is written while it stands
     writing
-    verified      written and read back equal, and nothing has cast doubt on it since
-    changed       reads differently than before, and was not written here
+    verified      written and read back equal; a value that reads otherwise later ends the conversation
     failed        the write failed; with the reason, until the module has the value
 
 The baud rate is not a row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import DeviceView, How, Known
-from app.engine.setting_changes import ChangedSetting
-from app.procedures.write import WriteFault, Written
-from app.procedures.write_all import SettingChange
+from app.engine.conversation import ConversationView, How, Known
+from app.procedures.write import SettingChange, WriteFault, Written
 from app.safety.consequences import Consequence, consequences
 from app.settings.setting_texts import value_text
-from app.settings.settings_watch import SettingsWatch
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
@@ -51,7 +47,6 @@ class RowState(Enum):
     IMPOSSIBLE = marked("not possible")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
-    CHANGED = marked("changed")
     FAILED = marked("failed")
 
 
@@ -79,33 +74,21 @@ class FormRow:
 
 class _Failure(NamedTuple):
     target: Value
-    text: str
+    fault: WriteFault
     read_back: Value | None = None
 
 
-_INTERRUPTED = marked("interrupted while writing; the value is unknown")
-
-
 class SettingsForm:
-    """See the module docstring. Belongs to one thread.
+    """See the module docstring. Belongs to one thread."""
 
-    `is_in_doubt`: whether the module may be another one; nothing that it reports settles an edit or a failure then, and
-    no row says what came of a write.
-    """
-
-    def __init__(self, is_in_doubt: Callable[[], bool] = bool, watch: SettingsWatch | None = None) -> None:
-        self._is_in_doubt = is_in_doubt
+    def __init__(self) -> None:
+        # By the setting's key; replaced, never modified.
         self._edited: Mapping[str, Value] = {}
-        """The edited values by the setting's key; replaced, never modified."""
+        # What was typed and cannot be sent.
         self._mistyped: dict[str, str] = {}
-        """What was typed and cannot be sent, by the setting's key."""
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
-        self._seen: tuple[int, float | None] | None = None
-        """Restart count and `presence_since` at the last look."""
         self._failures: dict[str, _Failure] = {}
-        self.watch = watch or SettingsWatch()
-        """Of the connection; it knows what other parts of the program write."""
 
     # Editing
 
@@ -150,9 +133,9 @@ class SettingsForm:
 
     # Rows
 
-    def rows(self, device: DeviceView, now: float) -> tuple[FormRow, ...]:
-        self.observe(device, now)
-        return tuple(self._row(command, device, now) for command in FORM_COMMANDS)
+    def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:
+        self.observe(conversation, now)
+        return tuple(self._row(command, conversation, now) for command in FORM_COMMANDS)
 
     @property
     def is_writing(self) -> bool:
@@ -172,67 +155,58 @@ class SettingsForm:
     def has_drafts(self) -> bool:
         return bool(self._edited or self._mistyped)
 
-    def would_change(self, values: Mapping[str, Value], device: DeviceView, now: float) -> bool:
+    def would_change(self, values: Mapping[str, Value], conversation: ConversationView, now: float) -> bool:
         """Whether `fill` with these would leave something to write that is not edited already."""
-
-        def is_new(key: str, value: Value) -> bool:
-            if key in self._mistyped:
-                return True
+        for key, value in values.items():
+            if key not in _BY_KEY:
+                continue
             edited = self._edited.get(key)
-            return not is_confirmed(_BY_KEY[key], device.known(key, now), value) if edited is None else edited != value
+            is_held = is_confirmed(_BY_KEY[key], conversation.known(key, now), value)
+            is_new = not is_held if edited is None else edited != value
+            if is_new or key in self._mistyped:
+                return True
+        return False
 
-        return any(is_new(key, value) for key, value in values.items() if key in _BY_KEY)
-
-    def changes(self, device: DeviceView, now: float) -> tuple[SettingChange, ...]:
+    def changes(self, conversation: ConversationView, now: float) -> tuple[SettingChange, ...]:
         """What a write would send: edits that are not known to be on the module."""
-        rows = self.rows(device, now)
+        rows = self.rows(conversation, now)
         return tuple(
             SettingChange(row.command, row.edited) for row in rows if row.is_pending and row.edited is not None
         )
 
-    def count_unsent(self, device: DeviceView, now: float) -> int:
+    def count_unsent(self, conversation: ConversationView, now: float) -> int:
         """Edits that leaving would lose, those being written included."""
-        rows = self.rows(device, now)
+        rows = self.rows(conversation, now)
         return sum(row.is_pending or row.state is RowState.WRITING or bool(row.mistyped) for row in rows)
 
-    def observe(self, device: DeviceView, now: float) -> None:
-        is_in_doubt = self._is_in_doubt()
-        if not self._writing and not is_in_doubt:
-            self.watch.observe(device, now)
-        seen = (device.restarts, device.presence_since)
-        if seen != self._seen:
-            # A restart or a lost link in between: what was verified before proves nothing now.
-            self._seen, self._verified = seen, {}
+    def observe(self, conversation: ConversationView, now: float) -> None:
+        """Note what the module reports: what was written after all, but late, is no failure and no edit any more."""
         for key, value in list(self._verified.items()):
-            known = device.known(key, now)
-            if known is None or known.is_stale or known.how is not How.READ or known.value != value:
+            if conversation.fresh(key, now) != value:  # set again, by another part of the program
                 del self._verified[key]
-        settled = [
-            key for key, failure in self._failures.items()
-            if is_confirmed(_BY_KEY[key], device.known(key, now), failure.target)
-        ]  # fmt: skip
-        if not self._writing and not is_in_doubt:
-            self.watch.accept(settled)  # written after all, but late
-            self._drop(key for key in settled if self._edited.get(key) == self._failures[key].target)
-            self._failures = {key: failure for key, failure in self._failures.items() if key not in settled}
+        if self._writing:
+            return
+        settled = []
+        for key, failure in self._failures.items():
+            if is_confirmed(_BY_KEY[key], conversation.known(key, now), failure.target):
+                settled.append(key)
+        self._drop(key for key in settled if self._edited.get(key) == self._failures[key].target)
+        for key in settled:
+            del self._failures[key]
 
-    def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
+    def _row(self, command: Command, conversation: ConversationView, now: float) -> FormRow:
         key = command.key
-        module_value, value, is_in_doubt = device.known(key, now), self._edited.get(key), self._is_in_doubt()
+        module_value, edited = conversation.known(key, now), self._edited.get(key)
         failure = self._failures.get(key)
-        has_it = value is not None and is_confirmed(command, module_value, value) and not is_in_doubt
-        is_pending = value is not None and not has_it and key not in self._writing
-        reason = ""
+        is_pending = edited is not None and key not in self._writing
+        if edited is not None and is_confirmed(command, module_value, edited):
+            is_pending = False
         if key in self._writing:
             state = RowState.WRITING
         elif key in self._mistyped:
             state = RowState.IMPOSSIBLE
-        elif is_in_doubt:  # what came of a write may be of another module
-            state = RowState.EDITED if is_pending else _known_state(module_value)
         elif failure is not None:
-            state, reason = RowState.FAILED, _failure_text(command, failure)
-        elif key in self.watch.changed and key not in self._verified:
-            state, reason = RowState.CHANGED, changed_text(self.watch.changed[key])
+            state = RowState.FAILED
         elif is_pending:
             state = RowState.EDITED
         elif key in self._verified:
@@ -240,60 +214,43 @@ class SettingsForm:
         else:
             state = _known_state(module_value)
         return FormRow(
-            command=command, module_value=module_value, edited=value, state=state, reason=reason, is_pending=is_pending,
+            command=command,
+            module_value=module_value,
+            edited=edited,
+            state=state,
+            reason=_failure_text(command, failure) if state is RowState.FAILED and failure is not None else "",
+            is_pending=is_pending,
             mistyped=self._mistyped.get(key, ""),
-        )  # fmt: skip
+        )
 
     # Writing
 
     def begin_write(self, changes: Iterable[SettingChange]) -> None:
-        """Blocks editing until `on_written` or `abort_write`."""
+        """Blocks editing until `on_written`."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
             self._failures.pop(key, None)
             self._verified.pop(key, None)
 
-    def on_written(self, results: Iterable[Written], device: DeviceView | None = None, now: float = 0.0) -> None:
-        """Takes the outcome of each change. What was refused before it was sent stays edited; of the rest, what the
-        `device` holds already is no edit any more."""
-        self.watch.accept(self._writing)
+    def on_written(self, results: Iterable[Written], conversation: ConversationView, now: float) -> None:
+        """Takes the outcome of each change. What was not sent stays edited; of the rest, what the module has already is
+        no edit any more."""
         self._writing = {}
         settled = []
         for written in results:
             key = written.command.key
-            if written.fault is WriteFault.NOT_ALLOWED or key not in _BY_KEY:
+            if not written.is_sent or key not in _BY_KEY:
                 continue
-            if written.fault is None:
+            if written.fault is not None:
+                self._failures[key] = _Failure(written.target, written.fault, written.read_back)
+                continue
+            settled.append(key)
+            if written.verified:
+                self._verified[key] = written.target
+        for key, value in self._edited.items():
+            if is_confirmed(_BY_KEY[key], conversation.known(key, now), value):
                 settled.append(key)
-                if written.verified:
-                    self._verified[key] = written.target
-                    self.watch.expect(key, written.target)
-            else:
-                self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
-        if device is not None and not self._is_in_doubt():
-            settled += [
-                key for key, value in self._edited.items()
-                if is_confirmed(_BY_KEY[key], device.known(key, now), value)
-            ]  # fmt: skip
         self._drop(settled)
-
-    def abort_write(self, results: Iterable[Written], begun: Iterable[Command]) -> None:
-        """The link was lost, or the write was cancelled: takes the outcomes that there are. What was begun without an
-        outcome counts as failed; what was not begun stays edited."""
-        known = list(results)
-        begun_keys = {command.key for command in begun} - {written.command.key for written in known}
-        self._failures |= {
-            key: _Failure(value, _INTERRUPTED) for key, value in self._writing.items() if key in begun_keys
-        }
-        self.on_written(known)
-
-    def reset(self, watch: SettingsWatch | None = None) -> None:
-        """Discards everything, for another module."""
-        self.watch = watch or SettingsWatch()
-        self._edited = {}
-        self._mistyped = {}
-        self._writing, self._verified, self._failures = {}, {}, {}
-        self._seen = None
 
 
 def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
@@ -311,13 +268,8 @@ def _known_state(known: Known | None) -> RowState:
     return RowState.ACKNOWLEDGED if known.how is How.ACKNOWLEDGED else RowState.READ
 
 
-def changed_text(changed: ChangedSetting) -> str:
-    before, after = value_text(changed.command, changed.before), value_text(changed.command, changed.after)
-    return tr("Was {before}, now {after}; not written here.", before=before, after=after)
-
-
 def _failure_text(command: Command, failure: _Failure) -> str:
-    target, why = value_text(command, failure.target), tr(failure.text)
+    target, why = value_text(command, failure.target), tr(failure.fault.value)
     if failure.read_back is None:
         return tr("{wanted} was sent: {why}.", wanted=target, why=why)
     read_back = value_text(command, failure.read_back)

@@ -121,12 +121,11 @@ class KeptTriggers:
     # A module that does not answer the query for its records (E7)
 
     def last_answer(self, module: str) -> LastAnswer | None:
-        """Of its last complete reading, else of the records that were ever seen."""
+        """None if it never answered."""
         for visit in self._facts.of_module(ModuleVisited, module, is_newest_first=True):
-            if visit.content.is_confirmed:
+            if visit.content.is_confirmed or visit.content.slots:
                 return LastAnswer(visit.at, len(visit.content.slots))
-        records = self.records(module)
-        return LastAnswer(max(record.first_seen_at for record in records), len(records)) if records else None
+        return None
 
     def is_said_new(self, module: str) -> bool:
         said = self._facts.newest(SaidNew, module)

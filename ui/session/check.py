@@ -1,4 +1,7 @@
-"""The pre-flight check of the module at one port: run, judged, kept, and watched while it stands, whoever began it."""
+"""The pre-flight check of one module: run, judged, kept, and watched while it stands, whoever began it.
+
+It belongs to one conversation. When that ends, the verdict is void.
+"""
 
 from dataclasses import replace
 from enum import Enum
@@ -7,30 +10,35 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.diagnosis.link_state import Phase
-from app.engine.procedure import PortLost, Report
-from app.engine.worker import Batch, Job
+from app.engine.conversation import How
+from app.engine.job import Job
+from app.engine.procedure import Report
+from app.engine.worker import Batch
 from app.fleet.card import HeldVerdict
 from app.limits.past import Past
-from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.evidence import Evidence, StateReading, Void, changed, read_state
 from app.preflight.findings import CheckResult, Person
-from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
 from app.preflight.run import STEPS, run_preflight
-from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
+from app.preflight.verdict import (
+    REREAD_EVERY_S,
+    VALID_FOR_S,
+    Assessment,
+    Verdict,
+    assess,
+    void_of_news,
+    void_of_reading,
+    void_reason,
+)
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
-from app.safety.acts import is_deploy_in
-from app.safety.interlocks import interlock_inputs
-from app.safety.journal import Journal
 from app.settings.profiles import Profile
 from app.store.trouble import StoreTrouble
 from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.core.port_connection import PortConnection
-from ui.services.module_name import ModuleName
 from ui.services.storage import Storage
+from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning
 
@@ -54,38 +62,33 @@ VERDICT_STYLES = {
 }
 LOUD = {standing: VERDICT_STYLES[verdict].meaning for verdict, standing in _STANDINGS.items()}
 PASSED = (Standing.GO, Standing.READY)
-ENTRIES = Void(Disturbance.CHANGED, message(marked("entries")))
-NEWER = Void(Disturbance.CHANGED, message(marked("checked again")))
+ENTRIES = changed(message(marked("entries")))
+NEWER = Void("changed", message(marked("It was checked again.")))
 
 
-def reported_active(port: PortConnection) -> bool | None:
-    """What the module reports now; an acknowledgement is no report."""
-    return interlock_inputs(port.device, port.clock(), must_be_proven=False).active
-
-
-class PortCheck(QObject):
-    """A void verdict stays void: only another check gives another one. Its `Port` begins it, and drops it with its
-    module."""
+class ModuleCheck(QObject):
+    """A void verdict stays void: only another check gives another one."""
 
     changed = Signal()
     """It ended, or stands otherwise."""
 
     def __init__(
-        self, port: PortConnection, module: ModuleName, storage: Storage, journal: Journal, profile: Profile,
-        person: Person, *, is_enabling: bool,
-    ) -> None:  # fmt: skip
+        self, module: ShownModule, storage: Storage, profile: Profile, person: Person, *, is_enabling: bool
+    ) -> None:
         """`profile` with a person's answers for its manual checks; `person`: what is entered and said."""
-        super().__init__(port)
-        self._port, self._module, self._storage = port, module, storage
-        self.profile, self.person = profile, replace(person, module=module.name or None)
-        self.target, self.evidence = port.target, Evidence(port=port.connection.port)
+        super().__init__(module)
+        self._module, self._storage = module, storage
+        self.profile = profile
+        self.person = replace(person, module=module.name or None)
+        self.target = module.target
+        device = "" if self.target is None else self.target.device
+        self.evidence = Evidence(port=device, may_have_fired=module.may_have_fired)
         self.filed: Filed | None = None
         self.void: Void | None = None
         """Set during the check, it voids it when it ends."""
         self.trouble: UserError | None = None
         """Why it was not kept."""
         self.progress: Report | None = None
-        self._is_port_broken = False
         self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
         self._rereading: Job[StateReading] | None = None
         self._is_stated_anew = False
@@ -94,11 +97,11 @@ class PortCheck(QObject):
         """Records of this check: activated, READY becomes GO; locked again, READY."""
         self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
         self._timer.timeout.connect(self.read_again)
-        port.changed.connect(self._watch_port)
-        port.batch.connect(self._on_batch)
-        module.changed.connect(self._on_name)
-        procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=journal)
-        self._job: Job[Any] | None = port.run(procedure, self._end, on_progress=self._remember_progress)
+        module.changed.connect(self.poll)
+        module.batch.connect(self._on_batch)
+        module.named.connect(self._on_name)
+        procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=module.journal)
+        self._job: Job[Any] | None = module.run(procedure, self._end, on_progress=self._remember_progress, goes_on=True)
 
     # What is known
 
@@ -145,7 +148,7 @@ class PortCheck(QObject):
         ended_at = self.evidence.ended_at
         if ended_at is None or self.standing not in PASSED:
             return None
-        return max(0.0, VALID_FOR_S - (self._port.clock() - ended_at))
+        return max(0.0, VALID_FOR_S - (self._module.now_s - ended_at))
 
     # What is done with it
 
@@ -181,19 +184,16 @@ class PortCheck(QObject):
         self._job = self._rereading = None
         self._filing.cancel()
         self._timer.stop()
-        self._port.changed.disconnect(self._watch_port)
-        self._port.batch.disconnect(self._on_batch)
-        self._module.changed.disconnect(self._on_name)
+        self._module.changed.disconnect(self.poll)
+        self._module.batch.disconnect(self._on_batch)
+        self._module.named.disconnect(self._on_name)
         self.deleteLater()
 
     def poll(self) -> None:
         """Void the verdict if it no longer holds."""
-        if self.filed is None and not self.is_running:
-            self.set_void(Void(Disturbance.INTERRUPTED))  # judging it failed, as the log says
         if self.filed is None or self.void is not None or self.is_running:
             return
-        opened_at = None if self._is_port_broken else self.evidence.opened_at
-        void = void_reason(self.filed.assessment, self._port.device, self._port.clock(), opened_at=opened_at)
+        void = void_reason(self.filed.assessment, self._module.view, self._module.now_s)
         if void is None:
             self._follow_activation()
         else:
@@ -204,7 +204,7 @@ class PortCheck(QObject):
         if self.standing not in PASSED:
             self._timer.stop()
         elif self._rereading is None:
-            self._rereading = self._port.run(read_state(), self._end_rereading)
+            self._rereading = self._module.run(read_state(), self._end_rereading, goes_on=True)
 
     # What happens
 
@@ -214,17 +214,16 @@ class PortCheck(QObject):
             self.progress = report
 
     def _on_batch(self, batch: Batch) -> None:
-        if is_deploy_in(batch.events):  # whatever comes of it
-            self.set_void(Void(Disturbance.FIRED))
+        fired = void_of_news(batch.events, batch.samples)
+        if fired is not None and not self._is_known_to_be_triggered:
+            self.set_void(fired)
         if self._job is not None:
             self.evidence.listen(batch.events)
-        else:
-            self.poll()
 
-    def _watch_port(self) -> None:
-        if not self._port.is_open or self._port.state.phase is Phase.OPENING:
-            self._is_port_broken = True
-        self.poll()
+    @property
+    def _is_known_to_be_triggered(self) -> bool:
+        """The check itself found it triggered, so that a report of it is no news."""
+        return self.filed is not None and self.filed.assessment.has_triggered
 
     def _on_name(self) -> None:
         """The signal also comes when the same module is recognised again."""
@@ -238,11 +237,20 @@ class PortCheck(QObject):
         """Reported locked, GO becomes READY at once; reported active, READY becomes GO after reading everything."""
         if self.standing not in PASSED or self._filing.is_running:
             return
-        reported, status = reported_active(self._port), self.evidence.status
+        reported, status = self._reported_active, self.evidence.status
         if reported and not self.evidence.is_active:
             self.read_again()
         elif reported is False and status is not None and status.active:
             self._judge_again(replace(self.evidence, status=status._replace(active=False)))
+
+    @property
+    def _reported_active(self) -> bool | None:
+        """What the module reports now; an acknowledgement is no report."""
+        active = self._module.view.fresh("active", self._module.now_s)
+        known = self._module.view.values.get("active")
+        if known is None or known.how is How.ACKNOWLEDGED or active is None:
+            return None
+        return active is True
 
     def _end_rereading(self, job: Job[StateReading]) -> None:
         if job is not self._rereading:
@@ -251,8 +259,8 @@ class PortCheck(QObject):
         self.poll()
         if self.standing not in PASSED:
             return
-        state = job.outcome() if job.run.error is None else None
-        void = void_of_reading(self.evidence, state)
+        state = job.outcome() if job.error is None else None
+        void = void_of_reading(state)
         if void is not None:
             self.set_void(void)
         elif state is not None and state.status is not None and state.status.active is not self.evidence.is_active:
@@ -273,12 +281,10 @@ class PortCheck(QObject):
         if job is not self._job:
             return
         self._job, evidence = None, self.evidence
-        evidence.listen(self._port.last.events)
-        evidence.note_error(job.run.error)
-        if self._is_port_broken or not self._port.is_open:
-            evidence.note_error(PortLost())
-        if self.void is not None:
-            evidence.disturbance = evidence.disturbance or self.void.reason
+        if self.void is not None and evidence.void is None:
+            evidence.void = self.void
+        if evidence.history is not None and evidence.history.is_confirmed:
+            self._module.note_records_read()
         self._file(evidence)
         self.changed.emit()
 
@@ -306,12 +312,14 @@ class PortCheck(QObject):
         self._by_verdict[filed.assessment.verdict] = filed
         is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
-            self._module.remember_adapter()
+            self._module.keep()
         self._use(filed)
 
     def _use(self, filed: Filed) -> None:
         self.filed, self.evidence = filed, filed.assessment.case.evidence
         if self.standing in PASSED and not self._timer.isActive():
             self._timer.start()
+        if filed.assessment.verdict is Verdict.GO:
+            self._module.note_go()
         self.poll()
         self.changed.emit()

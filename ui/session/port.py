@@ -95,7 +95,7 @@ class Port(QObject):
         storage.note_recording(self.recording)
         self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         self.interruptions = Interruptions(time.time, parent=self)
-        self.firing_doubt = FiringDoubt()
+        self._firing_doubt = FiringDoubt()
         self.target: Target | None = None
         self.connection = Connection()
         self.module = ShownModule(self, storage, ConversationView(), parent=self)
@@ -136,6 +136,11 @@ class Port(QObject):
     def now_s(self) -> float:
         """By the clock of the engine."""
         return self._clock()
+
+    @property
+    def firing_doubt(self) -> FiringDoubt:
+        """Whether a module here may have fired before it restarted."""
+        return self._firing_doubt
 
     @property
     def key(self) -> str:
@@ -289,14 +294,14 @@ class Port(QObject):
         self.module.named.connect(self._on_named)
         if view.is_going:
             self.switched_off_at = None
-            self.firing_doubt.note_begun(view)
+            self._firing_doubt.note_begun(view)
         self.module_changed.emit()
         former.deleteLater()
 
     def _on_end(self, view: ConversationView, end: Ended) -> None:
         module = self.module
         _log.info("Conversation %d ended: %s", view.number, end.reason.value)
-        self.firing_doubt.note_ended(view)
+        self._firing_doubt.note_ended(view)
         self.last_name = module.name or self.last_name
         text = module.end_message
         if text is not None:

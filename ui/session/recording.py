@@ -58,7 +58,9 @@ class SessionRecording:
         if recorder is None:
             return RecordingState()
         trouble = None if recorder.is_recording else recorder.trouble
-        return RecordingState(recorder.started_at, recorder.dropped, trouble)
+        opening = recorder.opening
+        since = None if opening is None else opening.started_at
+        return RecordingState(since, recorder.dropped, trouble)
 
     @property
     def path(self) -> Path | None:

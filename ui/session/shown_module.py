@@ -24,9 +24,10 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.modules.names import Remembered, known_by, remember, remembered, store_snapshot, what_speaks_against
 from app.procedures.light import LightDirection
+from app.safety.firing_doubt import FiringDoubt
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
-from app.safety.left_active import KnownAs, note_named
+from app.safety.left_active import KnownAs, note_go, note_named
 from app.store.fact_store import Facts, Store
 from app.store.fired import claim_fired, note_triggered
 from app.store.rows import Row
@@ -52,6 +53,9 @@ class PortOfModule(Protocol):
 
     @property
     def now_s(self) -> float: ...
+
+    @property
+    def firing_doubt(self) -> FiringDoubt: ...
 
     def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]: ...
 
@@ -118,6 +122,16 @@ class ShownModule(QObject):
         return None if end is None else reason_message(end.reason, end.contradiction)
 
     @property
+    def target(self) -> Target | None:
+        """Where it is connected."""
+        return self._port.target
+
+    @property
+    def now_s(self) -> float:
+        """By the clock of the engine."""
+        return self._port.now_s
+
+    @property
     def is_read(self) -> bool:
         """Everything that can be read was asked for once, so that a person can say which module it is."""
         return all(command.key in self.view.values for command in READABLE_SETTINGS)
@@ -125,6 +139,11 @@ class ShownModule(QObject):
     @property
     def activation(self) -> SeenActivation:
         return seen_activation(self.view, self._port.now_s)
+
+    @property
+    def may_have_fired(self) -> bool:
+        """It was ACTIVE before it restarted, and what its trigger records say of that was not read and closed yet."""
+        return self._port.firing_doubt.is_open
 
     @property
     def known_as(self) -> KnownAs:
@@ -174,6 +193,16 @@ class ShownModule(QObject):
         """Another module is shown now."""
         for job in self._jobs:
             job.cancel()
+
+    def note_records_read(self) -> None:
+        """Its trigger records were read in this conversation."""
+        self._port.firing_doubt.note_records_read()
+        self.changed.emit()
+
+    def note_go(self) -> None:
+        """Its verdict is GO, so that to be left ACTIVE is its normal end."""
+        if self._store is not None:
+            self._store.write(partial(note_go, run=self.run_id)).add_done_callback(_log_trouble)
 
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)
