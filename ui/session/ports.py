@@ -1,5 +1,6 @@
 """All ports of the window, one of which the pages show, and the LOCK buttons of all of them."""
 
+import logging
 import time
 from collections.abc import Callable
 from functools import partial
@@ -10,12 +11,16 @@ from PySide6.QtWidgets import QWidget
 
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
+from app.modules.names import modules
+from app.store.fact_store import Store
+from app.store.trouble import StoreTrouble
 from app.system.clock import steady_time
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
 from ui.session.port import MakeWorker, Port
 from ui.session.shown_module import ShownModule
 
+_log = logging.getLogger(__name__)
 TICK_MS = 250
 
 
@@ -38,6 +43,8 @@ class Ports(QObject):
     """Of the port that is shown."""
     notified = Signal(str)
     """A line for the status bar."""
+    name_wanted = Signal(str)
+    """A person says that the module shown has this name; "" takes its name back."""
     label_wanted = Signal()
     """A person wants to print the label of the shown module."""
     added = Signal(object)
@@ -79,6 +86,17 @@ class Ports(QObject):
     def is_any_active(self) -> bool:
         """A module on any port may fire by its thresholds, as far as is known."""
         return any(port.is_active for port in self._ports)
+
+    def known_names(self) -> list[str]:
+        """Of all modules of the store, the last seen first; empty while there is no store."""
+        store = self.storage.store
+        if not isinstance(store, Store):
+            return []
+        try:
+            return [known.name for known in store.read(modules)]
+        except StoreTrouble as trouble:
+            _log.warning("The names of the modules cannot be read: %s", trouble)
+            return []
 
     # What can be done
 

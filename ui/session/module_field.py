@@ -1,4 +1,4 @@
-"""The field for the name of the module."""
+"""The field for the name of the module, which a person says anew in each conversation."""
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent
@@ -6,11 +6,11 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
 from app.modules.labels import MAX_NAME_LENGTH
 from app.text.i18n import tr
-from ui.services.port import Ports
+from ui.session.ports import Ports
+from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.visibility_timer import VisibilityTimer
 
 
 class _NameEdit(QLineEdit):
@@ -48,19 +48,32 @@ class ModuleField(QComboBox):
         edit.setAccessibleName(tr("Module"))
         edit.setPlaceholderText(tr("not named"))
         self.setToolTip(tr("Without a serial number its name identifies it"))
-        ports.renamed.connect(self.show_name)
-        for is_over in (ports.invalidated, ports.broke_in_doubt):
-            is_over.connect(self._end_editing)  # what was typed was meant for the former module
-        ports.changed.connect(self._watch_identity)
-        self._was_settled = ports.current.identity.is_settled
-        VisibilityTimer(self, self.show_name)
+        ports.shown.connect(self._show_module)
+        self._module: ShownModule | None = None
+        self._show_module(ports.module)
+
+    def _show_module(self, module: ShownModule) -> None:
+        """What was typed was meant for the former one."""
+        if self._module is not None:
+            self._module.named.disconnect(self.show_name)
+            self._module.changed.disconnect(self._enable)
+        self._module = module
+        module.named.connect(self.show_name)
+        module.changed.connect(self._enable)
+        self._edit.setModified(False)
         self.show_name()
+        self._enable()
+
+    def _enable(self) -> None:
+        """A name is said after everything was read, so that what speaks against it can be shown."""
+        module = self._ports.module
+        self.setEnabled(module.is_going and module.is_read)
 
     def show_name(self) -> None:
         if self._edit.isModified():
             return  # somebody types
-        module = self._ports.current.module
-        names = [known.name for known in module.known]
+        module = self._ports.module
+        names = self._ports.known_names()
         with QSignalBlocker(self):
             self.clear()
             # As long as a label takes, or as one that another station or a command gave.
@@ -70,16 +83,9 @@ class ModuleField(QComboBox):
             self.setEditText(module.name)
             self.label.setVisible(bool(module.name))
 
-    def _watch_identity(self) -> None:
-        """What was typed before it came in doubt which module answers was meant for the one before."""
-        was_settled, self._was_settled = self._was_settled, self._ports.current.identity.is_settled
-        if was_settled and not self._was_settled:
-            self._end_editing()
-
     def _apply(self) -> None:
-        self._ports.current.module.choose(self.currentText())
-        self._end_editing()
-
-    def _end_editing(self) -> None:
+        text = self.currentText().strip()
         self._edit.setModified(False)
+        if text != self._ports.module.name:
+            self._ports.name_wanted.emit(text)
         self.show_name()

@@ -1,0 +1,100 @@
+"""Says which modules were left ACTIVE, until each is known to be safe. See `app.safety.left_active` for the rules."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.conversation import How
+from app.safety.left_active import LeftActive, all_left, keep_left, note_locked, note_safe
+from app.store.fact_store import Facts, Store
+from app.store.rows import time_text
+from app.text.i18n import tr
+from ui.core.background_task import BackgroundTask
+from ui.session.port import Port
+from ui.session.ports import Ports
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class _Told(NamedTuple):
+    """What the store was told of one conversation last."""
+
+    run: str
+    name: str
+    is_active: bool
+    is_lock_unconfirmed: bool
+
+
+class LeftActiveWatch(QObject):
+    """Keeps in the store what the modules on all ports report, and shows what is left of ended conversations."""
+
+    changed = Signal()
+    """There is another notice."""
+
+    def __init__(self, ports: Ports) -> None:
+        super().__init__(ports)
+        self._ports, self._storage = ports, ports.storage
+        self._writing: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
+        self._told: dict[Port, _Told] = {}
+        for port in ports.all:
+            self._add(port)
+        ports.added.connect(self._add)
+        ports.removed.connect(lambda port: self._told.pop(port, None))
+
+    def load(self) -> None:
+        """Once the store is open."""
+        self._update(lambda _facts: None)
+
+    def notice(self) -> Notice | None:
+        """Of the one that was left last; None while there is none."""
+        going = {port.module.run_id for port in self._ports.all if port.module.is_going}
+        left = next((one for one in self._storage.left_active if one.known_as.run not in going), None)
+        if left is None:
+            return None
+        act = partial(self._update, partial(note_safe, left=left))
+        safe = Choice("left_active_locked", tr("It is safe"), act, is_step=True)
+        meaning = Meaning.ATTENTION if left.is_warning else Meaning.INFORMATION
+        return Notice(meaning, left.sentence, (safe,))
+
+    def _add(self, port: Port) -> None:
+        port.changed.connect(partial(self._watch, port))
+        port.lock.changed.connect(partial(self._watch, port))
+        port.module_changed.connect(self.changed)
+
+    def _watch(self, port: Port) -> None:
+        """A report that differs from what the store was told of this conversation."""
+        module, target = port.module, port.target
+        known = module.view.values.get("active")
+        if known is None or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
+            return
+        told = _Told(module.run_id, module.name, known.value is True, port.lock.failed is not None)
+        if told == self._told.get(port):
+            return
+        self._told[port] = told
+        left = LeftActive(module.known_as, target.device, target.identity, is_lock_unconfirmed=told.is_lock_unconfirmed)
+        if told.is_active or told.is_lock_unconfirmed:
+            self._update(partial(_keep, left))
+        elif module.is_going:
+            self._update(partial(note_locked, run=module.run_id))
+
+    def _update(self, note: Callable[[Facts], object]) -> None:
+        """Do this in the store's thread, and take what is left ACTIVE then."""
+        store = self._storage.store
+        if isinstance(store, Store):
+            # Where the store is in trouble, its own notice says it.
+            self._writing.run_in(store, partial(_after, note), self._take, lambda _trouble: None)
+
+    def _take(self, left: tuple[LeftActive, ...]) -> None:
+        self._storage.left_active = left
+        self.changed.emit()
+
+
+def _keep(left: LeftActive, facts: Facts) -> None:
+    keep_left(facts, left._replace(at=time_text(facts.now())))
+
+
+def _after(note: Callable[[Facts], object], facts: Facts) -> tuple[LeftActive, ...]:
+    note(facts)
+    return all_left(facts)
