@@ -28,7 +28,6 @@ from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.archive.archive_actions import ArchiveActions
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.garbage_collector import garbage_freed_here
 from ui.core.language import has_font_for, use_language
@@ -37,8 +36,9 @@ from ui.core.preferences import Preferences
 from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
-from ui.services.port import Ports
 from ui.services.storage import Storage
+from ui.session.left_active import LeftActiveWatch
+from ui.session.ports import Ports
 from ui.shell.attention import UncaughtErrors
 from ui.shell.label_actions import LabelActions
 from ui.shell.main_window import MainWindow
@@ -120,8 +120,8 @@ class Assembly:
     window: MainWindow
     help: HelpActions
     archive: ArchiveActions
-    connector: Ports
-    ports: PortWatcher
+    ports: Ports
+    watcher: PortWatcher
     appearance: Appearance
     storage: Storage
     left_active: LeftActiveWatch
@@ -136,7 +136,7 @@ def assemble(
     options: WindowOptions,
     *,
     preferences: Preferences | None = None,
-    ports: PortWatcher | None = None,
+    watcher: PortWatcher | None = None,
     storage: Storage | None = None,
     log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
@@ -148,20 +148,20 @@ def assemble(
     use_language(app, _language(options, preferences))
     zoom(preferences.zoom_percent)
     appearance = Appearance(app, _theme(preferences))
-    ports = ports or PortWatcher()
+    watcher = watcher or PortWatcher()
     storage = storage or Storage()
-    connector = Ports(ports, storage)
-    announce_states(connector)
-    services = Services(connector, appearance, preferences, log=log)
-    left_active = LeftActiveWatch(connector)
+    ports = Ports(watcher, storage)
+    announce_states(ports)
+    services = Services(ports, appearance, preferences, log=log)
+    left_active = LeftActiveWatch(ports)
     window = MainWindow(services, left_active, entries=entries)
-    connector.setParent(window)  # else its signal connections would keep it alive
+    ports.setParent(window)  # else its signal connections would keep it alive
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
     return Assembly(
-        window, help_actions, ArchiveActions(window, services), connector, ports, appearance, storage,
+        window, help_actions, ArchiveActions(window, services), ports, watcher, appearance, storage,
         left_active, services.armed, load,
     )  # fmt: skip
 
@@ -182,10 +182,10 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
             make_pages()
         else:  # slow: importing numpy
             loading.run(lambda _running: load(), lambda _: make_pages(), lambda _error: make_pages())
-        assembly.ports.refresh()
+        assembly.watcher.refresh()
 
     def make_pages() -> None:
-        assembly.connector.stream_left_on.connect(lambda: window.show_message(tr(_LEFT_ON)))
+        assembly.ports.current.stream_left_on.connect(lambda: window.show_message(tr(_LEFT_ON)))
         window.make_pages()
         # No port waits for it.
         opening.run(lambda _running: storage.open_store(), lambda _store: _on_store_opened(assembly))
@@ -207,7 +207,7 @@ def _on_store_opened(assembly: Assembly) -> None:
         attention.queue_notice(Notice(Meaning.ATTENTION, storage.notice))
     assembly.left_active.load()
     storage.opened.emit()
-    assembly.connector.changed.emit()  # names are known now
+    assembly.ports.changed.emit()  # names are known now
 
 
 class _AfterPaint(QObject):
@@ -290,10 +290,10 @@ def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> No
 
 
 def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:
-    assembly.exit_code = 0 if has_seen_status(assembly.connector) else 1
+    assembly.exit_code = 0 if has_seen_status(assembly.ports) else 1
     if options.evidence is not None:
         try:
-            write_evidence(options.evidence, assembly.window, assembly.connector)
+            write_evidence(options.evidence, assembly.window, assembly.ports)
         except OSError as error:
             _log.error("The evidence could not be written: %s", error)
             assembly.exit_code = 1

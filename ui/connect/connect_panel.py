@@ -30,7 +30,7 @@ from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.port_watcher import key_of
 from ui.core.preferences import LastPort
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
@@ -178,14 +178,14 @@ class ConnectPanel(QScrollArea):
     shown = Signal()
     """Opened or closed."""
 
-    def __init__(self, connector: Ports) -> None:
+    def __init__(self, ports: Ports) -> None:
         super().__init__()
         self.setObjectName("connect_panel")
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._connector = connector
-        self._ports = ports = connector.ports
+        self._ports = ports
+        self._watcher = watcher = ports.watcher
         self._last: LastPort | None = None
         self._connected: tuple[str, int] | None = None
         """Key and rate of the open port that the list and the rate were set to."""
@@ -235,8 +235,8 @@ class ConnectPanel(QScrollArea):
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
-        ports.listed.connect(self.refresh)
-        connector.changed.connect(self.refresh)
+        watcher.listed.connect(self.refresh)
+        ports.changed.connect(self.refresh)
         self.hide()
         VisibilityTimer(self, self._on_shown, restyle=self._restyle, hidden=self._on_hidden)
 
@@ -253,27 +253,27 @@ class ConnectPanel(QScrollArea):
     def refresh(self) -> None:
         if self.isHidden():
             return
-        target = self._connector.current.target if self._connector.current.is_requested else None
+        target = self._ports.current.target if self._ports.current.is_requested else None
         choices = [
             choice_of(
                 port,
-                is_new=self._ports.is_new(port),
-                is_connected=target is not None and self._connector.current.is_open and target.device == port.device,
+                is_new=self._watcher.is_new(port),
+                is_connected=target is not None and self._ports.current.is_open and target.device == port.device,
                 is_last=self._last is not None and bool(port.identity) and port.identity == self._last.identity,
             )
-            for port in self._ports.ports
+            for port in self._watcher.ports
         ]
-        is_simulating = target is not None and target.is_simulated and self._connector.current.is_open
+        is_simulating = target is not None and target.is_simulated and self._ports.current.is_open
         badge = tr("connected") if is_simulating else ""
         choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), "", "", Icon.SIMULATOR, badge))
         self.list.show_choices(choices)
         self._choose_connected()
         if self.list.chosen is None and not self.other.text():
             self._preselect()
-        self.empty.setVisible(not self._ports.ports)
-        if self._ports.has_listed and not self._ports.is_current:
+        self.empty.setVisible(not self._watcher.ports)
+        if self._watcher.has_listed and not self._watcher.is_current:
             self.empty.setText(tr(NOT_LISTED))
-        elif self._ports.has_listed:
+        elif self._watcher.has_listed:
             self.empty.setText(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         else:
             self.empty.setText(tr("Looking for ports…"))
@@ -342,7 +342,7 @@ class ConnectPanel(QScrollArea):
 
     def _choose_connected(self) -> None:
         """Once for each connection: the panel names the port and the rate that are in use."""
-        port = self._connector.current
+        port = self._ports.current
         target = port.target if port.is_open else None
         connected = None if target is None else (target.key, port.connection.baud_rate)
         if connected == self._connected:
@@ -360,8 +360,8 @@ class ConnectPanel(QScrollArea):
         last = self._last
         if last is not None and self.list.choose(last.identity or last.device):
             return
-        ports = self._ports.ports
-        likely = [port for port in ports if self._ports.is_new(port)] or [port for port in ports if port.identity]
+        listed = self._watcher.ports
+        likely = [port for port in listed if self._watcher.is_new(port)] or [port for port in listed if port.identity]
         if len(likely) == 1:
             self.list.choose(key_of(likely[0]))
 
@@ -376,18 +376,18 @@ class ConnectPanel(QScrollArea):
         self._show_state()
 
     def _show_state(self) -> None:
-        state = self._connector.current.state
-        words = link_text(state, self._connector.clock())
+        state = self._ports.current.state
+        words = link_text(state, self._ports.clock())
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
         next_step = tr("Connecting reads the module; Live also switches its serial output on.") if has_chosen else ""
-        target = self._connector.current.target
+        target = self._ports.current.target
         name = "" if target is None else tr("Simulated module") if target.is_simulated else _short(target.device)
         said = join_sentences((words.what, words.next_step))
         self.state_label.setText(next_step if is_closed else labelled(name, said) if name else said)
         self.state_label.setVisible(bool(self.state_label.text()))
-        self.disconnect_button.setVisible(self._connector.current.is_requested)
-        self.flights.setVisible(not self._connector.current.is_requested)
+        self.disconnect_button.setVisible(self._ports.current.is_requested)
+        self.flights.setVisible(not self._ports.current.is_requested)
         self.connect_button.setEnabled(has_chosen)
 
     # Qt
@@ -405,13 +405,13 @@ class ConnectPanel(QScrollArea):
     def _on_shown(self) -> None:
         self.list.setFocus()  # before the page hides, which has it
         self.shown.emit()
-        self._ports.watch(True)
+        self._watcher.watch(True)
         self.refresh()
 
     def _on_hidden(self) -> None:
-        self._ports.watch(False)
+        self._watcher.watch(False)
         if self.isHidden():  # not only minimised
-            self._ports.settle()
+            self._watcher.settle()
             self._connected = None
         self.shown.emit()
 

@@ -1,6 +1,7 @@
-"""Chooses the notice that needs attention: leaving an ACTIVE module, a failed lock, a bad link, another module;
-an uncaught error, which disarms."""
+"""Chooses the notice that needs attention: leaving an ACTIVE module, a failed LOCK, a bad link, a module that has fired,
+which module it is, what was interrupted; an uncaught error, which disarms."""
 
+import time
 from collections.abc import Callable
 from functools import partial
 from math import inf
@@ -14,32 +15,33 @@ from app.diagnosis.causes import STEP_WORDS, NextStep
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
-from app.settings.identity_words import identity_question, same_module_words
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, join_sentences, labelled
-from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
+from ui.session.interruptions import RemainderKind
+from ui.session.name_question import NameQuestion
+from ui.session.port import Port
+from ui.session.ports import Ports
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+
+
+def module_label(name: str) -> str:
+    """For sentences, in the language in use."""
+    return name or tr("Unnamed")
+
+
+def clock_time(at: float) -> str:
+    """Of the day, such as 10:02; `at` in seconds since 1970."""
+    return time.strftime("%H:%M", time.localtime(at))
+
 
 AGAIN_S: Final = 2.0
 """Longer than it takes a keyboard to repeat a key that is held, also on a busy computer, where X may call the first
 repetition another press."""
-
-
-def identity_notice(port: Port) -> Notice | None:
-    """The question, None while nothing has to be decided."""
-    identity, module = port.identity, port.module
-    if not identity.is_for_a_person:
-        return None
-    what, same = identity_question(identity, module.expected_name), same_module_words(module.expected_name)
-    choices = (
-        Choice("identity_new", tr("New module"), module.treat_as_new, is_step=True),
-        Choice("identity_same", same, module.confirm_identity, is_step=True),
-    )
-    return Notice(Meaning.ATTENTION, join_sentences([what, tr("Module not proven: only queries are sent.")]), choices)
 
 
 _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
@@ -89,7 +91,7 @@ class Attention(QObject):
 
     def __init__(
         self,
-        connector: Ports,
+        ports: Ports,
         bar: NoticeBar,
         *,
         acts: dict[NextStep, Callable[[], None]],
@@ -104,7 +106,7 @@ class Attention(QObject):
         to lead to the list of ports. `find_left`: what is said of a module left ACTIVE before."""
         super().__init__(parent)
         self._is_choosing, self._find_left = is_choosing, find_left
-        self._connector, self._bar, self._acts = connector, bar, acts
+        self._ports, self._bar, self._acts = ports, bar, acts
         self._unsent, self._go_to, self._shown_page = pending_edits, go_to, shown_page
         self._has_read_trigger = False
         self._tried_at = -inf
@@ -112,19 +114,26 @@ class Attention(QObject):
         self._question: _Question | None = None
         self._answered: _Question | None = None
         """The last question, until it is cancelled: what its answer began may still lead to leaving."""
-        self._restarts: int | None = None
-        """The restart count that the user knows of; None before anything was known."""
+        self._name_question = NameQuestion(ports)
         self._queued: dict[str, tuple[Notice, bool]] = {}
         """By key, each with whether it ends with another module; the first one is shown first."""
-        connector.invalidated.connect(self._on_another_module)
-        for changed in (connector.any_changed, connector.changed, connector.renamed, connector.lock_changed,
-                        connector.ticked, pending_edits.changed):  # fmt: skip
+        ports.shown.connect(self._on_another_module)
+        for changed in (
+            ports.any_changed,
+            ports.lock_changed,
+            ports.ticked,
+            pending_edits.changed,
+            self._name_question.changed,
+        ):
             changed.connect(self.refresh)
+        for port in ports.all:
+            port.interruptions.changed.connect(self.refresh)
+        ports.added.connect(lambda port: port.interruptions.changed.connect(self.refresh))
 
     @property
     def is_risky_to_close(self) -> bool:
         """Like `is_risky_to_leave`, for the modules on all ports."""
-        return is_risky_to_leave(self._connector.current) or self._connector.is_any_active
+        return is_risky_to_leave(self._ports.current) or self._ports.is_any_active
 
     def _unsent_text(self, *, is_closing: bool) -> str:
         """Of the edits that leaving the module would lose, or closing the window; "" where there are none."""
@@ -138,14 +147,14 @@ class Attention(QObject):
         A second attempt to close while the question is shown is an answer too, unless it is of a double click or a key
         that is held.
         """
-        question, now, before = self._question, self._connector.clock(), self._tried_at
+        question, now, before = self._question, self._ports.clock(), self._tried_at
         self._tried_at = now
         if question is not None and question.is_about_closing:
             if now - before < AGAIN_S:
                 return False
             if not question.is_about_edits or not self.is_risky_to_close:
                 return True
-            self._leave_active(close, self._connector.current, is_closing=True)
+            self._leave_active(close, self._ports.current, is_closing=True)
             return False
         if not self.is_risky_to_close and not self._unsent_text(is_closing=True):
             return True
@@ -158,11 +167,12 @@ class Attention(QObject):
         self._queued[key or notice.text] = notice, is_of_module
         self.refresh()
 
-    def _on_another_module(self) -> None:
+    def _on_another_module(self, _module: ShownModule) -> None:
         """What a person has seen or was asked was about the former one."""
         self._queued = {key: queued for key, queued in self._queued.items() if not queued[1]}
-        self._question = self._answered = self._restarts = None
+        self._question = self._answered = None
         self._has_read_trigger = False
+        self.refresh()
 
     def dismiss_queued(self) -> None:
         if self._queued:
@@ -171,15 +181,15 @@ class Attention(QObject):
 
     def leave_port(self, proceed: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
         """Calls `proceed`; asks before edits would be lost or an ACTIVE module left. `port`: else the shown one."""
-        go = partial(self._leave_active, proceed, port or self._connector.current, is_closing=is_closing)
-        if port in (None, self._connector.current):
+        go = partial(self._leave_active, proceed, port or self._ports.current, is_closing=is_closing)
+        if port in (None, self._ports.current):
             self.leave_edits(go, is_closing=is_closing)
         else:
             go()
 
     def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
         """Calls `proceed`; asks before edits would be lost, and no longer once another module may be there."""
-        seen, find_text = self._connector.current.identity, partial(self._unsent_text, is_closing=is_closing)
+        module, find_text = self._ports.module, partial(self._unsent_text, is_closing=is_closing)
         if not find_text():
             proceed()
             return
@@ -195,7 +205,7 @@ class Attention(QObject):
             return Notice(Meaning.ATTENTION, find_text(), (stays, drops))
 
         def is_open() -> bool:
-            return bool(find_text()) and (is_closing or self._connector.current.identity.is_as_seen(seen))
+            return bool(find_text()) and (is_closing or self._ports.module is module)
 
         self._ask(_Question(notice, is_open, is_about_closing=is_closing, is_about_edits=True), focused="stay")
 
@@ -235,18 +245,14 @@ class Attention(QObject):
     def _notice(self) -> Notice | None:
         if self._question is not None:
             return self._question.make()
-        port = self._connector.current
-        asked, locking = identity_notice(port), self._lock_notice()
-        if asked is not None:
-            if locking is None:
-                return asked
-            return asked._replace(meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
+        port = self._ports.current
         state = port.state
         left = self._find_left()
         if state.phase is Phase.CLOSED and self._is_choosing() and not self._queued:
             return left
-        is_unlocked = port.lock.failed is not None  # which says itself how to treat the module
-        link = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
+        # Which says itself how to treat the module.
+        is_unlocked = port.lock.failed is not None or port.lock.owed is not None
+        link = link_notice(state, port.now_s, self._acts, is_unlocked=is_unlocked)
         locking = self._lock_notice(link.choices if link is not None else ())
         if locking is not None:
             return locking if link is None else locking._replace(text=join_sentences([locking.text, link.text]))
@@ -258,12 +264,18 @@ class Attention(QObject):
         if self._queued and (link is None or state.phase is Phase.CLOSED):
             notice, _ = next(iter(self._queued.values()))
             return notice if notice.choices else notice._replace(dismiss=self.dismiss_queued)
-        return link or self._trigger_notice() or self._module_notice()
+        return (
+            link
+            or self._trigger_notice()
+            or self._name_question.notice()
+            or self._module_notice()
+            or self._interruption_notice(port)
+        )
 
     def _lock_notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
         """LOCK of the shown module, else that of others which do not report it; Fleet says it itself."""
-        here, others = self._connector.current, self._connector.connections
-        ports = [port for port in others if port is not here and port.lock.failed is not None]
+        here, others = self._ports.current, self._ports.all
+        ports = [port for port in others if port is not here and port.lock.is_unproven and not port.lock.is_repeating]
         if (notice := here.lock.notice(more)) is not None or not ports or self._shown_page() == "fleet":
             return notice
         names = join_names(port.module.name or port.connection.port for port in ports)
@@ -276,33 +288,59 @@ class Attention(QObject):
         return Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again, *more))
 
     def _module_notice(self) -> Notice | None:
-        port = self._connector.current
-        device = port.device
-        if not port.is_open:
-            self._restarts = None
+        changed = self._unsent.find_foreign()
+        if not changed:
             return None
-        if changed := self._unsent.find_foreign():
-            names = ", ".join(tr(change.command.title) for change in changed)
-            return Notice(Meaning.DANGER, tr("Changed without being written: {names}.", names=names))
-        if self._restarts is None or device.restarts < self._restarts:
-            # A restart before anything was known changes nothing.
-            is_known = device.fresh("boot_count", port.clock()) is not None
-            self._restarts = device.restarts if is_known else None
+        names = ", ".join(tr(change.command.title) for change in changed)
+        return Notice(Meaning.DANGER, tr("Changed without being written: {names}.", names=names))
+
+    def _interruption_notice(self, port: Port) -> Notice | None:
+        """What stays of the conversations that ended at this port, until a person closes it; the gravest first."""
+        kept = port.interruptions
+        for remainder in kept.remainders:
+            close = partial(kept.close_remainder, remainder)
+            who, when = module_label(remainder.module), clock_time(remainder.at)
+            if remainder.kind is RemainderKind.TRIGGERED:
+                text = tr("{module} reported TRIGGERED before {time}.", module=who, time=when)
+                choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
+                return Notice(Meaning.DANGER, text, choices, dismiss=partial(self._close_triggered, port, close))
+            if remainder.kind is RemainderKind.REPORT and remainder.text is not None:
+                text = tr(
+                    "{module}, interrupted {time}: {what}", module=who, time=when, what=remainder.text.translated()
+                )
+                return Notice(Meaning.ATTENTION, text, dismiss=close)
+        if port.firing_doubt.is_open:
+            text = tr("The module may have fired before the restart: read the trigger records.")
+            choices = self._page_choices("after_restart", tr("Read the record"), "triggers", is_main=True)
+            return Notice(Meaning.DANGER, text, choices, dismiss=partial(self._close_doubt, port))
+        if kept.last is None:
             return None
-        if device.restarts == self._restarts:
-            return None
-        text = tr("The module restarted: enable the triggers and check again.")
-        check = self._page_choices("after_restart", tr("Pre-flight"), "preflight", is_main=True)
-        return Notice(Meaning.ATTENTION, text, check, dismiss=self._dismiss_restart)
+        why = kept.last.translated()
+        if kept.count == 1:
+            text = tr("Interrupted at {time}: {why}", time=clock_time(kept.last_at), why=why)
+        else:
+            since = clock_time(kept.first_at)
+            text = tr("Interrupted {count} times since {time}, last: {why}", count=kept.count, time=since, why=why)
+        check = self._page_choices("after_restart", tr("Pre-flight"), "preflight")
+        return Notice(Meaning.ATTENTION, text, check, dismiss=kept.close)
+
+    def _close_triggered(self, port: Port, close: Callable[[], None]) -> None:
+        self._close_doubt(port)
+        close()
+
+    def _close_doubt(self, port: Port) -> None:
+        port.firing_doubt.note_closed()
+        port.update_view()
+        self.refresh()
 
     def _trigger_notice(self) -> Notice | None:
         """What comes next, as long as the module reports that it has triggered."""
-        port = self._connector.current
-        known = port.device.known("triggered", port.clock())
+        port, module = self._ports.current, self._ports.module
+        known = module.view.known("triggered", port.now_s)
         if known is not None and known.value is False:
             self._has_read_trigger = False
         is_triggered = port.is_open and known is not None and known.value is True
-        if not is_triggered or self._has_read_trigger or port.kept.is_fired_by_test:
+        if not is_triggered or self._has_read_trigger or module.is_fired_by_test:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
         choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
@@ -324,23 +362,19 @@ class Attention(QObject):
         self._has_read_trigger = True
         self.refresh()
 
-    def _dismiss_restart(self) -> None:
-        self._restarts = self._connector.current.device.restarts
-        self.refresh()
-
     def _leaving_notice(self, go: Callable[[], None], port: Port, *, is_closing: bool) -> Notice:
         """Asked before leaving a module that is ACTIVE or does not report LOCKED."""
 
         def lock() -> None:
             if is_closing:
-                self._connector.lock.press_all(then=go)
+                self._ports.lock.press_all(then=go)
             else:
                 port.lock.press(then=go)
 
         text = tr("Treat the module as ACTIVE: it does not report LOCKED.")
-        if self._connector.is_any_active if is_closing else port.is_active:
+        if self._ports.is_any_active if is_closing else port.is_active:
             text = tr("The module is ACTIVE: it fires also without this program.")
-        if port is not self._connector.current:
+        if port is not self._ports.current:
             text = labelled(port.module.name or port.connection.port, text)
         locking = port.lock.notice()
         choices = (

@@ -12,11 +12,10 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QCursor
 
-from app.engine.snapshots import fresh_settings
 from app.modules.labels import PAPERS, Label, Paper, write_labels
+from app.modules.names import modules
 from app.settings.fingerprint import Fingerprint, fingerprint
 from app.store.fact_store import Store
-from app.store.modules import evidence_of, modules
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
@@ -41,7 +40,7 @@ class LabelActions(QObject):
         self._job.changed.connect(self._say)
         menu = window.menus.add_menu("label", marked("Print labels"))
         for key, title in _TITLES.items():
-            when = None if key == _SHEET else lambda: bool(services.ports.current.module.name)
+            when = None if key == _SHEET else lambda: bool(services.ports.module.name)
             window.menus.add("label", MenuEntry(f"label_{key}", title, partial(self.print_on, key), when=when))
         menu.aboutToShow.connect(self._refresh)
         services.ports.label_wanted.connect(lambda: menu.popup(QCursor.pos()))
@@ -49,15 +48,14 @@ class LabelActions(QObject):
     def _refresh(self) -> None:
         """Only for the menu: which modules are known is read from the store."""
         self._window.menus.refresh()
-        self._window.menus[f"label_{_SHEET}"].setEnabled(bool(self._services.ports.current.module.known))
+        self._window.menus[f"label_{_SHEET}"].setEnabled(bool(self._services.ports.known_names()))
 
     def print_on(self, key: str, _is_checked: bool = False) -> None:
         """Asks for a file, then writes the label of the shown module, or those of all."""
         from app.records.report_files import file_name
 
-        connector = self._services.ports
-        port = connector.current
-        shown = Label(port.module.name, _now(), _code(fingerprint(fresh_settings(port.device, connector.clock()))))
+        module = self._services.ports.module
+        shown = Label(module.name, _now(), _code(fingerprint(module.view.settings(module.now_s))))
         find = self._labels_of_all if key == _SHEET else lambda: [shown]
         name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
         suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])
@@ -68,9 +66,8 @@ class LabelActions(QObject):
         store, at = self._services.storage.store, _now()
         if not isinstance(store, Store):
             return []
-        names = sorted(module.name for module in store.read(modules))
-        evidence = store.read(lambda facts: {name: evidence_of(facts, name) for name in names})
-        return [Label(name, at, _code(fingerprint(evidence[name].settings))) for name in names]
+        known = sorted(store.read(modules), key=lambda module: module.name)
+        return [Label(module.name, at, _code(fingerprint(module.settings))) for module in known]
 
     def _write(self, find: Callable[[], Sequence[Label]], paper: Paper, path: Path) -> None:
         from ui.files.report_printer import print_pages

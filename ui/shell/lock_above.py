@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QSizeP
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Outcome
 from app.text.i18n import tr
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named

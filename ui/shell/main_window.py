@@ -9,20 +9,18 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QToolBar, QW
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
-from app.engine.worker import Batch
-from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
-from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
 from ui.files.file_dialogs import FileOpener, FilePage
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
-from ui.services.page import Page, Page
+from ui.services.page import Page
+from ui.session.left_active import LeftActiveWatch
+from ui.session.shown_module import ShownModule
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
@@ -40,8 +38,6 @@ _log = logging.getLogger(__name__)
 
 SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
-AFTER_SLEEP_S = 60.0
-"""Whoever opens the lid may not look at once."""
 
 
 class MainWindow(QMainWindow):
@@ -62,7 +58,7 @@ class MainWindow(QMainWindow):
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
         self._services, self._remembered = services, services.preferences
-        self._connector = services.ports
+        self._ports = services.ports
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
@@ -71,34 +67,32 @@ class MainWindow(QMainWindow):
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         self.setWindowTitle(tr("DPS-S Configurator"))
-        self.top_bar = TopBar(self._connector, services.in_use)
+        self.top_bar = TopBar(self._ports, services.in_use)
         self.notice_bar = NoticeBar(is_foot=True)
         self.navigation = Sidebar(entries)
         self.area = PageArea()
         self.stack = self.area.stack
-        self.panel = ConnectPanel(self._connector)
-        self.status_bar = StatusBar(self._connector, services.in_use, self.notice_bar)
-        self.recording_sign = RecordingSign(lambda: self._connector.current.recording.sign)
+        self.panel = ConnectPanel(self._ports)
+        self.status_bar = StatusBar(self._ports, services.in_use, self.notice_bar)
+        self.recording_sign = RecordingSign(lambda: self._ports.current.recording.state)
         self.status_bar.add(self.recording_sign)
         self._lay_out()
-        self.simulator = SimulatorDock(self._connector, self)
+        self.simulator = SimulatorDock(self._ports, self)
         self.simulator.hide()
         self.menus = Actions(self, self.stack)
         self.top_bar.menu.setMenu(self.menus.main)
         self._preferences: PreferencesDialog | None = None
         acts = {
             NextStep.CHOOSE_PORT: self.toggle_panel,
-            NextStep.FIND_RATE: self._connector.find_rate,
+            NextStep.FIND_RATE: self._find_rate,
             NextStep.CONNECT_AGAIN: self._connect_again,
             NextStep.WHY: self._show_why,
         }
         self.attention = Attention(
-            self._connector, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
+            self._ports, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
             go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
             is_choosing=self._is_choosing, find_left=left_active.notice, parent=self,
         )  # fmt: skip
-        self._connector.before_new = self.attention.leave_edits
-        self._connector.before_leaving = lambda port, act: self.attention.leave_port(act, port=port)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
@@ -122,11 +116,11 @@ class MainWindow(QMainWindow):
         self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, foot)
 
     def _wire(self) -> None:
-        connector = self._connector
-        connector.batch.connect(self._on_batch)
-        connector.changed.connect(self.recording_sign.refresh)
-        connector.changed.connect(self.menus.refresh)
-        connector.came_online.connect(self._remember_port)
+        ports = self._ports
+        ports.changed.connect(self.recording_sign.refresh)
+        ports.changed.connect(self.menus.refresh)
+        ports.shown.connect(self._on_shown)
+        ports.leaving.connect(self._disarm)
         self.recording_sign.troubled.connect(self.attention.say_unrecorded)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
@@ -134,22 +128,21 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        lock_above = LockAbove(connector, self.top_bar.lock, self)
+        lock_above = LockAbove(ports, self.top_bar.lock, self)
         self.closing.connect(lock_above.stop)
         self._maker.around = lock_above.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
                         self._services.storage.recordings.changed):  # fmt: skip
             changed.connect(self.attention.refresh)
-        connector.notified.connect(self.show_message)
+        ports.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         self.simulator.topLevelChanged.connect(self.simulator.fit)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
-        connector.slept.connect(self._on_sleep)
-        connector.contradicted.connect(self._on_contradiction)
+        self._on_shown(ports.module)
 
     def _fill_menus(self) -> None:
-        menus, connector, lock = self.menus, self._connector, self._services.lock
+        menus, ports, lock = self.menus, self._ports, self._services.lock
         menus.add("file", MenuEntry("open", marked("Open…"), self.files.ask, "Ctrl+Alt+O"))
         recent = menus.add_menu("recent", marked("Recent files"))
         recent.aboutToShow.connect(partial(self.files.fill, recent))
@@ -160,7 +153,7 @@ class MainWindow(QMainWindow):
             None,
             MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
             MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D",
-                      when=lambda: connector.current.is_requested),
+                      when=lambda: ports.current.is_requested),
             None,
             MenuEntry("archive", marked("Archive of all stations…"), self.archive_wanted.emit),
             MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
@@ -168,10 +161,10 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         menus.add(
             "module",
-            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: connector.current.is_open,
+            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: ports.current.is_open,
                       picture=Icon.LOCK),
-            MenuEntry("find_rate", marked("Find the baud rate"), connector.find_rate,
-                      when=lambda: connector.current.is_open),
+            MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate,
+                      when=lambda: ports.current.is_open),
             MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4",
                       is_checkable=True),
         )  # fmt: skip
@@ -209,7 +202,7 @@ class MainWindow(QMainWindow):
 
     def _end_making(self) -> None:
         self.pages_made.emit()
-        self._connector.changed.emit()  # for pages made while it connected
+        self._ports.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
         self.stack.addWidget(page)  # with a style sheet of its own it would be polished once more
@@ -238,10 +231,10 @@ class MainWindow(QMainWindow):
             self._waiting_target = target
             return
         self._maker.hold_batches()
-        self.attention.leave_port(partial(self._connector.connect_to, target))
+        self.attention.leave_port(partial(self._ports.connect_to, target))
 
     def disconnect_port(self) -> None:
-        self.attention.leave_port(self._connector.current.disconnect_port)
+        self.attention.leave_port(self._ports.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
         """Shows a page; "archive" is a dialog."""
@@ -266,25 +259,21 @@ class MainWindow(QMainWindow):
 
     # Events
 
-    def _on_batch(self, batch: Batch) -> None:
-        for page in self._pages.values():
-            if isinstance(page, Page):
-                page.on_batch(batch)
+    def _on_shown(self, module: ShownModule) -> None:
+        """Another conversation has begun, or another port was chosen."""
+        self._disarm()
+        module.ended.connect(self._disarm)
+        if module.is_going:
+            self._remember_port()
 
-    def _on_sleep(self, slept_s: float) -> None:
-        """The session marks values as stale and reads them again."""
+    def _disarm(self) -> None:
+        """Nothing that was armed or asked of a module counts any more."""
         self._services.armed.act = None
         for question in self.findChildren(Confirm):
             question.withdraw()
-        text = tr("The computer slept for {time}; everything is read again.", time=duration(slept_s))
-        self.status_bar.show_message(text, AFTER_SLEEP_S)
 
-    def _on_contradiction(self, what: UserMessage) -> None:
-        """Nothing that was armed or asked counts any more."""
-        self._services.armed.act = None
-        for question in self.findChildren(Confirm):
-            question.withdraw()
-        self.status_bar.show_message(what.translated(), AFTER_SLEEP_S)
+    def _find_rate(self) -> None:
+        self._ports.current.find_rate()
 
     def _is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown, or somebody looks at a recording."""
@@ -293,24 +282,25 @@ class MainWindow(QMainWindow):
         return is_shown or self._services.storage.recordings.is_shown
 
     def _connect_again(self) -> None:
-        if self._connector.current.target is not None:
-            self.attention.leave_edits(partial(self._connector.connect_to, self._connector.current.target))
+        if self._ports.current.target is not None:
+            self.attention.leave_edits(partial(self._ports.connect_to, self._ports.current.target))
 
     def _show_why(self) -> None:
         self.go_to("diagnosis")
         if "diagnosis" in self._pages:
             self._pages["diagnosis"].go_to("why")
 
-    def _remember_port(self, target: Target) -> None:
+    def _remember_port(self) -> None:
+        port = self._ports.current
+        if port.target is None:
+            return
         if self._remembered.last_port is None:
             self.status_bar.show_message(tr("Next: Settings, then Pre-flight."), is_noted=False)
-        self._remembered.last_port = LastPort(
-            target.device, target.identity, self._connector.current.connection.baud_rate
-        )
+        self._remembered.last_port = LastPort(port.target.device, port.target.identity, port.connection.baud_rate)
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
-        self._connector.current.stream.is_wanted = self._entries[key].wants_stream
+        self._ports.current.stream.is_wanted = self._entries[key].wants_stream
         self.panel.hide()
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:
@@ -382,4 +372,4 @@ class MainWindow(QMainWindow):
         preferences = self._remembered
         preferences.geometry = self.saveGeometry()
         preferences.layout = self.saveState()
-        close_down(self._connector, self._services.storage, preferences)
+        close_down(self._ports, self._services.storage, preferences)

@@ -22,6 +22,7 @@ from app.text.sentences import in_brackets
 from ui.core.bridge import Bridge
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
+from ui.session.shown_module import ShownModule
 from ui.style.icons import icon
 from ui.style.theme import Size, Space, font, scale_in_use, scaled
 from ui.widgets.controls import named
@@ -139,7 +140,7 @@ class PageMaker(QObject):
         self.pages: dict[str, Page] = {}
         """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
-        self._connector, self._services, self._place = services.ports, services, place
+        self._ports, self._services, self._place = services.ports, services, place
         self._unmade = list(self._entries)
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""
@@ -148,8 +149,7 @@ class PageMaker(QObject):
         self._is_over = False
         self.around: Callable[[], AbstractContextManager[None]] = nullcontext
         """Entered while a page is made and placed."""
-        self._connector.invalidated.connect(self._end_notices)
-        self._connector.disconnected.connect(self._end_notices)
+        self._ports.shown.connect(self._show_module)
 
     @property
     def is_done(self) -> bool:
@@ -167,7 +167,7 @@ class PageMaker(QObject):
     def hold_batches(self) -> None:
         """Holds all batches of the port back until the pages that need each of them are there."""
         if self._awaited:
-            bridge = self._connector.current.bridge
+            bridge = self._ports.current.bridge
             bridge.hold()
             self._held.add(bridge)
             for key in _BATCH_PAGES:
@@ -176,10 +176,9 @@ class PageMaker(QObject):
     def end(self) -> None:
         self._is_over = True
 
-    def _end_notices(self) -> None:
-        """Another module is connected, or none."""
+    def _show_module(self, module: ShownModule) -> None:
         for page in self.pages.values():
-            page.end_notices()
+            page.show_module(module)
 
     def _release(self) -> None:
         held, self._held = self._held, set()
@@ -199,6 +198,7 @@ class PageMaker(QObject):
         with self.around():
             page = self.pages[key] = entry.make(self._services)
             page.setAccessibleName(tr(entry.title))
+            page.show_module(self._ports.module)
             self._place(key, page)
         self._awaited.discard(key)
         if not self._awaited:

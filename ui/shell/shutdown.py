@@ -16,10 +16,10 @@ from typing import Final
 
 from PySide6.QtWidgets import QWidget
 
-from app.engine.device import STATUS_KEYS
+from app.engine.conversation import STATUS_KEYS
 from ui.core.preferences import Preferences
-from ui.services.port import Ports
 from ui.services.storage import Storage
+from ui.session.ports import Ports
 
 CLOSE_LIMIT_S: Final = 0.4
 """Closing may take half a second; the rest is left for Qt."""
@@ -51,7 +51,7 @@ class BoundedThread:
             _log.exception("At closing: %s failed", self.name)
 
 
-def close_down(connector: Ports, storage: Storage, preferences: Preferences) -> None:
+def close_down(ports: Ports, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     ends_at = time.monotonic() + CLOSE_LIMIT_S
 
@@ -59,8 +59,8 @@ def close_down(connector: Ports, storage: Storage, preferences: Preferences) -> 
         return max(0.0, ends_at - time.monotonic())
 
     saving = BoundedThread("preferences", preferences.save)
-    connector.ports.stop(0.0)
-    if not connector.stop(left_s() - STORE_SHARE_S):
+    ports.watcher.stop(0.0)
+    if not ports.stop(left_s() - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
     BoundedThread("store", storage.close).wait(left_s())
     saving.wait(left_s())
@@ -89,20 +89,20 @@ PICTURE = "live.png"
 VALUES = "values.json"
 
 
-def has_seen_status(connector: Ports) -> bool:
+def has_seen_status(ports: Ports) -> bool:
     """Whether the module's status is known and not stale."""
-    device, now = connector.current.device, connector.clock()
-    return all(device.fresh(key, now) is not None for key in STATUS_KEYS)
+    view, now = ports.module.view, ports.clock()
+    return all(view.fresh(key, now) is not None for key in STATUS_KEYS)
 
 
-def values_seen(connector: Ports) -> dict[str, object]:
-    port, now = connector.current, connector.clock()
-    known = {key: known for key in sorted(port.device.values) if (known := port.device.known(key, now)) is not None}
+def values_seen(ports: Ports) -> dict[str, object]:
+    port, view, now = ports.current, ports.module.view, ports.clock()
+    known = {key: known for key in sorted(view.values) if (known := view.known(key, now)) is not None}
     return {
         "port": port.connection.port,
         "baud_rate": port.connection.baud_rate,
-        "presence": port.device.presence.value,
-        "link": {"frames": 0 if port.last.link is None else port.last.link.counters.frames},
+        "answers": view.is_going,
+        "link": {"frames": ports.module.statistics.frames},
         "values": {
             key: {
                 "value": reading.value,
@@ -115,10 +115,10 @@ def values_seen(connector: Ports) -> dict[str, object]:
     }
 
 
-def write_evidence(folder: Path, window: QWidget, connector: Ports) -> None:
+def write_evidence(folder: Path, window: QWidget, ports: Ports) -> None:
     """Writes both files into `folder`, which is created if needed. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(values_seen(connector), indent=2, ensure_ascii=False)
+    text = json.dumps(values_seen(ports), indent=2, ensure_ascii=False)
     (folder / VALUES).write_text(text + "\n", encoding="utf-8")
     picture = folder / PICTURE
     if not window.grab().save(str(picture)):

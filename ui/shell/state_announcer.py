@@ -8,7 +8,8 @@ from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-from ui.services.port import Port, Ports
+from ui.session.port import Port
+from ui.session.ports import Ports
 from ui.style.accessible_roles import announce
 
 _LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
@@ -21,7 +22,7 @@ def announce_states(ports: Ports) -> None:
     def add(port: Port) -> None:
         StateAnnouncer(port, ports)
 
-    for port in ports.connections:
+    for port in ports.all:
         add(port)
     ports.added.connect(add)
 
@@ -34,7 +35,7 @@ class StateAnnouncer(QObject):
         self._port, self._ports = port, ports
         self._is_linked = self._has_failed = False
         self._reset()
-        port.invalidated.connect(self._reset)
+        port.module_changed.connect(self._reset)
         port.changed.connect(self._poll)
         port.lock.changed.connect(self._poll)
 
@@ -57,13 +58,13 @@ class StateAnnouncer(QObject):
         was, self._is_linked = self._is_linked, state.phase in _LINKED
         if was and state.phase in _LOST:
             self._reset()  # told again when it answers again
-            parts = [link_text(state, port.clock()).what]
+            parts = [link_text(state, port.now_s).what]
             if port.is_active:
                 parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
             self._announce(join_sentences(parts), is_urgent=True)
 
     def _announce_trigger(self) -> None:
-        is_triggered = self._port.device.fresh("triggered", self._port.clock())
+        is_triggered = self._port.module.view.fresh("triggered", self._port.now_s)
         if is_triggered is None:
             return  # what was told stands until it is known
         was, self._is_triggered = self._is_triggered, is_triggered is True
@@ -71,12 +72,12 @@ class StateAnnouncer(QObject):
             self._announce(tr("TRIGGERED"), is_urgent=True)
 
     def _announce_activation(self) -> None:
-        state = self._port.activation.state
+        state = self._port.module.activation.state
         if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
             self._activation = state
             self._announce(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
 
     def _announce(self, text: str, *, is_urgent: bool = False) -> None:
-        if len(self._ports.connections) > 1 and self._port.target is not None:
+        if len(self._ports.all) > 1 and self._port.target is not None:
             text = f"{self._port.target.device}: {text}"
         announce(text, is_urgent=is_urgent)

@@ -7,14 +7,13 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QAbstractButton, QFrame, QLabel, QWidget
 
-from app.engine.device import MAX_LAG_S
 from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
-from protocol.link_states import Presence
-from ui.services.port import Ports
-from ui.services.storage import RecordingState
+from ui.session.ports import Ports
+from ui.session.recording import RecordingState
+from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control, named
@@ -61,17 +60,18 @@ class StatusBar(QFrame):
     A notice takes their place, so that nothing else in the window moves when it appears; its height is the same.
     """
 
-    def __init__(self, connector: Ports, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
+    def __init__(self, ports: Ports, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
-        self._connector, self._in_use = connector, in_use
+        self._ports, self._in_use = ports, in_use
+        self._module: ShownModule | None = None
         self._message_end = QTimer(self, singleShot=True)
         self._message_end.timeout.connect(lambda: self.show_message(""))
         self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.fault = named(QLabel(), "line_fault", "attention")
         self.passing = named(ElidedLabel(), "passing_message", "small")
-        self.age = control(AgeLabel(connector.clock), "last_heard", says=tr("Time since the last frame"), role="small")
+        self.age = control(AgeLabel(ports.clock), "last_heard", says=tr("Time since the last frame"), role="small")
         # A description, since a name would replace the text for screen readers.
         self.passing.setAccessibleDescription(tr("Message"))
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -85,9 +85,8 @@ class StatusBar(QFrame):
         self._show_fault(None)
         self._reserve()
         self._share()
-        connector.batch.connect(self.on_batch)
-        for is_over in (connector.invalidated, connector.disconnected):
-            is_over.connect(lambda: self.show_message(""))
+        ports.shown.connect(self._show_module)
+        self._show_module(ports.module)
         VisibilityTimer(self, restyle=self._reserve)
 
     def _reserve(self) -> None:
@@ -121,15 +120,24 @@ class StatusBar(QFrame):
         if text:
             self._message_end.start(round(seconds * 1000))
 
+    def _show_module(self, module: ShownModule) -> None:
+        if self._module is not None:
+            self._module.batch.disconnect(self.on_batch)
+        self._module = module
+        module.batch.connect(self.on_batch)
+        self.show_message("")
+        self.age.show_age(None)
+        self._show_fault(None)
+
     def on_batch(self, batch: Batch) -> None:
-        link, line = batch.link, self._connector.current.kept.statistics
+        link, line, view = batch.link, self._ports.module.statistics, batch.conversation
         if link is None:
             self.age.show_age(None)
             self._show_fault(None)
             return
-        lag_s = link.lag_s if batch.device.presence is Presence.ONLINE else None
+        lag_s = view.lag_s if view.is_going else None
         invalid_at = line.last_invalid_at
-        self.age.show_age(line.last_frame_at, late_s=lag_s if lag_s is not None and lag_s > MAX_LAG_S else None)
+        self.age.show_age(line.last_frame_at, late_s=lag_s if view.is_late else None)
         has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
         self._show_fault(
             line_outside(

@@ -5,7 +5,7 @@ from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from app.engine.target import Target, is_simulated
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.safety.trigger_flags import TriggerFlags, trigger_flags
@@ -13,7 +13,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from ui.forms.field_editors import explain_setting
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, font, scaled
 from ui.widgets.controls import control, named, set_role
@@ -114,10 +114,10 @@ class TopBar(QFrame):
 
     panel_wanted = Signal()
 
-    def __init__(self, connector: Ports, in_use: LimitsInUse) -> None:
+    def __init__(self, ports: Ports, in_use: LimitsInUse) -> None:
         super().__init__()
         named(self, "top_bar", "bar")
-        self._connector, self._in_use = connector, in_use
+        self._ports, self._in_use = ports, in_use
         self.menu = control(QToolButton(), "menu_button", says=tr("Menu"), key="F10", picture=Icon.MENU, role="quiet")
         set_icon_size(self.menu, 20)
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -142,10 +142,10 @@ class TopBar(QFrame):
             "lock_button",
             key="Ctrl+L",
             picture=Icon.LOCK,
-            slot=connector.lock.press,
+            slot=ports.lock.press,
             about=tr("Standby at once: always allowed, never asked twice."),
         )
-        connector.lock.buttons.add(self.lock)
+        ports.lock.buttons.add(self.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._states = named(QWidget(), "states")
         in_row(self.activation, self.trigger, self.triggers, self.cell, of=self._states, spacing=Space.XS, margins=0)
@@ -157,7 +157,7 @@ class TopBar(QFrame):
         self._reserve()
         self._fit()
         self.refresh()
-        for changed in (connector.changed, connector.renamed, connector.ticked, connector.lock_changed):
+        for changed in (ports.changed, ports.ticked, ports.lock_changed):
             changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh, restyle=self._fit)
 
@@ -212,26 +212,24 @@ class TopBar(QFrame):
         self.cell.name_unknown(tr("Cell"))
 
     def refresh(self) -> None:
-        connector, now = self._connector, self._connector.clock()
-        state, device = connector.current.state, connector.current.device
-        words = link_text(state, now)
-        self.port.show_link(port_title(state, connector.current.target), state.phase, words)
-        if self.name.text() != self._module:
-            self.name.setText(self._module)
+        port, now = self._ports.current, self._ports.clock()
+        module, state = port.module, port.state
+        self.port.show_link(port_title(state, port.target), state.phase, link_text(state, now))
+        name = module.name if port.is_requested else ""
+        if self.name.text() != name:
+            self.name.setText(name)
             self._fit_name()
-        show_activation(self.activation, connector.current.activation, now)
-        show_known_trigger(self.trigger, device.known("triggered", now), now)
-        show_trigger_flags(self.triggers, trigger_flags(device, now))
-        self._show_cell(device, now)
-        self.lock.setEnabled(connector.current.lock.is_possible)
-        set_role(self.lock, "primary" if connector.current.is_open and connector.current.is_active else "")
+        show_activation(self.activation, module.activation, now)
+        if module.may_have_fired:
+            self.trigger.show_state(tr("may have fired"), Icon.DANGER, Meaning.DANGER, detail=tr("before the restart"))
+        else:
+            show_known_trigger(self.trigger, module.view.known("triggered", now), now)
+        show_trigger_flags(self.triggers, trigger_flags(module.view, now))
+        self._show_cell(module.view, now)
+        self.lock.setEnabled(port.lock.is_possible)
+        set_role(self.lock, "primary" if port.is_active else "")
 
-    @property
-    def _module(self) -> str:
-        """The name given to the connected module, else ""."""
-        return self._connector.current.module.name if self._connector.current.is_requested else ""
-
-    def _show_cell(self, device: DeviceView, now: float) -> None:
+    def _show_cell(self, device: ConversationView, now: float) -> None:
         voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
         if voltage is None:
             self.cell.show_unknown()

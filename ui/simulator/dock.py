@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from app.text.i18n import tr
 from app.text.user_error import UserError
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.theme import scaled
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -24,16 +24,16 @@ _BESIDE_FROM_PX: Final = 700
 class SimulatorDock(QDockWidget):
     """Controls the simulated module that is connected; disabled while there is none."""
 
-    def __init__(self, connector: Ports, window: QMainWindow) -> None:
+    def __init__(self, ports: Ports, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
         self.setObjectName("simulator_dock")
-        self._connector = connector
+        self._ports = ports
         self._device: str | None = None
         self._panel: SimulatorPanel | None = None
         self.setWindowTitle(tr("Simulated module"))
         self.setAccessibleName(tr("Simulated module"))
-        connector.changed.connect(self._update_panel)
+        ports.changed.connect(self._update_panel)
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self)
         VisibilityTimer(self, restyle=self.fit)
 
@@ -62,7 +62,7 @@ class SimulatorDock(QDockWidget):
             return
         from app.port_urls.protocol_sim import open_bench
 
-        target = self._connector.current.target if self._connector.current.is_requested else None
+        target = self._ports.current.target if self._ports.current.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
         if device == self._device:
             return
