@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
-from app.engine.worker import Job
+from app.engine.job import Job
 from app.procedures.act import Performed, perform
 from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
@@ -11,9 +11,10 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import ASKING, OutcomeWatch, motion_text, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, has_turned, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Space
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, text_label
@@ -34,10 +35,8 @@ class ActRow(QFrame):
         name = f"{place}_{act.value}"
         named(self, name, "row")
         self.act = act
-        self._services, self._connector = services, services.ports
-        self._job = RunningJob(services.ports, self)
+        self._services, self._ports = services, services.ports
         self._performed: Performed | None = None
-        self._watch = OutcomeWatch(services)
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")
         self.live = named(ElidedLabel(), f"{name}_live", "small")
@@ -53,24 +52,33 @@ class ActRow(QFrame):
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._dismiss)
         self._lay_out()
-        self._connector.invalidated.connect(self._dismiss)
-        self._job.changed.connect(self.refresh)
+        self._ports.shown.connect(self._on_shown)
+
+    @property
+    def _job(self) -> RunningJob:
+        """Of the module shown; what came of it is shown on no other."""
+        return self._ports.module.job(self.objectName())
+
+    def _on_shown(self, _module: ShownModule) -> None:
+        self._performed = None
+        self.confirm.withdraw()
+        self.refresh()
 
     def refresh(self) -> None:
-        if self._watch.has_turned(self._performed):
+        if has_turned(self._services, self._performed):
             self._dismiss()
         refusals = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.
         shown = [refusal for refusal in refusals if refusal.condition is not Interlock.NOTHING_ELSE_ARMED]
         # One condition at a time: a second line would move the rows below. Without a module, or with perhaps another
         # one, all other conditions follow from that.
-        is_first = (Interlock.ONLINE, Interlock.IS_IDENTITY_SETTLED)
+        is_first = (Interlock.ONLINE, Interlock.LINE_IS_QUICK)
         shown.sort(key=lambda refusal: refusal.condition not in is_first)
         self.conditions.setText(shown[0].sentence if shown else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.
         blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
-            self.live.setText("" if shown else motion_text(self._connector))  # the condition gives the figures
+            self.live.setText("" if shown else motion_text(self._ports))  # the condition gives the figures
         self.confirm.set_possible(not blocking and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.notice_bar.show_notice(notice)
@@ -78,24 +86,24 @@ class ActRow(QFrame):
         self._reasons.setCurrentWidget(self.conditions if shown else self._effect)
 
     def _perform(self) -> None:
-        connector, act = self._connector, self.act
-        permit = Permit(act, Origin.CONFIRMATION, connector.clock())
-        journal = connector.current.journal()
+        module, act = self._ports.module, self.act
+        permit = Permit(act, Origin.CONFIRMATION, self._ports.clock(), module.number)
         self._performed = None
         if act is Act.ACTIVATE:
-            self._connector.current.lock.end()
+            self._ports.current.lock.give_up()
         self.begun.emit()
-        self._job.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
+        self._job.run(perform(act, module.journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
-        if job.run.error is not None:
+        if job.error is not None:
             self._job.set_notice(not_begun())
-        else:
-            self._performed = done = job.outcome()
-            if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
-                self._connector.current.note_shutdown()
-            self._job.set_notice(outcome_notice(done))
-        self.ended.emit(None if job.run.error is not None else self._performed)
+            self.ended.emit(None)
+            return
+        self._performed = done = job.outcome()
+        if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
+            self._ports.current.note_shutdown()
+        self._job.set_notice(outcome_notice(done))
+        self.ended.emit(done)
 
     def _dismiss(self) -> None:
         self._performed = None

@@ -5,15 +5,14 @@ from typing import Final
 
 from app.engine.address_lock import sets_rate
 from app.procedures.act import Performed
-from app.procedures.lock import Locked
 from app.safety.acts import Act
-from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
+from app.safety.interlocks import Interlock, Refusal, inputs_at, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from protocol.translatable import marked
 from ui.services.context import Services
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -24,43 +23,28 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
-    port = services.ports.current
+    port, module = services.ports.current, services.ports.module
     if not port.is_open:
         return (Refusal(Interlock.ONLINE, UserMessage(marked("Not connected"))),)
     inputs = replace(
-        interlock_inputs(port.device, port.clock(), must_be_proven=False),
-        is_identity_settled=port.identity.is_settled,
+        inputs_at(module.view, port.now_s),
         armed=services.armed.act,
-        is_audit_ready=port.journal().is_ready,
+        is_audit_ready=module.journal.is_ready,
         sets_rate=sets_rate(port.connection.port),
     )
     return tuple(refusal for refusal in refusals(act, inputs) if refusal.condition not in _ASKED_ANYWAY)
 
 
-class OutcomeWatch:
-    """Whether a notice of an act is still true."""
-
-    def __init__(self, services: Services) -> None:
-        self._connector = services.ports
-        self._done: Performed | None = None
-        """The act that was asked about last, with the last confirmed LOCK and the restarts until then."""
-        self._locked: Locked | None = None
-        self._restarts = 0
-
-    def has_turned(self, done: Performed | None) -> bool:
-        """Whether the module no longer reports that it is active, after an activation that was confirmed; or, after
-        one that is unknown, reports that it is locked after a restart or a confirmed LOCK."""
-        device = self._connector.current.device
-        if done is not self._done:
-            self._done, self._locked, self._restarts = done, self._connector.current.lock.confirmed, device.restarts
-        if done is None or done.act is not Act.ACTIVATE or done.outcome not in (Outcome.CONFIRMED, Outcome.UNKNOWN):
-            return False
-        locked = self._connector.current.lock.confirmed
-        is_locked_since = locked is not None and locked is not self._locked
-        is_active = device.fresh("active", self._connector.clock())
-        if done.outcome is Outcome.CONFIRMED:
-            return is_active is not True
-        return is_active is False and (is_locked_since or device.restarts > self._restarts)
+def has_turned(services: Services, done: Performed | None) -> bool:
+    """Whether a notice of an activation is no longer true: it was confirmed, and the module reports that it is not
+    active any more; or it is unknown, and the module was locked since."""
+    if done is None or done.act is not Act.ACTIVATE:
+        return False
+    module = services.ports.module
+    is_active = module.view.fresh("active", module.now_s)
+    if done.outcome is Outcome.CONFIRMED:
+        return is_active is not True
+    return done.outcome is Outcome.UNKNOWN and services.ports.current.lock.is_reported
 
 
 def outcome_meaning(done: Performed) -> Meaning:
@@ -76,9 +60,10 @@ def outcome_meaning(done: Performed) -> Meaning:
             return Meaning.ATTENTION
 
 
-def motion_text(connector: Ports) -> str:
+def motion_text(ports: Ports) -> str:
     """The current input of zeroing; empty if unknown."""
-    motion, tilt = connector.current.device.motion, connector.current.device.fresh("tilt_deg", connector.clock())
+    view = ports.module.view
+    motion, tilt = view.motion, view.fresh("tilt_deg", ports.clock())
     if motion is None or tilt is None:
         return ""
     return tr(

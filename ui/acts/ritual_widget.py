@@ -1,7 +1,7 @@
 """Deploy panel: choose, arm, hold. `app.safety.ritual` decides; this holds the controls and the timer.
 
-Fifty times a second it checks for what disarms: an open condition, the link, a restart, sleep of the computer, another
-window or field, an error anywhere in the window, an armed control that is not visible. Cancel has the focus at every
+Fifty times a second it checks for what disarms: an open condition, the end of the conversation, another window or
+field, an error anywhere in the window, an armed control that is not visible. Cancel has the focus at every
 step, and each control has its own place at the bottom of the page.
 """
 
@@ -13,23 +13,21 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QProgressBar, QStackedLayout, QWidget
 
-from app.engine.worker import Job
+from app.engine.job import Job
 from app.procedures.act import Performed, perform, rehearse
 from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
-from app.system.sleep_detector import SleepDetector, sleepless_clock
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
-from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
 from ui.acts.outcomes import ASKING, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
-from ui.services.module_name import module_label
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
@@ -55,10 +53,8 @@ _ENDED: Final = {
     Input.OUT_OF_SIGHT: marked("buttons not in sight"),
     Input.FOCUS_LOST: marked("focus lost"),
     Input.WINDOW_LEFT: marked("window left"),
-    Input.LINK_LOST: marked("link lost"),
-    Input.MODULE_RESTARTED: marked("the module restarted"),
+    Input.INTERRUPTED: marked("interrupted"),
     Input.CONDITION_OPENED: marked("a condition is not met"),
-    Input.SLEPT: marked("computer slept"),
     Input.FAILED: marked("program error"),
 }
 
@@ -70,13 +66,9 @@ class RitualWidget(QFrame):
         super().__init__()
         named(self, "ritual", "danger-corner")
         self.ritual = Ritual(Act.DEPLOY)
-        self._services, self._connector = services, services.ports
-        self._restarts = 0
-        self._was_online = False
-        self._job = RunningJob(services.ports, self)
-        self.clock_with_sleep = sleepless_clock()
-        """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
-        self._sleeps = SleepDetector()
+        self._services, self._ports = services, services.ports
+        self._conversation = 0
+        """The number of the one in which it was chosen."""
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
@@ -115,20 +107,24 @@ class RitualWidget(QFrame):
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)
         self.hold.hold_ended.connect(self._release)
-        self._connector.changed.connect(self._watch)
-        self._connector.batch.connect(lambda _batch: self._watch())
-        self._connector.invalidated.connect(self._on_another_module)
+        self._ports.changed.connect(self._watch)
+        self._ports.shown.connect(self._on_another_module)
+        self._ports.leaving.connect(partial(self.disarm, Input.INTERRUPTED))
         self._guard = RitualGuard(self)
         self._guard.broken.connect(self.disarm)
         self._timer = QTimer(self, interval=TICK_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._lay_out()
-        self._job.changed.connect(self._show)
         self._show()
 
     @property
     def is_under_way(self) -> bool:
         return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
+
+    @property
+    def _job(self) -> RunningJob:
+        """Of the module shown; what came of it is shown on no other."""
+        return self._ports.module.job("ritual")
 
     def refresh(self) -> None:
         self._title.setText(self._heading())
@@ -160,13 +156,14 @@ class RitualWidget(QFrame):
             bring_into_sight(self)
             if is_in_sight(self):
                 return  # it moved under the pointer; where there is no room for all of it, the watch says so
-        self.ritual.choose(is_rehearsal=is_rehearsal)
+        self._conversation = self._ports.module.number
+        self.ritual.choose(self._conversation, is_rehearsal=is_rehearsal)
         self._focus_cancel()
         self._job.dismiss()
         self._begin_watching()
 
     def _arm(self) -> None:
-        self.ritual.arm(self._connector.clock())
+        self.ritual.arm(self._ports.clock())
         self._services.armed.act = Act.DEPLOY
         self._focus_cancel()
         self._show()
@@ -177,7 +174,7 @@ class RitualWidget(QFrame):
         self.cancel.setFocus()
 
     def _press(self) -> None:
-        self.ritual.press(self._connector.clock())
+        self.ritual.press(self._ports.clock())
         self._on_stage()
 
     def _release(self) -> None:
@@ -190,25 +187,17 @@ class RitualWidget(QFrame):
     # The watch
 
     def _begin_watching(self) -> None:
-        device = self._connector.current.device
-        self._restarts, self._was_online = device.restarts, device.presence is Presence.ONLINE
-        self._sleeps = SleepDetector(with_sleep=self.clock_with_sleep)
         self._timer.start()
         self._guard.begin()
 
     def _watch(self) -> None:
-        """Check the link, the clocks and the conditions; called at every batch and tick."""
+        """Check the conversation and the conditions; called at every change and tick."""
         if not self.is_under_way:
             return
-        if self._sleeps.poll():
-            self.disarm(Input.SLEPT)
-            return
-        device = self._connector.current.device
-        is_online = self._connector.current.is_open and device.presence is Presence.ONLINE
-        if device.restarts != self._restarts:
-            self.disarm(Input.MODULE_RESTARTED)
-        elif self._was_online and not is_online:
-            self.disarm(Input.LINK_LOST)
+        module = self._ports.module
+        is_same = module.number == self._conversation and (module.is_going or self._conversation == 0)
+        if not is_same:
+            self.disarm(Input.INTERRUPTED)
         elif self.ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
             self.disarm(Input.FOCUS_LOST)
         elif not self._is_in_sight():
@@ -218,10 +207,10 @@ class RitualWidget(QFrame):
         elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
-    def _on_another_module(self) -> None:
-        self.disarm(Input.LINK_LOST)
+    def _on_another_module(self, _module: ShownModule) -> None:
+        self.disarm(Input.INTERRUPTED)
         self.ritual.disarm(Input.FINISHED)  # the outcome is shown to nobody
-        self._job.dismiss()
+        self._show()
 
     def _is_in_sight(self) -> bool:
         """Whether the controls of this step are entirely visible."""
@@ -232,7 +221,7 @@ class RitualWidget(QFrame):
             self._watch()
             if gestures().is_release_uncertain:
                 return  # known within about 50 ms
-            permit = self.ritual.tick(self._connector.clock())
+            permit = self.ritual.tick(self._ports.clock())
         except BaseException:
             self.disarm(Input.FAILED)
             raise
@@ -260,16 +249,16 @@ class RitualWidget(QFrame):
             self.ritual.disarm(Input.FINISHED)
             self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY, permit)))
             return
-        journal = self._connector.current.journal()
+        journal = self._ports.module.journal
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
-        done = None if job.run.error is not None else job.outcome()
+        done = None if job.error is not None else job.outcome()
         self._job.set_notice(not_begun() if done is None else outcome_notice(done))
 
     def _show(self) -> None:
-        ritual, now = self.ritual, self._connector.clock()
+        ritual, now = self.ritual, self._ports.clock()
         stage = ritual.stage
         for widget, is_shown in (
             (self.cancel, self.is_under_way),
@@ -316,14 +305,14 @@ class RitualWidget(QFrame):
     def _heading(self) -> str:
         """With module and port, if connected."""
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
-        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._connector.current.target
-        if target is None or not self._connector.current.is_open:
+        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._ports.current.target
+        if target is None or not self._ports.current.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
-        name = self._services.ports.current.module.name
+        name = self._ports.module.name
         if not name:
             return labelled(act, port)
-        return tr("{act}: {module} on {port}", act=act, module=module_label(name), port=port)
+        return tr("{act}: {module} on {port}", act=act, module=name, port=port)
 
     # Qt
 

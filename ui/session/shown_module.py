@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from app.settings.profiles import Profile
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
+    from ui.session.running_job import RunningJob
 
 _log = logging.getLogger(__name__)
 
@@ -95,6 +96,7 @@ class ShownModule(QObject):
         """It reported TRIGGERED in this conversation."""
         self.check: ModuleCheck | None = None
         """The last one, whoever began it."""
+        self._running: dict[str, RunningJob] = {}
         self._jobs: set[Job[Any]] = set()
         self._lasting_jobs: set[Job[Any]] = set()
         """They go on while another module is shown."""
@@ -183,6 +185,15 @@ class ShownModule(QObject):
 
         self._port.submit(job, end)
         return job
+
+    def job(self, key: str) -> "RunningJob":
+        """What a page runs on it and shows of it, by the page's own key: progress, cancel, and what came of it."""
+        from ui.session.running_job import RunningJob
+
+        if key not in self._running:
+            running = self._running[key] = RunningJob(self)
+            running.changed.connect(self.changed)
+        return self._running[key]
 
     @property
     def is_busy(self) -> bool:

@@ -1,5 +1,8 @@
-"""Chooses the notice that needs attention: leaving an ACTIVE module, a failed LOCK, a bad link, a module that has fired,
-which module it is, what was interrupted; an uncaught error, which disarms."""
+"""Chooses the one notice that needs attention.
+
+In this order: a question about leaving an ACTIVE module, LOCK that failed, a bad link, a module that has fired, which
+module it is, what was interrupted. An uncaught error disarms and is shown, too.
+"""
 
 import time
 from collections.abc import Callable

@@ -102,7 +102,7 @@ def values_seen(ports: Ports) -> dict[str, object]:
         "port": port.connection.port,
         "baud_rate": port.connection.baud_rate,
         "answers": view.is_going,
-        "link": {"frames": ports.module.statistics.frames},
+        "link": {"frames": ports.module.statistics.totals.frames},
         "values": {
             key: {
                 "value": reading.value,

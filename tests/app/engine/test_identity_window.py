@@ -31,7 +31,7 @@ from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
 from ui.pages.settings.controller import SettingsController
 from ui.pages.tests.page import TestsPage as GuidedPage
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.services.module_name import ModuleName
 
 NAME = "M-07"

@@ -22,9 +22,9 @@ from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts, ports_alone
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.services.port import SETTLE_MS, Ports
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Meaning
 

@@ -26,7 +26,7 @@ from ui.pages.flights.page import FlightsPage
 from ui.services.job_notice import JobNotice
 from ui.services.port import Ports
 from ui.services.recording_jobs import ExportKind, RecordingJobs
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice

@@ -19,7 +19,7 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.tests import page as tests_page
 from ui.pages.triggers.page import TriggersPage
 from ui.services.context import PageEntry
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.shell.label_actions import LabelActions
 from ui.style.icons import Icon
 

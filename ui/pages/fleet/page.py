@@ -33,7 +33,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page, WaysBack
 from ui.services.port import Port
-from ui.services.running_job import is_risk_open, risk_notice
+from ui.session.running_job import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named

@@ -20,7 +20,7 @@ from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.style.icons import Icon
 from ui.widgets.controls import control, named, without_key
 from ui.widgets.layouts import captioned_row

@@ -25,7 +25,7 @@ from protocol.link_states import Presence
 from protocol.messages import Reading
 from protocol.translatable import marked
 from ui.services.context import Services
-from ui.services.running_job import RunningJob, is_risk_open, risk_choices, risk_notice
+from ui.session.running_job import RunningJob, is_risk_open, risk_choices, risk_notice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -21,7 +21,7 @@ from ui.acts.outcomes import not_begun, open_conditions
 from ui.forms.field_editors import ChoiceEditor, ValueLabel, explain_setting, make_editor
 from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
 from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import TEXT_GAP_PX, control, named

@@ -33,7 +33,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.services.module_name import not_kept
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
 
 CANCELLED = marked("cancelled")
 LOST = marked("link lost")

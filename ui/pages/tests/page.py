@@ -58,7 +58,7 @@ from ui.pages.tests.widgets import (
 )
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.services.page import Page, WaysBack
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled

@@ -26,7 +26,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.services.module_name import not_kept
-from ui.services.running_job import RunningJob
+from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

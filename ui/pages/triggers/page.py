@@ -36,7 +36,7 @@ from ui.pages.triggers.model import (
     record_text,
 )
 from ui.services.context import Services
-from ui.services.module_field import ModuleField
+from ui.session.module_field import ModuleField
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
