@@ -33,7 +33,9 @@ from app.store.fired import claim_fired, note_triggered
 from app.store.rows import Row
 from app.store.store_journal import new_run
 from app.store.trouble import StoreTrouble
+from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
+from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.events import Ended, EndReason
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
     from ui.session.running_job import RunningJob
+    from ui.session.trigger_reading import TriggerReading
 
 _log = logging.getLogger(__name__)
 
@@ -97,6 +100,7 @@ class ShownModule(QObject):
         self.check: ModuleCheck | None = None
         """The last one, whoever began it."""
         self._running: dict[str, RunningJob] = {}
+        self._triggers: TriggerReading | None = None
         self._jobs: set[Job[Any]] = set()
         self._lasting_jobs: set[Job[Any]] = set()
         """They go on while another module is shown."""
@@ -194,6 +198,16 @@ class ShownModule(QObject):
             running = self._running[key] = RunningJob(self)
             running.changed.connect(self.changed)
         return self._running[key]
+
+    @property
+    def triggers(self) -> "TriggerReading":
+        """Its trigger records."""
+        if self._triggers is None:
+            from ui.session.trigger_reading import TriggerReading
+
+            self._triggers = TriggerReading(self, self._storage)
+            self._triggers.changed.connect(self.changed)
+        return self._triggers
 
     @property
     def is_busy(self) -> bool:
@@ -336,6 +350,16 @@ class ShownModule(QObject):
     def _store(self) -> Store | None:
         store = self._storage.store
         return store if isinstance(store, Store) else None
+
+
+def module_label(name: str) -> str:
+    """For sentences, in the language in use."""
+    return name or tr("Unnamed")
+
+
+def not_kept(trouble: StoreTrouble, module: str) -> str:
+    """With the name of the module it is of: by the time that a slow store tells, another one may be shown."""
+    return labelled(capitalised(module_label(module)), join_sentences((trouble.sentence, tr("Not kept."))))
 
 
 def _log_trouble(written: "Future[Any]") -> None:

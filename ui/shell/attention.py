@@ -27,14 +27,9 @@ from ui.session.interruptions import RemainderKind
 from ui.session.name_question import NameQuestion
 from ui.session.port import Port
 from ui.session.ports import Ports
-from ui.session.shown_module import ShownModule
+from ui.session.shown_module import ShownModule, module_label
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-
-
-def module_label(name: str) -> str:
-    """For sentences, in the language in use."""
-    return name or tr("Unnamed")
 
 
 def clock_time(at: float) -> str:

@@ -46,7 +46,6 @@ FIRED_WORDS: Final[Mapping[bool, str]] = {
 class CommandsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
-        self._connector = services.ports
         self.meaning = named(FittedLabel(is_bold=True), "commands_state_meaning")
         self.acts = {act: ActRow(services, act) for _name, _title, acts in GROUPS for act in acts}
         self.ritual = RitualWidget(services)
@@ -67,13 +66,12 @@ class CommandsPage(Page):
         head = in_column(self.make_header(tr("Commands")), margins=(Space.M, 0))
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column(head, (scroll, 1), docked, of=self, spacing=0, margins=0)
-        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        self._connector.changed.connect(timer.refresh_seen)
-        self.refresh()
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
-        activation = self._connector.current.activation
-        fired = self._connector.current.device.known("triggered", self._connector.clock())
+        module = self.module
+        activation = module.activation
+        fired = module.view.known("triggered", module.now_s)
         has_fired = fired is not None and fired.value is True
         is_locked = activation.state is Activation.LOCKED
         self.meaning.show_text(tr(FIRED_WORDS[is_locked] if has_fired else STATE_WORDS[activation.state]))

@@ -14,8 +14,8 @@ from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_messag
 from app.trigger_records.kept import MAX_NOTE_LENGTH
 from protocol.translatable import marked
 from ui.forms.rows_table import FactRows
-from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import COLUMNS, Column
+from ui.session.trigger_reading import TriggerRow
 from ui.style.theme import Size, Space, fixed_font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label

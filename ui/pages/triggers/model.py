@@ -14,7 +14,7 @@ from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, cell_text, sentence, uptime_message
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
-from ui.pages.triggers.controller import TriggerRow, TriggersController
+from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -127,18 +127,18 @@ def csv_name(module: str) -> str:
     return f"dps-s triggers {safe or 'module'}.csv"
 
 
-def is_known_empty(work: TriggersController) -> bool:
+def is_known_empty(work: TriggerReading) -> bool:
     """Whether the module confirmed that it has no records."""
     return work.reading is not None and work.reading.history.is_confirmed and not work.rows
 
 
-def count_text(work: TriggersController) -> str:
+def count_text(work: TriggerReading) -> str:
     """Without a number while the list is empty: its place says why."""
     count = len(work.rows)
     return labelled(tr("Trigger records"), count) if count else tr("Trigger records")
 
 
-def news_text(work: TriggersController) -> str:
+def news_text(work: TriggerReading) -> str:
     """How many are new since the last visit; empty where none is known, or none is kept."""
     rows = work.rows
     if work.reading is None or not rows or not rows[0].is_stored:
@@ -146,7 +146,7 @@ def news_text(work: TriggersController) -> str:
     return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=sum(row.is_new for row in rows))
 
 
-def empty_title(work: TriggersController) -> str:
+def empty_title(work: TriggerReading) -> str:
     if work.is_busy:
         return tr("Reading the trigger records")
     if is_known_empty(work):
@@ -154,7 +154,7 @@ def empty_title(work: TriggersController) -> str:
     return capitalised(tr("not read yet") if work.reading is None else tr("unknown"))
 
 
-def empty_text(work: TriggersController, *, is_open: bool) -> str:
+def empty_text(work: TriggerReading, *, is_open: bool) -> str:
     if work.is_busy:
         return ""
     if is_known_empty(work):

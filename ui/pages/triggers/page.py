@@ -3,7 +3,7 @@
     head     search, Read
     list     `RowsTable`, or why it is empty; beside it `TriggersDetail`
     foot     copy, export
-`TriggersController` reads the records, merges them with the stored ones and stores judgements.
+`TriggerReading` reads the records of the module shown, merges them with the stored ones and stores judgements.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,6 @@ from app.trigger_records.csv_file import write_archive
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
-from ui.pages.triggers.controller import TriggersController
 from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import (
     COLUMNS,
@@ -36,8 +35,9 @@ from ui.pages.triggers.model import (
     record_text,
 )
 from ui.services.context import Services
-from ui.session.module_field import ModuleField
 from ui.services.page import Page, WaysBack
+from ui.session.module_field import ModuleField
+from ui.session.trigger_reading import TriggerReading
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
@@ -54,10 +54,9 @@ _READ_EVERY_MS: Final = 500
 class TriggersPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("triggers")
-        self._services, self._connector = services, services.ports
+        self._services, self._ports = services, services.ports
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self.work = TriggersController(services, self)
         self._is_review_wanted = False
         self.table = RowsTable(
             "triggers_table",
@@ -71,17 +70,20 @@ class TriggersPage(Page):
         )
         self.detail = TriggersDetail()
         self.strip = named(NoticeBar(), "triggers_notice")
-        self.module = ModuleField("triggers_module", services.ports)
-        self.module.setMinimumContentsLength(14)
+        self.name_field = ModuleField("triggers_module", services.ports)
+        self.name_field.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
         self._make_buttons()
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self._lay_out()
-        timer = VisibilityTimer(self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked)
-        self.work.changed.connect(timer.refresh_seen)
+        VisibilityTimer(self, self._read_unasked, every_ms=_READ_EVERY_MS, tick=self._read_unasked)
         self._wire()
-        self.refresh()
+
+    @property
+    def work(self) -> TriggerReading:
+        """Of the module shown."""
+        return self.module.triggers
 
     def refresh(self) -> None:
         work = self.work
@@ -95,11 +97,11 @@ class TriggersPage(Page):
             select_row(self.table, 0)
         self.list.empty.title.setText(empty_title(work))
         notice = work.notice() or self._idle_notice()
-        why = empty_text(work, is_open=self._connector.current.is_open)
+        why = empty_text(work, is_open=self._ports.current.is_open)
         is_told = notice is not None and notice.text.startswith(why)
         self.list.empty.text.setText("" if is_told else why)
         self.count.setText(count_text(work))
-        known_by = self._connector.current.module.known_by if has_rows else ""
+        known_by = self.module.known_by.translated() if has_rows else ""
         self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.list.search):
@@ -107,17 +109,16 @@ class TriggersPage(Page):
         self.strip.show_notice(notice)
         self._show_detail()
 
-    def _on_shown(self) -> None:
+    def _read_unasked(self) -> None:
         self.work.read_unasked()
-        self.refresh()
 
     def _idle_notice(self) -> Notice | None:
         """Why the records are not stored."""
         if not self.work.rows or self.work.rows[0].is_stored:
             return None
-        if not self._connector.current.module.name:
+        if not self.module.name:
             text = tr("Name the module to keep these records.")
-            return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
+            return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.name_field.setFocus),))
         store = self._services.storage.store
         if isinstance(store, StoreTrouble):
             return Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))
@@ -127,7 +128,7 @@ class TriggersPage(Page):
         chosen = self.table.chosen()
         self.detail.show_rows(chosen)
         if self.isVisible():
-            self._connector.current.keep_looked_at(row.seen.raw for row in chosen if row.is_on_module)
+            self.module.keep_looked_at(row.seen.raw for row in chosen if row.is_on_module)
 
     def _choose_unreviewed(self) -> None:
         """Choose the records on the module that nobody has reviewed, as soon as they are there."""
@@ -140,7 +141,7 @@ class TriggersPage(Page):
 
     def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
         rows = self.work.rows if is_archive else self.table.filter.shown()
-        name = self._connector.current.module.name
+        name = self.module.name
         title = tr("Export all…") if is_archive else tr("Export shown…")
         new = frozenset(row.seen.id for row in rows if row.is_new)
         has_past = self.work.reading is not None and not self.work.is_first_visit
@@ -163,7 +164,7 @@ class TriggersPage(Page):
             keys="F5",
             picture=Icon.HISTORY,
             role="primary",
-            slot=self.work.read,
+            slot=lambda: self.work.read(),
         )
         self.copy = control(
             QPushButton(tr("Copy")), "triggers_copy", keys="Ctrl+C", picture=Icon.TABLE, slot=self.copy_rows
@@ -185,14 +186,14 @@ class TriggersPage(Page):
 
     def _wire(self) -> None:
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.detail.judged.connect(self.work.judge)
+        self.detail.judged.connect(lambda *judged: self.work.judge(*judged))
         self._services.exchange.review_wanted.connect(self._choose_unreviewed)
         self.saving, self.exporting = self.save_page, self.save_archive
 
     def _lay_out(self) -> None:
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
         foot = FlowRow(right=(self.copy, self.save_page, self.save_archive))
-        says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)
+        says = in_row(self.count, (self.news, 1), self.name_field, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, "triggers_scroll", tr("Trigger records"), is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._lists = in_row((self.list, 1), beside, spacing=Space.S)

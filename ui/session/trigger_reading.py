@@ -1,0 +1,295 @@
+"""The trigger records of one module: read once in its conversation, merged with the stored ones, judged by a person."""
+
+from collections import Counter
+from functools import partial
+from typing import NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.job import Job
+from app.engine.procedure import Cancelled
+from app.limits.past import LastAnswer
+from app.preflight.module_checks import RecordsWord
+from app.store.fact_store import Facts, Store, utc_now
+from app.store.trouble import StoreTrouble
+from app.system.wall_clock import DAY, local_time
+from app.text.i18n import tr
+from app.text.sentences import error_text, join_sentences, labelled
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
+from app.trigger_records.history import Judgement, in_order, record_of
+from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
+from protocol.messages import TriggerRecord
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.services.storage import Storage
+from ui.session.shown_module import ShownModule, not_kept
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class TriggerRow(NamedTuple):
+    """One trigger. `is_stored`: it is in the store and can be judged. `is_being_stored`: it is being stored.
+    `is_seen_once`: it came in one reading only, so it is uncertain."""
+
+    seen: SeenRecord
+    record: TriggerRecord
+    is_new: bool
+    is_on_module: bool
+    is_stored: bool
+    is_seen_once: bool = False
+    is_being_stored: bool = False
+
+
+class TriggerReading(QObject):
+    """Of one module. It is read by itself once while somebody looks, and again after it fired."""
+
+    changed = Signal()
+    """The rows, the progress or the notice are otherwise."""
+
+    def __init__(self, module: ShownModule, storage: Storage) -> None:
+        super().__init__(module)
+        self._module, self._storage = module, storage
+        self.rows: tuple[TriggerRow, ...] = ()
+        """Oldest first."""
+        self.reading: TriggersReading | None = None
+        self.is_first_visit = True
+        self.job = module.job("triggers")
+        self.job.changed.connect(self.changed)
+        self._new: frozenset[int] = frozenset()
+        self._is_stored = False
+        self._has_asked = False
+        """It was read by itself since it last fired."""
+        self._had_fired = False
+        self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
+        self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
+        self._judging: dict[int, tuple[Judgement | None, str]] = {}
+        """Judgements that are not stored yet, by record."""
+        module.named.connect(self._on_named)
+        self.show_kept()
+
+    @property
+    def is_busy(self) -> bool:
+        """Reading or storing."""
+        return self.job.is_running or self._filing.is_running
+
+    @property
+    def can_read(self) -> bool:
+        return self._module.is_going and not self.is_busy
+
+    def notice(self) -> Notice | None:
+        return self.job.notice(marked("Reading the trigger records"))
+
+    # What is done
+
+    def read(self) -> None:
+        if self.can_read:
+            self._has_asked = True
+            self.job.run(read_triggers(), self._end)
+
+    def read_unasked(self) -> None:
+        """Called while somebody looks."""
+        has_fired = self._module.view.reported[0] is True
+        if has_fired and not self._had_fired:
+            self._has_asked = False
+        self._had_fired = has_fired
+        is_free = self._module.is_read and not self._module.is_busy
+        if is_free and self.can_read and not self._has_asked:
+            self.read()
+
+    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+        """Store a person's judgement of a record; a failure offers to try again."""
+        store, name = self._store, self._module.name
+        if store is None:
+            return
+        judged = self._judging[record_id] = judgement, note
+
+        def end(trouble: StoreTrouble | None = None) -> None:
+            if self._judging.get(record_id) is not judged:
+                return  # it was judged again meanwhile
+            del self._judging[record_id]
+            if trouble is not None:
+                self.job.set_notice(self._offer_to_judge_again(trouble, record_id, judged))
+            self.show_kept()
+
+        work = partial(_judge, module=name, place=record_id, judgement=judgement, note=note)
+        keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
+        keeper.run_in(store, work, lambda _none: end(), end)
+        self.show_kept()
+
+    # What came of it
+
+    def _end(self, job: Job[TriggersReading]) -> None:
+        if job.error is not None:
+            is_cancelled = isinstance(job.error, Cancelled)
+            text = tr("Cancelled.") if is_cancelled else error_text(job.error)
+            meaning = Meaning.INFORMATION if is_cancelled else Meaning.DANGER
+            self.job.notify(meaning, join_sentences((text, tr("Not kept."))))
+            return
+        self.reading = reading = job.outcome()
+        if reading.history.is_confirmed:
+            self._module.note_records_read()
+        self._keep_reading()
+
+    def _keep_reading(self, *, is_same_module: bool = False) -> None:
+        """Keep the reading under the module's name, if it has one."""
+        reading, store, name, target = self.reading, self._store, self._module.name, self._module.target
+        self._filing.cancel()
+        self._is_stored, self._new = False, frozenset()
+        if reading is None:
+            self.show_kept()
+            return
+        if reading.history.is_answered and store is not None and target is not None and name:
+            self.job.dismiss()
+            work = partial(
+                file_triggers,
+                reading=reading,
+                name=name,
+                port=target.device,
+                adapter=target.identity,
+                is_same_module=is_same_module,
+            )
+            self._filing.run_in(store, work, self._end_filing, self._fail_filing)
+        if not reading.history.is_answered:
+            self.job.set_notice_of_now(self._silent_notice)
+        elif not reading.history.is_confirmed:
+            self.job.notify(Meaning.ATTENTION, tr("The readings differ: records may be missing. Read again."))
+        self.show_kept()
+
+    def _end_filing(self, filed: Visit | PossiblyOther) -> None:
+        if isinstance(filed, PossiblyOther):
+            self.job.set_notice(self._ask_which_module(filed))
+        else:
+            self._is_stored = True
+            self.is_first_visit = filed.new is None
+            self._new = filed.new or frozenset()
+        self.show_kept()
+
+    def _fail_filing(self, trouble: StoreTrouble) -> None:
+        self.job.notify(Meaning.DANGER, not_kept(trouble, self._module.name))
+        self.show_kept()
+
+    def _silent_notice(self) -> Notice:
+        """The module does not answer the query; a person can say once that a named one is new."""
+        text = tr("No answer: the records are unknown.")
+        store, name = self._store, self._module.name
+        plain = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
+        if store is None or not name:
+            return plain
+        try:
+            last_answer, is_said_new = store.read(lambda facts: _answers(facts, name))
+        except StoreTrouble as trouble:
+            return Notice(Meaning.DANGER, not_kept(trouble, name))
+        if last_answer is not None:
+            had = tr("It had {count} on {date}.", count=last_answer.count, date=local_time(last_answer.at, DAY))
+            return plain._replace(text=join_sentences((text, had)))
+        if is_said_new:
+            return Notice(Meaning.INFORMATION, join_sentences((text, tr("A person said that it is new."))))
+        if self._module.view.reported[0] is not False:
+            return plain
+        words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
+        return plain._replace(choices=(Choice("say_new", words, partial(self._say_new, name)),))
+
+    def _say_new(self, name: str) -> None:
+        store = self._store
+        if store is not None:
+            work = partial(say_new, names=[name])
+            self._wording.run_in(store, work, lambda _none: self.changed.emit(), self._fail_filing)
+
+    def _ask_which_module(self, other: PossiblyOther) -> Notice:
+        name = self._module.name
+        text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=other.why.translated())))
+        choices = (
+            Choice("another_module", tr("Another module"), partial(self._module.say_name, ""), is_step=True),
+            Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
+        )
+        return Notice(Meaning.ATTENTION, text, choices)
+
+    def _keep_anyway(self) -> None:
+        self.job.dismiss()
+        self._keep_reading(is_same_module=True)
+
+    def _offer_to_judge_again(
+        self, trouble: StoreTrouble, record_id: int, judged: tuple[Judgement | None, str]
+    ) -> Notice:
+        def again() -> None:
+            self.job.dismiss()
+            self.judge(record_id, *judged)
+
+        choices = (Choice("judge_again", tr("Try again"), again),)
+        return Notice(Meaning.DANGER, not_kept(trouble, self._module.name), choices, dismiss=self.job.dismiss)
+
+    def _on_named(self) -> None:
+        """What was read is of the module that a person named now."""
+        self.job.dismiss()
+        self._keep_reading()
+
+    # The rows
+
+    def show_kept(self) -> None:
+        self.rows = self._rows()
+        self.changed.emit()
+
+    def _rows(self) -> tuple[TriggerRow, ...]:
+        """The stored records of this name, else the reading."""
+        kept = self._kept() if self._is_stored or self.reading is None else ()
+        if kept:
+            return self._kept_rows(kept)
+        return () if self.reading is None else self._read_rows(self.reading)
+
+    def _kept(self) -> tuple[SeenRecord, ...]:
+        store, name = self._store, self._module.name
+        if store is None or not name:
+            return ()
+        try:
+            return store.read(lambda facts: KeptTriggers(facts).records(name))
+        except StoreTrouble as trouble:
+            self.job.notify(Meaning.DANGER, not_kept(trouble, name))
+            return ()
+
+    def _read_rows(self, reading: TriggersReading) -> tuple[TriggerRow, ...]:
+        """What is on the module, where nothing of it is stored."""
+        rows: list[TriggerRow] = []
+        for records, is_seen_once in ((reading.history.records, False), (reading.history.seen_once, True)):
+            for raw in in_order([record.raw for record in records], reading.boot_count):
+                row = _unstored_row(len(rows), raw, is_seen_once=is_seen_once)
+                rows.append(row._replace(is_being_stored=self._filing.is_running))
+        return tuple(rows)
+
+    def _kept_rows(self, kept: tuple[SeenRecord, ...]) -> tuple[TriggerRow, ...]:
+        """What is stored, and behind it what came in one reading only."""
+        history = None if self.reading is None else self.reading.history
+        slots = Counter(record.raw for record in history.all) if history is not None else Counter()
+        rows = []
+        for stored in reversed(kept):  # of two equal records the later one is on the module
+            judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
+            is_on_module = slots[stored.raw] > 0
+            if is_on_module:
+                slots[stored.raw] -= 1
+            seen = stored._replace(judgement=judgement, note=note)
+            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
+        rows.reverse()
+        seen_once = () if history is None else history.seen_once
+        unknown = Counter(record.raw for record in seen_once) & slots  # known from an earlier visit: certain
+        for raw in unknown.elements():
+            rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
+        return tuple(rows)
+
+    @property
+    def _store(self) -> Store | None:
+        store = self._storage.store
+        return store if isinstance(store, Store) else None
+
+
+def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
+    seen = SeenRecord(-1 - place, place, raw, utc_now().isoformat(timespec="seconds"), None, "")
+    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
+
+
+def _answers(facts: Facts, name: str) -> tuple[LastAnswer | None, bool]:
+    """When it last answered the query, and whether a person said that it is new."""
+    kept = KeptTriggers(facts)
+    return kept.last_answer(name), kept.is_said_new(name)
+
+
+def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:
+    KeptTriggers(facts).judge(module, place, judgement, note)
