@@ -14,7 +14,7 @@ from app.store.fact_store import Facts, Store, utc_now
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences, labelled
+from app.text.sentences import join_sentences, labelled
 from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
 from app.trigger_records.history import Judgement, in_order, record_of
 from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
@@ -121,7 +121,7 @@ class TriggerReading(QObject):
     def _end(self, job: Job[TriggersReading]) -> None:
         if job.error is not None:
             is_cancelled = isinstance(job.error, Cancelled)
-            text = tr("Cancelled.") if is_cancelled else error_text(job.error)
+            text = tr("Cancelled.") if is_cancelled else str(job.error)
             meaning = Meaning.INFORMATION if is_cancelled else Meaning.DANGER
             self.job.notify(meaning, join_sentences((text, tr("Not kept."))))
             return

@@ -19,6 +19,7 @@ from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, saved_text
 from app.trigger_records.csv_file import write_archive
+from app.trigger_records.history import Judgement
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
@@ -109,6 +110,12 @@ class TriggersPage(Page):
         self.strip.show_notice(notice)
         self._show_detail()
 
+    def _read(self) -> None:
+        self.work.read()
+
+    def _judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+        self.work.judge(record_id, judgement, note)
+
     def _read_unasked(self) -> None:
         self.work.read_unasked()
 
@@ -164,7 +171,7 @@ class TriggersPage(Page):
             keys="F5",
             picture=Icon.HISTORY,
             role="primary",
-            slot=lambda: self.work.read(),
+            slot=self._read,
         )
         self.copy = control(
             QPushButton(tr("Copy")), "triggers_copy", keys="Ctrl+C", picture=Icon.TABLE, slot=self.copy_rows
@@ -186,7 +193,7 @@ class TriggersPage(Page):
 
     def _wire(self) -> None:
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.detail.judged.connect(lambda *judged: self.work.judge(*judged))
+        self.detail.judged.connect(self._judge)
         self._services.exchange.review_wanted.connect(self._choose_unreviewed)
         self.saving, self.exporting = self.save_page, self.save_archive
 
