@@ -13,7 +13,6 @@ from ui.widgets.gestures import application
 from ui.widgets.labels import be_plain
 
 LOCK_KEYS: Final = ("Ctrl+L", "F12")
-_KEY_EVENTS: Final = frozenset({QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress})
 # By class: `type()` would first make a member of its enumeration of every event of the application.
 _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 
@@ -38,14 +37,16 @@ class LockFilter(QObject):
     def paused(self) -> Iterator[None]:
         """For the making of pages: no key and no click comes then, and a fifth of the time would go into the filter."""
         self.stop()
-        yield
-        application().installEventFilter(self)
+        try:
+            yield
+        finally:
+            application().installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if not isinstance(event, _HANDLED):
             return False
         if isinstance(event, QKeyEvent):
-            return event.type() in _KEY_EVENTS and self._on_key(event)
+            return event.type() != QEvent.Type.KeyRelease and self._on_key(event)
         if isinstance(event, QMouseEvent):
             return (
                 event.type() == QEvent.Type.MouseButtonPress and isinstance(watched, QWindow) and self._on_press(event)
