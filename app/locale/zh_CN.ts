@@ -3236,6 +3236,10 @@
         <translation>没有串口 {port}。</translation>
     </message>
     <message>
+        <source>There is no {file} here.</source>
+        <translation>此处没有 {file}。</translation>
+    </message>
+    <message>
         <source>This file is packed in a way that is not read: unpack it first.</source>
         <translation>此文件的压缩方式不受支持：请先解压。</translation>
     </message>
@@ -5084,6 +5088,10 @@
     <message>
         <source>{file} exists and is another kind of file.</source>
         <translation>{file} 已存在且是其他类型的文件。</translation>
+    </message>
+    <message>
+        <source>{file} exists. Replace it?</source>
+        <translation>{file} 已存在，是否替换？</translation>
     </message>
     <message>
         <source>{file} exists: use {options}.</source>

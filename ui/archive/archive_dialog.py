@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QLabel, QLineEdit, QPushButton, QSplitter, QStackedWidget, QWidget
 
 from app.archive.archive import Archive
@@ -23,18 +23,17 @@ from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, Seen, archive_of, last_time
 from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import ThenPath, ask_path, bring_to_front
+from ui.files.file_dialogs import ThenPath, ask_path, show_over_page
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import EmptyState, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.visibility_timer import VisibilityTimer
 
-FIRST_SIZE: Final = QSize(940, 560)
 SUFFIX: Final = ".dps-s"
 _ROW_PX: Final = 26
 _SIGN_PX: Final = 16
@@ -90,7 +89,6 @@ class ArchiveDialog(QDialog):
     def __init__(self, exchange: ArchiveExchange, services: Services, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("archive_dialog")
-        self.resize(QSize(*map(scaled, FIRST_SIZE.toTuple())).boundedTo(self.screen().availableSize()))
         self._exchange, self._services = exchange, services
         self.setWindowTitle(tr("Archive of all stations"))
         self.setAccessibleName(tr("Archive of all stations"))
@@ -150,7 +148,7 @@ class ArchiveDialog(QDialog):
         self._refresh()
 
     def bring_up(self) -> None:
-        bring_to_front(self)
+        show_over_page(self, is_large=True)
         self._exchange.refresh()
 
     # Actions

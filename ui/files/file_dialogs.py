@@ -3,16 +3,17 @@
 A dialog never renames, moves or removes a file: each is Qt's own (`ui/main.py` sees to it) and read-only. That takes
 Qt's "New Folder" away, so a dialog that saves has one of ours.
 
-`open_dialog` is the one way to show a modal dialog: it returns at once and calls `then` when the dialog was accepted.
-Nothing waits in an event loop of its own, and what is asked for is what it was when the dialog opened.
+`open_dialog` is the one way to ask in a dialog: it returns at once and calls `then` when the dialog was accepted.
+Nothing is modal, nothing waits in an event loop of its own, and what is asked for is what it was when it opened.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QEvent, QMimeData, QObject, Qt
+from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -22,6 +23,7 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLabel,
     QMenu,
+    QMessageBox,
     QToolButton,
     QWidget,
 )
@@ -38,7 +40,8 @@ from ui.widgets.controls import named, without_key
 _ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
                   "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
 """Of Qt's file dialog."""
-_SHARE_OF_WINDOW: Final = 0.75
+_SHARE_OF_PAGE: Final = 0.8
+"""The largest size of a dialog: with its title bar it leaves the top bar in sight."""
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 ThenPath = Callable[[Path], object]
@@ -57,28 +60,66 @@ AskText = Callable[[QWidget, str, str, Callable[[str], object]], object]
 _LOGS: Final = "*.ulg *.bin *.log *.tlog *.csv *.tsv *.txt *.mcap *.gz *.zip"
 
 
-def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
-    """Shows `dialog`, which is deleted when it closes. It blocks the window that it belongs to, and nothing else."""
+def open_dialog(dialog: QDialog, name: str, then: Callable[[], object], *, is_large: bool = False) -> None:
+    """Shows `dialog`, which is deleted when it closes, in place of an open one of the same name. It blocks nothing."""
+    for other in (dialog.parentWidget() or dialog).window().findChildren(QDialog, name):
+        other.reject()
     named(dialog, name)
     dialog.setAccessibleName(dialog.windowTitle())
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.setWindowModality(Qt.WindowModality.WindowModal)
+    dialog.setModal(False)
     dialog.accepted.connect(then)
-    dialog.open()
+    show_over_page(dialog, is_large=is_large)
 
 
-def bring_to_front(window: QWidget) -> None:
-    """Shows `window` above all others, also where it was minimised."""
-    window.show()
-    window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
-    window.raise_()
-    window.activateWindow()
+def show_over_page(dialog: QDialog, *, is_large: bool = False) -> None:
+    """Shows `dialog` in front of the page, and no larger, so that it covers no LOCK; also where it was minimised.
+
+    `is_large`: as large as it may be, else as its contents need.
+    """
+    if not dialog.isVisible():
+        window = (dialog.parentWidget() or dialog).window()
+        page = window.findChild(QWidget, "centre") or window
+        largest = page.size() * _SHARE_OF_PAGE
+        dialog.adjustSize()
+        dialog.resize(largest if is_large else dialog.size().boundedTo(largest))
+        dialog.show()  # its style may make it larger
+        middle = page.rect().center() - dialog.rect().center()
+        dialog.move(page.mapToGlobal(QPoint(max(0, middle.x()), max(0, middle.y()))))
+    dialog.setWindowState(dialog.windowState() & ~Qt.WindowState.WindowMinimized)
+    dialog.raise_()
+    dialog.activateWindow()
 
 
-def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> QFileDialog:
-    dialog = QFileDialog(parent, title.rstrip("…"), str(folder), kinds)
+class _FileDialog(QFileDialog):
+    """Asks and says without blocking anything what Qt's own would in modal dialogs."""
+
+    asks_before_replacing = True
+
+    def accept(self) -> None:
+        paths = [Path(one) for one in self.selectedFiles()]
+        is_saving = self.acceptMode() is QFileDialog.AcceptMode.AcceptSave
+        missing = next((path for path in paths if not path.exists()), None)
+        buttons = QMessageBox.StandardButton
+        if is_saving and self.asks_before_replacing and paths and paths[0].is_file():
+            text = tr("{file} exists. Replace it?", file=visible(paths[0].name))
+            self._say(text, buttons.Yes | buttons.No, partial(QFileDialog.accept, self))
+        elif not is_saving and missing is not None:
+            self._say(tr("There is no {file} here.", file=visible(missing.name)), buttons.Ok, bool)
+        else:
+            super().accept()
+
+    def _say(self, text: str, buttons: QMessageBox.StandardButton, then: Callable[[], object]) -> None:
+        box = QMessageBox(QMessageBox.Icon.Warning, self.windowTitle(), text, buttons, self)
+        box.setDefaultButton(QMessageBox.StandardButton.No)
+        open_dialog(box, "file_message", then)
+
+
+def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> _FileDialog:
+    dialog = _FileDialog(parent, title.rstrip("…"), str(folder), kinds)
     dialog.setFileMode(mode)
     dialog.setOption(QFileDialog.Option.ReadOnly)
+    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)
     for view in dialog.findChildren(QAbstractItemView):  # a drag to a file manager could move the file
         view.setDragDropMode(QAbstractItemView.DragDropMode.NoDragDrop)
     _folder_button(dialog).hide()
@@ -142,10 +183,7 @@ def _make_folder(parent: Path, name: str) -> Path:
 
 def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
     name = "save_dialog" if dialog.acceptMode() is QFileDialog.AcceptMode.AcceptSave else "open_dialog"
-    window = dialog.parentWidget()
-    if window is not None:  # Qt's own size is higher than a small screen
-        dialog.resize(window.window().size() * _SHARE_OF_WINDOW)
-    open_dialog(dialog, name, lambda: then([Path(chosen) for chosen in dialog.selectedFiles()]))
+    open_dialog(dialog, name, lambda: then([Path(chosen) for chosen in dialog.selectedFiles()]), is_large=True)
 
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: ThenPath) -> None:
@@ -174,7 +212,7 @@ def ask_path(
     replaced, so there is nothing to confirm."""
     dialog = _dialog(parent, title, suggested.parent, name_filter, QFileDialog.FileMode.AnyFile)
     dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
-    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite, is_extended)
+    dialog.asks_before_replacing = not is_extended
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.selectFile(suggested.name)
     _offer_new_folder(dialog)

@@ -24,15 +24,13 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMainWindow, QMessageBo
 from app import version
 from app.text.i18n import ENGLISH, language, tr
 from protocol.translatable import marked
-from ui.files.file_dialogs import bring_to_front
+from ui.files.file_dialogs import show_over_page
 from ui.services.page import Page
 from ui.style.icons import app_icon
-from ui.style.theme import Space, current, scaled
+from ui.style.theme import Space, current
 from ui.widgets.controls import Shortcut, control, name_of, named
 from ui.widgets.layouts import in_column
 from ui.widgets.visibility_timer import VisibilityTimer
-
-_SIZE = QSize(760, 520)
 
 
 class DocumentWindow(QDialog):
@@ -41,7 +39,6 @@ class DocumentWindow(QDialog):
     def __init__(self, name: str, title: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName(name)
-        self.resize(_SIZE)
         self.text = control(QTextBrowser(), f"{name}_text", says=title)
         self.text.setOpenExternalLinks(False)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
@@ -70,13 +67,10 @@ class DocumentWindow(QDialog):
             block = block.next()
 
     def bring_up(self) -> None:
-        bring_to_front(self)
+        show_over_page(self, is_large=True)
 
 
 GUIDE: Final = Path(__file__).parent / "guide"
-_WIDEST_PX: Final = 660
-_INDENT_PX: Final = 40
-"""Drawings stand in lists."""
 _CHAPTER_LEVEL: Final = 2
 _INK: Final = "#1a1c1e"
 _PAPER: Final = "#ffffff"
@@ -93,30 +87,32 @@ class GuideViewer(DocumentWindow):
     def __init__(self, parent: QWidget, folder: Path = GUIDE) -> None:
         super().__init__("guide_viewer", tr("User guide"), parent)
         self._folder = folder
-        self._shown: Path | None = None
+        self._is_loaded = False
         self.text.setOpenLinks(False)
         self.text.anchorClicked.connect(self.open_link)
-        self.refresh()
-        VisibilityTimer(self, self.refresh, restyle=self._restyle)
+        VisibilityTimer(self, self._load_once, restyle=self._load_again)
 
-    def refresh(self) -> None:
-        """Loads the guide in the language in use, unless it is shown already."""
+    def _load_once(self) -> None:
+        """When it is first shown: its pictures are as wide as it is."""
+        if not self._is_loaded:
+            self._load()
+            self.text.moveCursor(QTextCursor.MoveOperation.Start)
+
+    def _load(self) -> None:
         page = guide_page(self._folder)
-        if page is None or page == self._shown:
-            return
-        self._shown = page
-        self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
-        self._show_pictures(page.stem)
-        self.text.moveCursor(QTextCursor.MoveOperation.Start)
+        if page is not None:
+            self._is_loaded = True
+            self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
+            self._show_pictures(page.stem)
 
-    def _restyle(self) -> None:
-        """Loads the guide again in the colours and the size of text in use; the reader stays where they are."""
-        bar = self.text.verticalScrollBar()
-        place = bar.value() / max(1, bar.maximum())
-        self._shown = None
-        self.refresh()
-        self.text.document().documentLayout().documentSize()
-        bar.setValue(round(place * bar.maximum()))
+    def _load_again(self) -> None:
+        """In the colours of another theme; the reader stays where they are."""
+        if self._is_loaded:
+            bar = self.text.verticalScrollBar()
+            place = bar.value() / max(1, bar.maximum())
+            self._load()
+            self.text.document().documentLayout().documentSize()
+            bar.setValue(round(place * bar.maximum()))
 
     def open_link(self, link: QUrl) -> None:
         """Follows a link within the guide, or opens it in the system's browser."""
@@ -156,27 +152,21 @@ class GuideViewer(DocumentWindow):
     def _show_pictures(self, in_language: str) -> None:
         """Scales screenshots down to the width of the text, and recolours the drawings for the theme."""
         document, theme, ratio = self.text.document(), current(), self.devicePixelRatioF()
+        beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(document.documentMargin())
+        room_px_of_text = self.text.width() - beside_px - Space.XL
+        room_px_of_lists = room_px_of_text - round(document.indentWidth())  # drawings stand in lists
         for picture in sorted((self._folder / "images").glob(f"*-{in_language}.*")):
             if picture.suffix == ".svg":
                 svg = picture.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
-                image, room_px = QImage.fromData(svg.encode()), self._room_px(_INDENT_PX)
+                image, room_px = QImage.fromData(svg.encode()), room_px_of_lists
             else:
-                image, room_px = QImage(str(picture)), self._room_px()
+                image, room_px = QImage(str(picture)), room_px_of_text
             if image.width() > room_px:
                 image = image.scaledToWidth(round(room_px * ratio), Qt.TransformationMode.SmoothTransformation)
                 image.setDevicePixelRatio(ratio)
             url = document.baseUrl().resolved(QUrl(f"images/{picture.name}"))
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
-
-    def _room_px(self, indent_px: int = 0) -> int:
-        """The width of the widest picture that needs no scrolling sideways."""
-        beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(self.text.document().documentMargin())
-        shown_px = self.text.width() - beside_px - Space.XL if self.isVisible() else _WIDEST_PX
-        return min(_WIDEST_PX, shown_px) - indent_px
-
-    def sizeHint(self) -> QSize:
-        return QSize(_WIDEST_PX + scaled(96), 560)
 
 
 def anchor_of(heading: str) -> str:
@@ -247,7 +237,7 @@ def show_about(window: QWidget) -> QMessageBox:
     box = QMessageBox(window)
     box.setObjectName("about_box")
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    box.setWindowModality(Qt.WindowModality.NonModal)
+    box.setModal(False)
     box.setWindowTitle(tr("About"))
     box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
     box.setText(f"{tr('DPS-S Configurator')} {version()}")
@@ -256,5 +246,5 @@ def show_about(window: QWidget) -> QMessageBox:
         with suppress(PackageNotFoundError):  # some bundles leave the metadata out
             lines.append(f"{name} {version_of(name)} ({licence})")
     box.setInformativeText("\n".join(lines))
-    box.show()
+    show_over_page(box)
     return box

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 from app.text.i18n import CHINESE, ENGLISH, language, tr
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
-from ui.files.file_dialogs import bring_to_front
+from ui.files.file_dialogs import show_over_page
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Space
 from ui.widgets.controls import control, named
@@ -89,7 +89,7 @@ class PreferencesDialog(QDialog):
 
     def bring_up(self) -> None:
         self.refresh()
-        bring_to_front(self)
+        show_over_page(self)
 
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")

@@ -23,7 +23,7 @@ from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
-from ui.shell.lock_above import LOCK_KEYS, LockAbove
+from ui.shell.lock_filter import LOCK_KEYS, LockFilter
 from ui.shell.page_area import PageArea, PageMaker, Sidebar, fit_screen
 from ui.shell.shutdown import close_down
 from ui.shell.status_bar import RecordingSign, StatusBar
@@ -128,9 +128,9 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        lock_above = LockAbove(ports, self.top_bar.lock, self)
-        self.closing.connect(lock_above.stop)
-        self._maker.around = lock_above.paused
+        lock_filter = LockFilter(ports.lock, self)
+        self.closing.connect(lock_filter.stop)
+        self._maker.around = lock_filter.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
                         self._services.storage.recordings.changed):  # fmt: skip
@@ -168,7 +168,9 @@ class MainWindow(QMainWindow):
             MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4",
                       is_checkable=True),
         )  # fmt: skip
-        menus["lock"].setShortcuts([QKeySequence(key) for key in LOCK_KEYS])  # `LockAbove` handles them in every window
+        menus["lock"].setShortcuts(
+            [QKeySequence(key) for key in LOCK_KEYS]
+        )  # `LockFilter` handles them in every window
         for number, entry in enumerate(self._entries.values(), start=1):
             enter = partial(self._enter_page, entry.key)
             menus.add("view", MenuEntry(f"page_{entry.key}", entry.title, enter, f"Ctrl+{number % 10}"))

@@ -106,8 +106,7 @@ def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: Q
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
-    viewer.resize(viewer.sizeHint())
-    viewer.show()
+    viewer.bring_up()
     bar = viewer.text.verticalScrollBar()
     places = []
     for _, anchor in links:
@@ -126,6 +125,7 @@ def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: Q
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
+    viewer.bring_up()
     for entry in PAGES:
         viewer.go_to_chapter(entry.chapter)
         assert viewer.text.textCursor().block().text() == own[english.index(entry.chapter)]
@@ -176,12 +176,13 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
+    viewer.bring_up()
     document = viewer.text.document()
     assert document.toPlainText() == rendered(language)
     for name in pictures(text_of(language)):
         image = document.resource(QTextDocument.ResourceType.ImageResource.value, document.baseUrl().resolved(name))
         assert isinstance(image, QImage), name
-        assert 0 < image.width() / image.devicePixelRatio() <= viewer.sizeHint().width(), name
+        assert 0 < image.width() / image.devicePixelRatio() <= viewer.text.viewport().width(), name
 
 
 def test_pictures_are_made_for_every_language_by_one_script(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,6 +221,7 @@ def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monk
     parent = QWidget()
     qtbot.addWidget(parent)
     viewer = GuideViewer(parent)
+    viewer.bring_up()
     url = viewer.text.document().baseUrl().resolved(QUrl("images/wiring-en.svg"))
     drawing = viewer.text.document().resource(QTextDocument.ResourceType.ImageResource.value, url)
     assert isinstance(drawing, QImage)
@@ -232,17 +234,13 @@ def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monk
 def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         viewer = GuideViewer(assembly.window)
-        viewer.show()
+        viewer.bring_up()
         for choice, theme in ((Choice.DARK, DARK), (Choice.SUNLIGHT, SUNLIGHT), (Choice.LIGHT, LIGHT)):
             assembly.appearance.choose(choice)
             let_lay_out(viewer)
             assert link_colours(viewer) == {theme.information.ink.lower()}
             assert viewer.text.horizontalScrollBar().maximum() == 0
         shiboken6.delete(viewer)  # it holds thirty megabytes of pictures
-        fresh = GuideViewer(assembly.window)
-        fresh.show()
-        let_lay_out(fresh)
-        assert fresh.text.horizontalScrollBar().maximum() == 0
 
 
 def link_colours(viewer: GuideViewer) -> set[str]:

@@ -193,11 +193,13 @@ def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) 
     assert view.text.verticalScrollBar().value() == 0
     view.open_link(QUrl("#what-to-do"))
     assert view.text.verticalScrollBar().value() > 0
+    view.close()
     (tmp_path / "zh_CN.md").write_text("# 指南\n", encoding="utf-8")
     from app.text import i18n
 
     i18n.set_language(CHINESE)
-    view.refresh()
+    view = GuideViewer(parent, tmp_path)
+    view.show()
     assert view.text.toPlainText().startswith("指南")
     view.close()
 

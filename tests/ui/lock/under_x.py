@@ -16,9 +16,8 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.ui.lock.test_lock_above import DIALOGS, Bench
+from tests.ui.lock.test_lock_everywhere import DIALOGS, Bench
 from ui.main import WindowOptions
-from ui.shell.lock_above import LockStrip
 
 HELD_S = 1.5
 
@@ -90,9 +89,7 @@ def main() -> int:
             waiter.waitUntil(dialog.isVisible)
             dialog.activateWindow()  # as a window manager would do
             waiter.waitUntil(partial(_is_active, dialog))
-            strip = dialog.findChild(LockStrip)
-            assert strip is not None
-            _lock_twice(bench, name, ("ctrl+l", "F12")[number % 2], strip.button)
+            _lock_twice(bench, name, ("ctrl+l", "F12")[number % 2], main.top_bar.lock)
             for widget in main.findChildren(QDialog):
                 widget.close()
             main.activateWindow()

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find
-from tests.ui.lock.test_lock_above import DIALOGS, Bench
+from tests.ui.lock.test_lock_everywhere import DIALOGS, Bench
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly
 
@@ -49,10 +49,9 @@ def assert_plain(root: QWidget) -> None:
 def test_every_label_of_every_page_and_dialog_is_plain(bench: Bench) -> None:
     main = bench.assembly.window
     assert_plain(main)
-    for row, show in DIALOGS.items():
+    for show in DIALOGS.values():
         dialog = show(bench)
         bench.qtbot.waitUntil(dialog.isVisible)
-        assert dialog.findChildren(QLabel), row
         assert_plain(dialog)
         dialog.close()
 
@@ -100,20 +99,9 @@ def test_a_file_that_would_be_replaced_is_named_plainly(
 def assert_named_plainly(qtbot: QtBot, assembly: Assembly, path: Path) -> None:
     file_dialogs.ask_path(assembly.window, "Save…", path, "*.csv", bool)
     dialog = find(assembly.window, QDialog, "save_dialog")
-    seen: list[Qt.TextFormat] = []
-
-    def answer() -> None:
-        box = QApplication.activeModalWidget()
-        if isinstance(box, QMessageBox):
-            seen.extend(label.textFormat() for label in box.findChildren(QLabel) if path.name in label.text())
-            box.reject()
-
-    from PySide6.QtCore import QTimer
-
-    timer = QTimer(interval=20)
-    timer.timeout.connect(answer)
-    timer.start()
     dialog.accept()  # asks whether the file is to be replaced
-    timer.stop()
-    assert set(seen) == {Qt.TextFormat.PlainText}
+    box = find(dialog, QMessageBox)
+    said = [label for label in box.findChildren(QLabel) if path.name in label.text()]
+    assert said
+    assert {label.textFormat() for label in said} == {Qt.TextFormat.PlainText}
     dialog.reject()

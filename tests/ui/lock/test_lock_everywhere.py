@@ -1,4 +1,4 @@
-"""LOCK above everything: by its button and its keys, over every dialog, menu, list and question of the program."""
+"""LOCK from everywhere: by its button and its keys, beside every dialog, menu, list and question of the program."""
 
 import ast
 import sys
@@ -12,17 +12,7 @@ from typing import Final
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QApplication,
-    QComboBox,
-    QDialog,
-    QFileDialog,
-    QMenu,
-    QMessageBox,
-    QWhatsThis,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QFileDialog, QMenu, QMessageBox, QWhatsThis, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
@@ -31,12 +21,12 @@ from tests.support.window.fakes_ui import connect, page_entries, simulated, wind
 from tests.support.window.steps import find, given, let_lay_out
 from tests.support.x_server import x_server
 from ui.archive.service_form import ServiceForm
+from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
-from ui.shell.lock_above import LOCK_KEYS, LockStrip
-from ui.style.theme import Choice, zoom
+from ui.shell.lock_filter import LOCK_KEYS
 
 UI: Final = Path(__file__).parents[3] / "ui"
 _DIALOGS: Final = frozenset({
@@ -121,7 +111,7 @@ def _modeless(act: str, kind: type[QDialog] = QDialog) -> Callable[[Bench], QWid
 
 def _ask_text(bench: Bench) -> QWidget:
     file_dialogs.ask_text(bench.assembly.window, "Trust this station…", "Name:", lambda _text: None)
-    return find(bench.assembly.window, QDialog, "text_dialog")
+    return bench.assembly.window.findChildren(QDialog, "text_dialog")[-1]
 
 
 def _service(bench: Bench) -> QWidget:
@@ -129,13 +119,11 @@ def _service(bench: Bench) -> QWidget:
 
 
 def _replacing(bench: Bench) -> QWidget:
-    """A question above a file dialog, as Qt's own asks whether a file is to be replaced."""
+    """The question above a file dialog whether a file is to be replaced."""
     dialog = _file(file_dialogs.ask_path, "Save…", Path(__file__), "All (*)")(bench)
-    box = QMessageBox(dialog)
-    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
-    box.setText("Replace?")
-    box.open()
-    return box
+    assert isinstance(dialog, QFileDialog)
+    dialog.accept()
+    return dialog.findChildren(QMessageBox)[-1]
 
 
 DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
@@ -143,7 +131,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/files/file_dialogs.py: QFileDialog: save": _file(file_dialogs.ask_path, "Save…", Path("a.csv"), "All (*)"),
     "ui/files/file_dialogs.py: QFileDialog: many": _file(file_dialogs.ask_flight_logs, Path.home()),
     "ui/files/file_dialogs.py: QFileDialog: folder": _file(file_dialogs.ask_folder, Path.home()),
-    "ui/files/file_dialogs.py: QFileDialog: replace": _replacing,
+    "ui/files/file_dialogs.py: QMessageBox: replace": _replacing,
     "ui/files/file_dialogs.py: QInputDialog": _ask_text,
     "ui/help/windows.py: QDialog: guide": _modeless("guide"),
     "ui/help/windows.py: QDialog: keys": _modeless("keys"),
@@ -203,64 +191,53 @@ def test_what_waits_for_a_person_is_found(source: str) -> None:
 
 @pytest.mark.promise("l")
 def test_over_every_dialog(bench: Bench) -> None:
+    """Its keys work in each, and none covers it or blocks its button."""
+    main = bench.assembly.window
+    main.resize(1024, 600)
     for row, show in DIALOGS.items():
         dialog = show(bench)
         bench.qtbot.waitUntil(dialog.isVisible)
         let_lay_out(dialog)
-        strip = find(dialog, LockStrip, "lock_strip")
-        assert_covers_nothing(strip, dialog, row)
-        bench.activate()
-        bench.qtbot.mouseClick(strip.button, Qt.MouseButton.LeftButton)
-        bench.await_locked()
-        bench.qtbot.waitUntil(partial(_reports, strip))
+        assert QApplication.activeModalWidget() is None, row
+        button = main.top_bar.lock
+        assert not dialog.frameGeometry().intersects(QRect(button.mapToGlobal(QPoint()), button.size())), row
         for key in LOCK_KEYS:
             bench.activate()
             bench.qtbot.keySequence(QApplication.focusWidget() or dialog, key)
             bench.await_locked()
+        bench.activate()
+        bench.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        bench.await_locked()
         assert dialog.isVisible(), row
-        dialog.close()
-
-
-def _reports(strip: LockStrip) -> bool:
-    return strip.sentence.text() == "The module reports LOCKED."
-
-
-def assert_covers_nothing(strip: LockStrip, dialog: QWidget, row: str) -> None:
-    own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
-    assert strip.button.isVisible(), row
-    assert strip.button.size().width() >= strip.button.sizeHint().width(), row
-    for button in dialog.findChildren(QAbstractButton):
-        if button.isVisible() and not strip.isAncestorOf(button):
-            place = QRect(button.mapTo(dialog, QPoint()), button.size())
-            assert not place.intersects(own), (row, button.objectName())
+        for widget in main.findChildren(QDialog):
+            widget.close()
 
 
 @pytest.mark.promise("l")
-def test_it_covers_nothing_of_a_dialog_where_texts_are_largest(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+@pytest.mark.parametrize("spoken", ["zh_CN"], indirect=True)
+def test_no_dialog_covers_it_where_texts_are_largest(
+    spoken: str, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "zh_CN") as bench:
-        zoom(200)
-        bench.assembly.appearance.choose(Choice.SUNLIGHT)
+    Preferences(tmp_path / "window.ini").zoom_percent = 200
+    with on_bench(qtbot, qapp, tmp_path, spoken) as bench:
+        main = bench.assembly.window
+        main.resize(1024, 600)
+        bar = QRect(main.top_bar.mapToGlobal(QPoint()), main.top_bar.size())
         for row, show in DIALOGS.items():
             dialog = show(bench)
             qtbot.waitUntil(dialog.isVisible)
             let_lay_out(dialog)
-            assert_covers_nothing(find(dialog, LockStrip, "lock_strip"), dialog, row)
+            assert not dialog.frameGeometry().intersects(bar), row
             dialog.close()
 
 
-def test_without_a_module_no_dialog_shows_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=()) as assembly:
-        assembly.window.menus["preferences"].trigger()
-        strip = find(assembly.window, LockStrip, "lock_strip")
-        assert not strip.isVisible()
-        with simulated(f"later_{tmp_path.name}"):
-            connect(qtbot, assembly, f"sim://later_{tmp_path.name}")
-            qtbot.waitUntil(lambda: strip.button.isVisible() and strip.button.isEnabled())
-            assembly.window.disconnect_port()
-            qtbot.waitUntil(lambda: not strip.button.isEnabled())
-            assert strip.isVisible()  # what is below it does not jump
+def test_a_dialog_that_is_asked_for_again_takes_the_place_of_the_first(bench: Bench) -> None:
+    window, chosen = bench.assembly.window, list[object]()
+    for _ in range(2):
+        file_dialogs.ask_path(window, "Save…", Path("a.csv"), "All (*)", chosen.append)
+    visible = [one for one in window.findChildren(QFileDialog) if one.isVisible()]
+    assert len(visible) == 1
+    assert chosen == []
 
 
 # Menus, lists, questions
@@ -315,15 +292,6 @@ def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
     QTest.mouseClick(main.windowHandle(), Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))
     bench.await_locked()
     QWhatsThis.leaveWhatsThisMode()
-
-
-def test_a_menu_that_would_cover_it_is_moved(bench: Bench) -> None:
-    main, button = bench.assembly.window, bench.assembly.window.top_bar.lock
-    menu = main.menus.main
-    menu.popup(button.mapToGlobal(QPoint(-20, -5)))
-    bench.qtbot.waitUntil(menu.isVisible)
-    assert not menu.frameGeometry().intersects(QRect(button.mapToGlobal(QPoint()), button.size()))
-    menu.close()
 
 
 @pytest.mark.promise("l")
