@@ -212,7 +212,10 @@ class Evidence:
             self.status = state.status
 
     def note_error(self, error: BaseException) -> None:
-        """Record why the check ended early, unless that is known already."""
+        """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
+        for key, flag in self.flags.items():
+            if flag.state is FlagState.ENABLED:
+                self.flags[key] = TriggerFlag(FlagState.UNANSWERED, UNFINISHED.message)
         if self.void is not None:
             return
         if isinstance(error, Interrupted):
