@@ -56,6 +56,7 @@ from protocol.stale_replies import FENCES, StaleReplies
 from protocol.stream import Piece, StreamParser
 from protocol.timing import (
     ANSWER_S,
+    ASKS_AFTER,
     BOOT_COUNT_EVERY_S,
     HEARTBEAT_EVERY_S,
     LATE_S,
@@ -320,9 +321,20 @@ class Link:
             due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
         elif flight.attempts + flight.probes == 1:
             due_at = flight.sent_at + trips.first_repeat_s
+        elif flight.attempts + flight.probes == 2 * TRIES:
+            due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
         else:
             due_at = flight.spoken_at + trips.repeat_s
+        due_at = min(due_at, self._look_at(flight))
         return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
+
+    def _look_at(self, flight: _Flight) -> float:
+        """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
+        is_slow = self.is_begun and self.silence_s >= LONGEST_SILENCE_S
+        if not is_slow or flight.is_once or flight.request == _BOOTS or flight.probes >= TRIES:
+            return inf
+        after_s = self.round_trips.asks_after_s if self.lag_s is not None else ASKS_AFTER * LONGEST_SILENCE_S
+        return max(self._valid_at, flight.probed_at) + after_s
 
     def _records_due_at(self, flight: _Flight) -> float:
         trips = self.round_trips
@@ -363,9 +375,7 @@ class Link:
         is_boots = flight.request == _BOOTS
         can_probe = not is_boots and flight.probes < TRIES
         can_send = flight.attempts < (2 * TRIES if is_boots else TRIES)
-        # On a slow line few frames fit into a silence, so the boot count is asked in between.
-        is_probes_turn = self.silence_s >= LONGEST_SILENCE_S and self.is_begun and flight.attempts > flight.probes + 1
-        if can_probe and (is_probes_turn or not can_send):
+        if can_probe and (not can_send or now >= self._look_at(flight)):
             self._probe(flight, now, events)
         elif can_send:
             self._transmit(flight, now, events)
