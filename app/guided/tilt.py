@@ -224,9 +224,8 @@ def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> Measured
 
 def _judged(name: UserMessage, span: Span, target_deg: float, first_deg: float) -> MeasuredValue:
     """`first_deg`: angle of the first report after the change."""
-    verdict = passed_if(span.is_near(target_deg))
-    if verdict is GuidedVerdict.PASSED and not span.is_sharp:
-        verdict = GuidedVerdict.UNCLEAR
+    # Moved too fast, the angle tells of the hand, not of the module.
+    verdict = passed_if(span.is_near(target_deg)) if span.is_sharp else GuidedVerdict.UNCLEAR
     return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict, first_deg)
 
 
