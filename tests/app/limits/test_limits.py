@@ -1,24 +1,20 @@
-"""No profile goes below the hard limits; softer ones are said beside the verdict; what people did, and what is due
-again.
-"""
+"""No profile goes below the hard limits; softer ones are said beside the verdict."""
 
 import math
 from collections import Counter
 from collections.abc import Iterator
-from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from msgspec import to_builtins
+from app.engine.device import DeviceView, How, Known, StatusSample
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.cli.history import page_of as records_page
 from app.cli.monitor import WordLines
 from app.cli.read import Findings, page_of
-from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
 from app.limits.limits import SETTING_BOUNDS, softened
 from app.limits.out_of_limits import (
@@ -32,7 +28,6 @@ from app.limits.out_of_limits import (
     record_outside,
     value_outside,
 )
-from app.limits.service import Service, ServiceKind, due_services, service_of
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
@@ -44,7 +39,6 @@ from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
-from app.text.user_error import UserError
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
@@ -324,44 +318,3 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert not line.sign.pixmap().isNull()
         line.on_batch(damaged._replace(at=connector.clock() + 11))
         assert line.fault.isHidden()
-
-
-TODAY = date(2026, 11, 24)
-
-
-def repacked(due: date | None, on: date = date(2026, 5, 24)) -> dict[str, object]:
-    service = Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
-    plain: dict[str, object] = to_builtins(service)
-    return plain
-
-
-@pytest.mark.parametrize(
-    ("days", "said"),
-    [
-        (31, []),
-        (30, [("Repack due on 2026-12-24, days left: 30.", False)]),
-        (0, [("Repack due on 2026-11-24, days left: 0.", False)]),
-        (-1, [("Repack overdue since 2026-11-23.", True)]),
-        (None, []),
-    ],
-)
-def test_what_is_due_is_said_in_time(days: int | None, said: list[tuple[str, bool]]) -> None:
-    content = repacked(None if days is None else TODAY + timedelta(days=days))
-    due = due_services([content], TODAY)
-    assert [(service.text.in_english(), service.is_overdue) for service in due] == said
-
-
-def test_the_last_of_each_kind_counts() -> None:
-    late = repacked(date(2026, 11, 1))
-    cell = {**late, "service": "cell"}
-    unreadable = [{**late, "service": "balloon"}, {**late, "due": "soon"}]
-    assert len(due_services([late, cell], TODAY)) == 2
-    assert due_services([late, cell, *unreadable, repacked(None), {**cell, "due": "2030-01-01"}], TODAY) == []
-
-
-def test_it_reads_as_it_was_kept() -> None:
-    service = service_of(repacked(date(2026, 12, 6)))
-    assert (service.kind, service.on, service.due) == (ServiceKind.REPACK, date(2026, 5, 24), date(2026, 12, 6))
-    assert service.summary().in_english() == "Repack on 2026-05-24 by Li Wei, due again: 2026-12-06. [U+001B][2J"
-    with pytest.raises(UserError, match="on a later day"):
-        repacked(TODAY, on=TODAY)
