@@ -144,7 +144,9 @@ class Evidence:
     # `app.safety.firing_doubt`.
     may_have_fired: bool = False
     heartbeats_sent: int = 0
-    # Of those that were answered at once; the others are lost.
+    # Not answered, or only when they were asked again.
+    heartbeats_lost: int = 0
+    # Of those that can be measured: it is certain which of the questions was answered.
     round_trips_s: list[float] = field(default_factory=list)
     # During the check, also an aborted one.
     rejected_bytes: int = 0
@@ -185,10 +187,6 @@ class Evidence:
     @property
     def _states(self) -> list[StateReading]:
         return [state for state in (self.first, self.last) if state is not None]
-
-    @property
-    def heartbeats_lost(self) -> int:
-        return self.heartbeats_sent - len(self.round_trips_s)
 
     @property
     def is_active(self) -> bool | None:

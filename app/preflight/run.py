@@ -115,8 +115,9 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
         outcome = yield Ask(HEARTBEAT.query())
-        # One that had to be asked again was lost; which of both was answered is not known then.
-        if isinstance(outcome, Answered) and outcome.round_trip_s is not None:
+        if not isinstance(outcome, Answered) or outcome.attempts > 1:
+            evidence.heartbeats_lost += 1
+        elif outcome.round_trip_s is not None:
             evidence.round_trips_s.append(outcome.round_trip_s)
 
 

@@ -75,7 +75,7 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert version() in record.program
     assert record.read["settings"]["attitude_trigger"] is True
     assert measured_in(record).items() >= {"cell_voltage_v": 3.9, "boot_count": 37, "heartbeats_lost": 0}.items()
-    assert (0.0, "out", "42 61 23 01 00 24") in record.frames
+    assert (0.0, "out", "42 61 01 A5 5A 00") in record.frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in record.frames)
     assert record.notes == list(NOTES)
     with pytest.raises(ValueError, match="zone"):
