@@ -151,7 +151,7 @@ class Evidence:
     # During the check, also an aborted one.
     rejected_bytes: int = 0
     # During the two seconds.
-    trials: list[StatusSample] = field(default_factory=list)
+    reports: list[StatusSample] = field(default_factory=list)
     # The last one.
     status: StatusSample | None = None
     # Settings and boot count by key, as last read.
@@ -174,9 +174,9 @@ class Evidence:
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
         ends = [state.status for state in self._states if state.status is not None]
-        return [*ends, *self.trials]
+        return [*ends, *self.reports]
 
-    def said_otherwise(self, key: str) -> UserMessage | None:
+    def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
         for state in self._states:
             said = contradictions(state.present.active, state.present.triggered, state.present.status)

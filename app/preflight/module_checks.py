@@ -109,7 +109,7 @@ def _silent_records(case: Case, limit: UserMessage) -> Finding:
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     is_all_else_answered = not evidence.faults and evidence.void is None
     if is_all_else_answered and (past.is_said_new or case.person.are_records_reviewed):
-        do = message(marked("A person said that it is new."))
+        do = message(marked("Somebody marked this module as new."))
         return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
     return unknown(silent, limit, do=message(marked("If it is new, say so.")) if is_all_else_answered else None)
 
@@ -262,7 +262,7 @@ MODULE_CHECKS: Final = (
           marked("An unexplained trigger can happen again."),
           marked("Judge it on the Triggers page.")),
     Check("boot_count", marked("Boot count"), boot_count,
-          marked("It only grows; there is no serial number."),
+          marked("The module counts its starts; a lower count than before is another module's."),
           marked("Make sure which module this is.")),
     Check("fingerprint", marked("Settings as approved"), settings_fingerprint,
           marked("One code for all readable settings."),

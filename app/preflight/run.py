@@ -36,7 +36,7 @@ from protocol.translatable import marked
 _log = logging.getLogger(__name__)
 
 STEPS = 7
-TRIAL_EVERY_S = 0.05
+REPORT_EVERY_S = 0.05
 # Of asking for cell voltage, charging and light.
 VALUE_ROUNDS = 3
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
@@ -88,7 +88,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     before = yield Inspect()
     yield from _watch(evidence)
     after = yield Inspect()
-    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.trials) / 2:
+    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
         evidence.is_answered_twice = True  # as many reports again as were asked for
 
     yield from await_flags_known(Report(5, STEPS, ""))
@@ -138,8 +138,8 @@ def _watch(evidence: Evidence) -> Procedure[None]:
         report = yield from ask_report()
         if report is not None:
             evidence.status = report
-            evidence.trials.append(report)
-        now = yield Pause(TRIAL_EVERY_S)
+            evidence.reports.append(report)
+        now = yield Pause(REPORT_EVERY_S)
 
 
 def _streamed(view: EngineView) -> int:

@@ -11,7 +11,7 @@ from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.past import LastTested, Past
 from app.preflight.evidence import HEARTBEATS, STILL_S, UNFINISHED, Evidence, StateReading, Void, void_of_end
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding
-from app.preflight.line_checks import TRIALS_NEEDED
+from app.preflight.line_checks import REPORTS_NEEDED
 from app.preflight.verdict import CHECKS
 from app.procedures.read import Present, SettingsReading
 from app.settings.profiles import NO_PROFILE, Profile
@@ -30,7 +30,7 @@ def finding(check_id: str, profile: Profile = NO_PROFILE, **evidence: Any) -> Fi
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 
-def trials(*statuses: StatusSample, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
+def still(*statuses: StatusSample, count: int = REPORTS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
     filled = [*statuses, *[LEVEL] * (count - len(statuses))]
     return [status._replace(at=lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
 
@@ -74,7 +74,7 @@ def test_the_slowest_answer_may_take_a_tenth_of_a_second(slowest_s: float, resul
 )
 @pytest.mark.parametrize("check_id", ["tilt", "tilt_spread", "acceleration", "acceleration_spread"])
 def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: float, result: CheckResult) -> None:
-    found = finding(check_id, trials=trials(count=count, lasting_s=lasting_s))
+    found = finding(check_id, reports=still(count=count, lasting_s=lasting_s))
     assert found.result is result
     if result is UNKNOWN:
         assert found.shown.in_english() == f"reports in 2 s: only {count}"
@@ -103,7 +103,7 @@ def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: flo
 def test_a_module_may_lie_and_move_up_to_the_limit(
     check_id: str, statuses: list[StatusSample], result: CheckResult, shown: str, limit: str
 ) -> None:
-    found = finding(check_id, trials=trials(*statuses))
+    found = finding(check_id, reports=still(*statuses))
     assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, limit)
 
 
@@ -121,7 +121,7 @@ NOT_CHARGING: list[Value] = [False, False]
 def test_no_value_that_fails_looks_like_its_limit(
     limits: Mapping[str, float], check_id: str, shown: str, limit: str
 ) -> None:
-    found = finding(check_id, Profile(limits=limits), trials=trials(seen(0, 0.8, False, False)),
+    found = finding(check_id, Profile(limits=limits), reports=still(seen(0, 0.8, False, False)),
                     series={"cell_voltage_v": [3.81, 3.81], "charging": NOT_CHARGING})  # fmt: skip
     assert (found.result, found.shown.in_english(), found.limit.in_english()) == (FAIL, shown, limit)
 
@@ -198,11 +198,13 @@ def test_what_is_not_known_says_why(faults: Mapping[str, UserMessage], void: Voi
 
 def test_one_report_of_many_decides() -> None:
     fired, active = seen(0, 1.0, True, False), seen(0, 1.0, False, True)
-    assert finding("triggered", trials=trials()).result is PASS
-    assert finding("triggered", trials=trials(LEVEL, fired)).shown.in_english() == "TRIGGERED"
-    assert finding("activation", trials=trials(), status=LEVEL).shown.in_english() == "locked"
-    assert finding("activation", trials=trials(*[active] * TRIALS_NEEDED), status=active).shown.in_english() == "ACTIVE"
-    assert finding("activation", trials=trials(LEVEL, active), status=LEVEL).shown.in_english() == "changed"
+    assert finding("triggered", reports=still()).result is PASS
+    assert finding("triggered", reports=still(LEVEL, fired)).shown.in_english() == "TRIGGERED"
+    assert finding("activation", reports=still(), status=LEVEL).shown.in_english() == "locked"
+    assert (
+        finding("activation", reports=still(*[active] * REPORTS_NEEDED), status=active).shown.in_english() == "ACTIVE"
+    )
+    assert finding("activation", reports=still(LEVEL, active), status=LEVEL).shown.in_english() == "changed"
     for check_id in ("triggered", "activation"):
         assert finding(check_id).result is UNKNOWN
 
@@ -242,7 +244,7 @@ def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named(
 ) -> None:
     for when in ("first", "last"):
         state: dict[str, Any] = {when: reading(present)}
-        findings = {check_id: finding(check_id, trials=trials(), **state) for check_id in ("activation", "triggered")}
+        findings = {check_id: finding(check_id, reports=still(), **state) for check_id in ("activation", "triggered")}
         said = {check_id: one.shown.in_english() for check_id, one in findings.items() if one.result is not PASS}
         assert said == against
         assert {one.result for one in findings.values()} <= {PASS, UNKNOWN}

@@ -183,7 +183,7 @@ def test_silence_counts_as_new_only_while_everything_else_is_answered_and_nothin
         found = finding("trigger_records", past=past, is_reviewed=True, history=History(), void=void)
         assert found.result is UNKNOWN
     fired = finding("trigger_records", past=past, is_reviewed=True, history=History(),
-                    trials=[StatusSample(0.0, 0, 10, triggered=True, active=False)])  # fmt: skip
+                    reports=[StatusSample(0.0, 0, 10, triggered=True, active=False)])  # fmt: skip
     assert (fired.result, fired.shown.in_english()) == (FAIL, "no reply: triggered")
 
 

@@ -129,7 +129,7 @@ def test_a_deploy_that_left_and_a_trigger_that_was_seen_void_it() -> None:
     forbid = REQUESTS[Act.FORBID_DEPLOY]
     assert void_of_news([Sent(forbid.encode(), forbid, 1, ENDED)], [sample(triggered=False)]) is None
     assert void(values={"triggered": True}) == FIRED
-    was_seen = evidence(trials=[sample(triggered=True)])
+    was_seen = evidence(reports=[sample(triggered=True)])
     assert void(found=was_seen, values={"triggered": True}) is None, "it is NO-GO by that already"
 
 
