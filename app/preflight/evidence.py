@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import Interrupted, StatusSample, reason_message
@@ -37,6 +36,10 @@ TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
 FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")))
 
 
+# Of a trigger that nobody has enabled yet.
+NOT_ENABLED = message(marked("not enabled in this conversation"))
+
+
 def changed(what: UserMessage) -> Void:
     return Void("changed", message(marked("Changed: {what}."), what=what))
 
@@ -46,22 +49,12 @@ def void_of_end(ended: Ended | Interrupted) -> Void:
     return Void(ended.reason.name.lower(), reason_message(ended.reason, ended.contradiction))
 
 
-class FlagState(Enum):
-    """Result for a trigger flag, which cannot be read: only an acknowledged set tells its state (E8)."""
-
-    NEVER_SET = "never set"
-    ENABLED = "enabled"
-    DISABLED = "disabled"
-    REFUSED = "refused"
-    UNANSWERED = "unanswered"
-    NOT_SENT = "not sent"
-
-
 class TriggerFlag(NamedTuple):
-    """`why` it is not known, where there is more to say."""
+    """Whether a trigger is enabled, which cannot be read: only an acknowledged set tells it (E8). `why` it is not known,
+    where it is None."""
 
-    state: FlagState = FlagState.NEVER_SET
-    why: UserMessage | None = None
+    is_enabled: bool | None = None
+    why: UserMessage = NOT_ENABLED
 
 
 class LoggedFrame(NamedTuple):
@@ -212,8 +205,8 @@ class Evidence:
     def note_error(self, error: BaseException) -> None:
         """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
         for key, flag in self.flags.items():
-            if flag.state is FlagState.ENABLED:
-                self.flags[key] = TriggerFlag(FlagState.UNANSWERED, UNFINISHED.message)
+            if flag.is_enabled is not None:
+                self.flags[key] = TriggerFlag(why=UNFINISHED.message)
         if self.void is not None:
             return
         if isinstance(error, Interrupted):

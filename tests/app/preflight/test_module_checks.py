@@ -12,7 +12,7 @@ from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastAnswer, LastTested, Past
 from app.modules.names import Remembered
 from app.modules.service import DueService
-from app.preflight.evidence import CANCELLED, FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD, Evidence, FlagState, TriggerFlag
+from app.preflight.evidence import CANCELLED, FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD, Evidence, TriggerFlag
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding, Person
 from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint
 from app.preflight.verdict import CHECKS
@@ -74,13 +74,10 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
 @pytest.mark.parametrize(
     ("flag", "result", "shown"),
     [
-        (TriggerFlag(FlagState.ENABLED), PASS, "enabled"),
-        (TriggerFlag(FlagState.DISABLED), FAIL, "DISABLED"),
-        (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
-        (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "no reply"),
-        (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "not sent"),
-        (TriggerFlag(FlagState.NOT_SENT, UserMessage("why")), UNKNOWN, "why"),
-        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "not enabled in this conversation"),
+        (TriggerFlag(True), PASS, "enabled"),
+        (TriggerFlag(False), FAIL, "DISABLED"),
+        (TriggerFlag(why=UserMessage("why")), UNKNOWN, "why"),
+        (TriggerFlag(), UNKNOWN, "not enabled in this conversation"),
         (None, UNKNOWN, "not asked"),
     ],
 )
@@ -91,9 +88,8 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
     for is_active in (False, True):
         found = finding("attitude_trigger", flags=flags, status=StatusSample(0.0, 0, 1.0, False, is_active))
         assert (found.result, found.shown.in_english()) == (result, shown)
-        is_enabled = {FlagState.ENABLED: True, FlagState.DISABLED: False}
-        assert found.measured is (None if flag is None else is_enabled.get(flag.state))
-        is_to_lock = is_active and flag is not None and flag.state in (FlagState.NEVER_SET, FlagState.NOT_SENT)
+        assert found.measured is (None if flag is None else flag.is_enabled)
+        is_to_lock = is_active and flag is not None and flag.is_enabled is None
         assert (found.do not in (None, CHECK_LINK)) is is_to_lock
 
 

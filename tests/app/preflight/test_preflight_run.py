@@ -8,14 +8,15 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Cancelled, Report
 from app.limits.past import Past
-from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, FlagState, TriggerFlag
+from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
 from app.preflight.findings import Case, CheckResult
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess
 from app.procedures.read import read_everything
-from app.procedures.write import WAITING
+from app.procedures.write import WAITING, WriteFault
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
+from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEARTBEAT, Request
 from protocol.events import EndReason
@@ -97,22 +98,22 @@ def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "state", "outcome"),
+    ("options", "flag", "outcome"),
     [
-        ({}, FlagState.ENABLED, Outcome.CONFIRMED),
-        ({"ack": "one"}, FlagState.ENABLED, Outcome.CONFIRMED),
-        ({"refuses": True}, FlagState.REFUSED, Outcome.REFUSED),
-        ({"mute_codes": "16,17"}, FlagState.UNANSWERED, Outcome.UNKNOWN),
+        ({}, TriggerFlag(True), Outcome.CONFIRMED),
+        ({"ack": "one"}, TriggerFlag(True), Outcome.CONFIRMED),
+        ({"refuses": True}, TriggerFlag(why=message(WriteFault.REFUSED.value)), Outcome.REFUSED),
+        ({"mute_codes": "16,17"}, TriggerFlag(why=message(WriteFault.NO_REPLY.value)), Outcome.UNKNOWN),
     ],
 )
 def test_what_came_of_enabling_the_triggers_is_known_and_logged(
-    options: dict[str, str], state: FlagState, outcome: Outcome
+    options: dict[str, str], flag: TriggerFlag, outcome: Outcome
 ) -> None:
     evidence, journal, rig = Evidence(port="sim"), FakeJournal(), settled_rig(**options)
     state_of_module = rig.bench.module.state
     state_of_module.attitude_is_enabled = state_of_module.freefall_is_enabled = False
     rig.run(run_preflight(evidence, is_enabling=True, journal=journal))
-    assert [evidence.flags[key].state for key in FLAGS] == [state, state]
+    assert [evidence.flags[key] for key in FLAGS] == [flag, flag]
     assert set(journal.outcomes.values()) == {outcome}
     sets = [request for request in rig.line.requests if request.command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER)]
     assert len(sets) == 2, "each is sent once"
@@ -122,9 +123,8 @@ def test_nothing_is_enabled_on_an_active_module_and_it_says_why() -> None:
     rig = settled_rig(active=True)
     evidence = gather(rig, is_enabling=True)
     refused = evidence.flags[FREEFALL_TRIGGER.key]
-    assert refused.state is FlagState.NOT_SENT
-    assert refused.why is not None
-    assert refused.why.in_english() == "The module is ACTIVE: lock it first."
+    assert refused.is_enabled is None
+    assert refused.why.in_english() == "not sent: The module is ACTIVE: lock it first."
     assert rig.acts == []
 
 
@@ -132,10 +132,8 @@ def test_nothing_is_enabled_on_an_active_module_and_it_says_why() -> None:
 def test_on_a_line_that_repeats_answers_no_trigger_is_known() -> None:
     rig = settled_rig(double_codes="16,17", double_ms=400)
     evidence = gather(rig, is_enabling=True)
-    assert [evidence.flags[key].state for key in FLAGS] == [FlagState.UNANSWERED] * 2
-    why = evidence.flags[FLAGS[0]].why
-    assert why is not None
-    assert why.in_english() == "this line repeats answers: not known"
+    repeated = TriggerFlag(why=message(WriteFault.REPEATED.value))
+    assert [evidence.flags[key] for key in FLAGS] == [repeated, repeated]
     assert verdict_of(evidence) is Verdict.NO_GO
 
 
@@ -143,7 +141,7 @@ def test_on_a_line_that_repeats_answers_no_trigger_is_known() -> None:
 def test_a_module_that_does_not_answer_the_question_for_its_records_stays_known() -> None:
     evidence = gather(settled_rig(mute_codes="35"), is_enabling=True)
     assert evidence.void is None
-    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag(FlagState.ENABLED)] * 2
+    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag(True)] * 2
 
 
 # Its end
@@ -184,7 +182,7 @@ def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason:
         assert evidence.void.message == Interrupted(ended.reason, ended.contradiction).message
     assert evidence.ended_at is None
     assert verdict_of(evidence) is Verdict.NO_GO
-    assert FlagState.ENABLED not in {flag.state for flag in evidence.flags.values()}
+    assert not any(flag.is_enabled for flag in evidence.flags.values())
 
 
 def test_a_check_that_a_person_cancels_says_so() -> None:
@@ -231,6 +229,6 @@ def test_the_check_that_follows_in_the_next_conversation_begins_empty() -> None:
     evidence = gather(rig)
     assert evidence.is_complete
     assert evidence.conversation == 2
-    assert [evidence.flags[key].state for key in FLAGS] == [FlagState.NEVER_SET] * 2
+    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag()] * 2
     found = assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result("attitude_trigger")
     assert found is CheckResult.UNKNOWN

@@ -16,7 +16,6 @@ from app.preflight.evidence import (
     UNFINISHED,
     UNREAD,
     Evidence,
-    FlagState,
     FrameLog,
     TriggerFlag,
     Void,
@@ -94,9 +93,9 @@ def test_it_is_void_in_another_conversation_and_where_it_did_not_end() -> None:
     [
         ({"values": {"freefall_time_s": 1.6}}, "freefall_time_s", 1.7, "Changed: Free-fall time."),
         ({"series": {"charging": [True, False]}}, "charging", True, "Changed: Charging."),
-        ({"flags": {"attitude_trigger": TriggerFlag(FlagState.ENABLED)}}, "attitude_trigger", False,
+        ({"flags": {"attitude_trigger": TriggerFlag(True)}}, "attitude_trigger", False,
          "Changed: Attitude trigger."),
-        ({"flags": {"attitude_trigger": TriggerFlag(FlagState.DISABLED)}}, "attitude_trigger", True,
+        ({"flags": {"attitude_trigger": TriggerFlag(False)}}, "attitude_trigger", True,
          "Changed: Attitude trigger."),
     ],
 )  # fmt: skip
@@ -109,7 +108,7 @@ def test_a_value_that_changed_is_named(checked: dict[str, Any], key: str, value:
 
 def test_a_trigger_that_is_no_longer_known_voids() -> None:
     """It was set and not acknowledged, or an acknowledgement came once more."""
-    enabled = evidence(flags={"attitude_trigger": TriggerFlag(FlagState.ENABLED)})
+    enabled = evidence(flags={"attitude_trigger": TriggerFlag(True)})
     assert void(found=enabled, values={"attitude_trigger": True}) is None
     found = void(found=enabled)
     assert found is not None
@@ -191,7 +190,7 @@ def test_a_new_opening_of_the_port_knows_nothing(is_active: bool) -> None:
     again.bench.module.activate(is_active=is_active)
     assessment, found = checked(again)
     assert assessment.verdict is Verdict.NO_GO
-    assert {found.flags[command.key].state for command in TRIGGERS} == {FlagState.NEVER_SET}
+    assert [found.flags[command.key] for command in TRIGGERS] == [TriggerFlag()] * 2
 
 
 @pytest.mark.promise("f")
