@@ -50,8 +50,8 @@ def void_of_end(ended: Ended | Interrupted) -> Void:
 
 
 class TriggerFlag(NamedTuple):
-    """Whether a trigger is enabled, which cannot be read: only an acknowledged set tells it (E8). `why` it is not known,
-    where it is None."""
+    """Whether a trigger is enabled. It cannot be read: only an acknowledged set tells it (E8). Where it is None, `why`
+    says why that is not known."""
 
     is_enabled: bool | None = None
     why: UserMessage = NOT_ENABLED
