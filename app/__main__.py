@@ -81,6 +81,8 @@ def _run_or_refuse(words: list[str]) -> int:
     except SystemExit as end:  # from argparse, which printed the help
         return end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except UserError as error:
+        if error.code is ErrorCode.INTERRUPTED:
+            return _explain(words, error)  # with what to do next
         return _fail(words, error.code, error.sentence, what=error.what, hint=error.hint)
 
 
@@ -293,14 +295,11 @@ def _explain(words: Sequence[str], error: Exception) -> int:
             return _fail(words, ErrorCode.INTERNAL, sentence)
     from app.diagnosis.causes import explain
     from app.engine.transport import PortError
-    from app.terminal.connection import link_trouble
 
     explanation = explain(error)
-    code = ErrorCode.INTERNAL
+    code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
     if isinstance(error, PortError):
         code = _code_of(error)
-    elif link_trouble(error) is not None:
-        code = ErrorCode.INTERRUPTED
     return _fail(words, code, explanation.terminal_sentence, what=explanation.what, hint=explanation.next_step)
 
 

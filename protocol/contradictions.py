@@ -65,11 +65,11 @@ class ToldValues:
         return None if before.raw == message.raw else Contradiction(before, message)
 
 
-def reason_of(contradiction: Contradiction, *, is_answer: bool) -> EndReason:
-    """A boot count that grew a little is a restart whose heartbeats were lost. Not where one question was answered
-    twice."""
+def reason_of(contradiction: Contradiction, *, is_asked: bool) -> EndReason:
+    """A boot count that grew a little is a restart whose heartbeats were lost; not where one question was answered
+    twice, so that it came unasked."""
     before, after = contradiction
     starts = (after.raw - before.raw) % 256
-    if is_answer and after.command is BOOT_COUNT and starts <= MAX_STARTS:
+    if is_asked and after.command is BOOT_COUNT and starts <= MAX_STARTS:
         return EndReason.RESTARTED
     return EndReason.CONTRADICTED

@@ -56,6 +56,7 @@ from protocol.stale_replies import FENCES, StaleReplies
 from protocol.stream import Piece, StreamParser
 from protocol.timing import (
     ANSWER_S,
+    ASKS_AFTER,
     BOOT_COUNT_EVERY_S,
     HEARTBEAT_EVERY_S,
     LATE_S,
@@ -296,7 +297,7 @@ class Link:
         """Send it, or first a fence."""
         self._stale.drop_expired(now)
         request = flight.request
-        needs_fence = is_fenced or self._stale.could_answer(request, now)
+        needs_fence = is_fenced or self._stale.could_answer(request, now) or self._stale.owes(request)
         is_own_fence = request in FENCES and not self._stale.could_be_late(request, now)
         if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
             fence = _Flight(self._stale.fence(now), now, is_own=flight.is_own, limit_s=flight.limit_s)
@@ -318,11 +319,25 @@ class Link:
         if flight.is_once:
             ends_at = min(ends_at, flight.first_at + ANSWER_S)
             due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
-        elif flight.attempts + flight.probes == 1:
-            due_at = flight.sent_at + trips.first_repeat_s
-        else:
+        elif flight.attempts < self._most_attempts(flight):
+            due_at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
+        elif flight.request != _BOOTS and flight.probes < TRIES:
             due_at = flight.spoken_at + trips.repeat_s
+        else:
+            due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
+        due_at = min(due_at, self._look_at(flight))
         return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
+
+    def _most_attempts(self, flight: _Flight) -> int:
+        return 2 * TRIES if flight.request == _BOOTS else TRIES
+
+    def _look_at(self, flight: _Flight) -> float:
+        """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
+        is_slow = self.is_begun and self.silence_s >= LONGEST_SILENCE_S
+        if not is_slow or flight.is_once or flight.request == _BOOTS or flight.probes >= TRIES:
+            return inf
+        after_s = self.round_trips.asks_after_s if self.lag_s is not None else ASKS_AFTER * LONGEST_SILENCE_S
+        return max(self._valid_at, flight.probed_at) + after_s
 
     def _records_due_at(self, flight: _Flight) -> float:
         trips = self.round_trips
@@ -360,12 +375,9 @@ class Link:
 
     def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """Send the question again, or the boot count behind it."""
-        is_boots = flight.request == _BOOTS
-        can_probe = not is_boots and flight.probes < TRIES
-        can_send = flight.attempts < (2 * TRIES if is_boots else TRIES)
-        # On a slow line few frames fit into a silence, so the boot count is asked in between.
-        is_probes_turn = self.silence_s >= LONGEST_SILENCE_S and self.is_begun and flight.attempts > flight.probes + 1
-        if can_probe and (is_probes_turn or not can_send):
+        can_probe = flight.request != _BOOTS and flight.probes < TRIES
+        can_send = flight.attempts < self._most_attempts(flight)
+        if can_probe and (not can_send or now >= self._look_at(flight)):
             self._probe(flight, now, events)
         elif can_send:
             self._transmit(flight, now, events)
@@ -453,7 +465,7 @@ class Link:
     def _on_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
         request = flight.request
         message = decode(frame.raw, request)
-        if self._contradicts(frame, message, now, events, is_answer=True):
+        if self._contradicts(frame, message, Role.ANSWER, now, events):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
         is_late = self._stale.could_be_late(request, now)  # perhaps, to the same question before
@@ -467,10 +479,12 @@ class Link:
             flight.record_at = now
             flight.is_past = False
             return
+        round_trip_s = None
         if flight.attempts > 1:
             self.round_trips.note_repeated()
         elif is_timed:
-            self.round_trips.add(now - flight.sent_at)
+            round_trip_s = now - flight.sent_at
+            self.round_trips.add(round_trip_s)
         if not is_copy:
             self._stale.on_answered(request, flight.first_at, now)
             self.gap.answered()
@@ -481,17 +495,16 @@ class Link:
             self._stale.expect_late(request, flight.sent_at, count=owed)
         elif flight.is_once:
             self._stale.remember(request, flight.sent_at)
-        self._land(flight, message, now, events)
+        self._land(flight, message, round_trip_s, now, events)
 
-    def _land(self, flight: _Flight, message: Message, now: float, events: list[Event]) -> None:
+    def _land(
+        self, flight: _Flight, message: Message, round_trip_s: float | None, now: float, events: list[Event]
+    ) -> None:
         """It was answered: send what waited for that, tell the owner, or begin a conversation."""
         self._drop_flight(is_answered=True)
         if flight.behind is not None:
-            self._flight = _Flight(flight.behind, now, is_own=flight.is_own, limit_s=flight.limit_s)
-            self._advance(self._flight, now, events)
+            self._open(flight, flight.behind, now, events)
         elif not flight.is_own:
-            is_timed = flight.attempts == 1 and flight.request.command is not STATUS
-            round_trip_s = now - flight.sent_at if is_timed else None
             events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
         elif not self.is_begun and isinstance(message, Reading):
             self.is_begun = True
@@ -499,6 +512,11 @@ class Link:
             self.told.contradicted(message, now, is_answer=True)  # the first that is told
             _log.debug("began: boot count %d", message.raw)
             events.append(Began(message.raw, now))
+
+    def _open(self, fence: _Flight, request: Request, now: float, events: list[Event]) -> None:
+        """No earlier reply can follow: send what waited for that."""
+        self._flight = _Flight(request, now, is_own=fence.is_own, limit_s=fence.limit_s)
+        self._advance(self._flight, now, events)
 
     def _finish_records(self, flight: _Flight, now: float, events: list[Event]) -> None:
         self._drop_flight(is_answered=True)
@@ -524,7 +542,7 @@ class Link:
         if late is not None:
             stale.expect_copy(frame.raw, late.request, now, is_late=True)
             message = decode(frame.raw, late.request)
-            if self._contradicts(frame, message, now, events, is_answer=False):
+            if self._contradicts(frame, message, Role.LATE, now, events):
                 return
             self._note(events, frame, message, Role.LATE, now)
             if isinstance(message, Heartbeat):
@@ -533,7 +551,7 @@ class Link:
                 self._on_probe_answered(late.at, now, events)
             return
         message = decode(frame.raw)
-        if self._contradicts(frame, message, now, events, is_answer=False):
+        if self._contradicts(frame, message, Role.UNSOLICITED, now, events):
             return
         if isinstance(message, Heartbeat):
             stale.expect_copy(frame.raw, None, now)
@@ -575,17 +593,21 @@ class Link:
             return
         if flight.records:
             flight.is_past = True
+        elif flight.behind is not None:
+            self._drop_flight()
+            self._open(flight, flight.behind, now, events)  # the boot count is fence enough
         elif flight.is_once or flight.attempts >= TRIES:
             self._give_up(flight, now, events)
 
-    def _contradicts(self, frame: Frame, message: Message, now: float, events: list[Event], *, is_answer: bool) -> bool:
+    def _contradicts(self, frame: Frame, message: Message, role: Role, now: float, events: list[Event]) -> bool:
         """Whether it says otherwise than what was told before, so that the conversation is over."""
         if not self.is_begun:
             return False
+        is_answer = role is Role.ANSWER
         contradiction = self.told.contradicted(message, now, is_answer=is_answer)
         if contradiction is None:
             return False
-        self._end(reason_of(contradiction, is_answer=is_answer), now, events, contradiction)
+        self._end(reason_of(contradiction, is_asked=is_answer or role is Role.LATE), now, events, contradiction)
         self._note(events, frame, message, Role.UNSOLICITED, now)  # nobody's value
         return True
 

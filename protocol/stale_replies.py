@@ -97,6 +97,11 @@ class StaleReplies:
 
     # What a question needs
 
+    def owes(self, request: Request) -> bool:
+        """Whether the same question is still to be answered. Its answer would be taken for the next one's, and so on
+        for ever."""
+        return any(owed.request == request for owed in self._owed)
+
     def could_be_late(self, request: Request, now: float) -> bool:
         """Whether the reply to an earlier request, also to the same question, could be taken for its answer."""
         return any(_overlap(earlier, request) for earlier in self._earlier(now))

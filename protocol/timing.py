@@ -84,8 +84,11 @@ class RoundTrips:
 
     @property
     def asks_after_s(self) -> float:
-        """Without a valid frame for so long the link asks for one."""
-        return ASKS_AFTER * self.silence_s
+        """Without a valid frame for so long the link asks for one: early enough for an answer within the silence."""
+        usual_s = self.usual_s
+        if usual_s is None:
+            return SOONEST_REPEAT_S
+        return max(0.0, min(ASKS_AFTER * self.silence_s, self.silence_s - SOONEST_REPEAT_S - 1.1 * usual_s))
 
     @property
     def first_repeat_s(self) -> float:
@@ -93,8 +96,8 @@ class RoundTrips:
         usual_s = self.usual_s
         if usual_s is None:
             return self._guess_s
-        # On a slow line early enough for an answer within the silence, but not before an answer can come.
-        latest_s = max(self.asks_after_s, 1.5 * usual_s)
+        # Early enough for an answer within the silence, but not before an answer can come.
+        latest_s = max(ASKS_AFTER * self.silence_s, 1.5 * usual_s)
         return max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, latest_s))
 
     @property

@@ -2,23 +2,24 @@
 
 Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met.
 Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
+
+An activation that was interrupted after its frame had left is followed by LOCK, for which the command waits.
 """
 
 import argparse
-import time
 
 from app.cli.results import ActJson
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked
-from app.procedures.settings_reading import read_one_module
 from app.safety.acts import EFFECTS, Act
-from app.safety.interlocks import Interlock, Refusal
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_yes
 from app.terminal.command_journal import records_of
-from app.terminal.connection import connected
+from app.terminal.connection import OpenPort, connected
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 
@@ -35,21 +36,27 @@ def run(args: argparse.Namespace) -> int:
         if not args.json:
             console.write_lines([tr(EFFECTS[act])])
         console.refuse_without("--yes")
-
-    done: Performed
     with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
-        with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
-            reading = conversation.run(read_one_module())
-            permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
+        with (
+            records_of(args.port) as records,
+            connected(args.port, args.baud, journal=records.journal) as opened,
+        ):
+            permit = Permit(act, Origin.COMMAND_LINE, steady_time(), opened.number)
             try:
-                if isinstance(reading, Refusal):
-                    done = Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(reading,))
-                else:
-                    done = conversation.run(perform(act, records.journal, permit=permit))
+                done = opened.run(perform(act, records.journal, permit=permit))
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise
+            pay_owed_lock(opened)
         return tell(args, act, done)
+
+
+def pay_owed_lock(opened: OpenPort) -> None:
+    """After an activation that was interrupted: wait until the module that answers then was locked."""
+    if not opened.owes_lock:
+        return
+    locked = opened.pay_owed_lock()
+    console.notify(tr("ACTIVE, not locked.") if locked is None or not locked.is_locked else locked.sentence)
 
 
 def tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
@@ -72,4 +79,5 @@ def exit_code(done: Performed | Locked) -> int:
     if done.outcome is Outcome.CONFIRMED:
         return console.ANSWER_NO if done.act is Act.ZERO and not done.is_level else console.SUCCESS
     is_silent = any(refusal.condition is Interlock.ONLINE for refusal in done.refusals)
-    return console.NO_LINK if is_silent else console.ANSWER_NO
+    has_ended = done.outcome is Outcome.NOT_SENT and done.interrupted is not None
+    return console.NO_LINK if is_silent or has_ended else console.ANSWER_NO

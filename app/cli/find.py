@@ -23,8 +23,8 @@ def run(args: argparse.Namespace) -> int:
         # Whatever rate the port is opened with, the module would answer: the result would be a lie.
         raise console.Refused(message(RATE_SET_ELSEWHERE))
     first = args.baud or USUAL_RATE
-    with connected(args.port, first, is_greeted=False) as conversation:
-        result = conversation.run(find_rate(first))
+    with connected(args.port, first, is_greeted=False) as opened:
+        result = opened.run(find_rate(first), outlives=True)
     page = [] if result.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=result.baud_rate)]
     console.emit(args, FindJson(baud_rate=result.baud_rate, tried=list(result.tried)), page)
     if page:

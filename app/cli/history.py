@@ -1,9 +1,9 @@
 """`dps-s history`: reads the trigger records.
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
-agree and no frame was lost; 2 if another kind of file would be replaced; 3 without a link; 4 if they differ, the query
-was not answered, the link was lost, or the module restarted or another one answered. Where it was lost or another one
-may have answered what came is listed, and nothing is kept.
+agree and no frame was lost; 1 if they may not be kept under that name; 2 if another kind of file would be replaced; 3
+without a link; 4 if they differ, the query was not answered, or the conversation ended: what came is listed then, and
+nothing is kept.
 """
 
 import argparse
@@ -12,23 +12,23 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.results import HistoryJson, TriggerRecordJson
-from app.engine.identity import IdentityEvidence
+from app.engine.conversation import Interrupted
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of
-from app.procedures.settings_reading import read_settings
+from app.procedures.read import read_settings
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module
-from app.terminal.connection import LinkTrouble, connected, module_is_silent
+from app.terminal.command_journal import records_of
+from app.terminal.connection import connected
 from app.terminal.export_file import STANDARD_OUTPUT
-from app.terminal.stored_history import store_visit
+from app.terminal.module_name import name_given, refuse_another, store_visit
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
-from app.text.user_error import ErrorCode, UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
-from app.trigger_records.filing import ANOTHER, TriggersReading, read_triggers
+from app.trigger_records.filing import TriggersReading, read_triggers
 from app.trigger_records.history import cell_text, uptime_message
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
@@ -50,33 +50,28 @@ def run(args: argparse.Namespace) -> int:
     if args.csv is not None and args.csv.is_file() and not _is_replaceable(args.csv):
         raise console.Refused(tr("{file} exists and is another kind of file.", file=args.csv))
     received = ReceivedRecords()
-    history: History | None = None
-    evidence, another = IdentityEvidence(), ""
-    with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
-        evidence = conversation.run(read_settings()).evidence
+    reading: TriggersReading | None = None
+    ended: Interrupted | None = None
+    with connected(args.port, args.baud, on_batch=received.on_batch) as opened:
         try:
-            history = conversation.run(read_triggers()).history
-            is_kept = args.module is not None and not history.is_line_dead
-            if is_kept and evidence != conversation.run(read_settings()).evidence:
-                raise UserError(ANOTHER)
-        except UserError as error:
-            history, another = None, error.sentence
-    if history is None or link.sentence is not None:
-        history = received.history()
-    silence = module_is_silent(args.port, conversation.device) if history.is_line_dead else None
-    trouble = link.sentence or another or silence
-    is_written = _print(history, args) if history.is_answered or trouble is None else True
-    if trouble is not None:
-        if not history.is_answered:
-            raise console.Refused(trouble, ErrorCode.NO_LINK)
-        console.notify(trouble)
+            opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
+            reading = opened.run(read_triggers())
+        except Interrupted as error:
+            ended = error
+    history = received.history() if reading is None else reading.history
+    if ended is not None and not history.is_answered:
+        raise ended
+    is_written = _print(history, args)
+    if ended is not None:
+        console.notify(ended.sentence)
         return console.PARTIAL
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
-    if args.module is not None:
-        reading = TriggersReading(history, evidence.boot_count, evidence.settings)
-        is_written &= store_visit(reading, args.module, port=args.port, is_same_module=args.same_module)
+    if name_given(args) and reading is not None:
+        with records_of(args.port, module=name_given(args)) as records:
+            refuse_another(opened, records, args)
+            is_written &= store_visit(reading, records, args)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
         return console.PARTIAL
@@ -92,7 +87,7 @@ def _is_replaceable(path: Path) -> bool:
 
 
 class ReceivedRecords:
-    """The records as they came, by pass: the result if the port is lost meanwhile."""
+    """The records as they came, by pass: the result where the conversation ends meanwhile."""
 
     def __init__(self) -> None:
         self._passes: list[list[TriggerRecord | EmptySlot]] = []
@@ -108,7 +103,7 @@ class ReceivedRecords:
                     pass
 
     def history(self) -> History:
-        return history_of([Pass(tuple(messages)) for messages in self._passes], is_line_dead=True)
+        return history_of([Pass(tuple(messages)) for messages in self._passes])
 
 
 def _print(history: History, args: argparse.Namespace) -> bool:
@@ -130,9 +125,8 @@ def _print(history: History, args: argparse.Namespace) -> bool:
 
 
 def json_of(history: History) -> HistoryJson:
-    records = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _marked(history)]
     return HistoryJson(
-        records=records,
+        records=[TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _marked(history)],
         empty_slots=history.empty_slots,
         answered=history.is_answered,
         complete=history.is_confirmed,
@@ -153,8 +147,7 @@ def page_of(history: History) -> list[str]:
     """A table of the records in the order in which the module sent them, and remarks."""
     if not history.all:
         never, unknown = tr("It has never fired, or its memory was cleared."), tr("No answer: the records are unknown.")
-        lines = [never if history.is_confirmed else unknown]
-        return lines + _remarks(history)
+        return [never if history.is_confirmed else unknown, *_remarks(history)]
     head = (
         tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"),
         tr("Charging"), tr("Light"), tr("Cell voltage"),

@@ -1,12 +1,13 @@
 """`dps-s lock`: locks the module, at once.
 
-LOCK is sent whether or not the module answers and whatever the disk does, and repeated until the module reports that it
-is locked. Exit code 0 the module reports LOCKED; 1 not confirmed; 3 no link.
+LOCK is sent whether or not the module answers and whatever the disk does, and repeated until the module that answers
+now reports that it is locked, at most for ten seconds. Exit code 0 it reports LOCKED; 1 not confirmed; 3 no link.
 """
 
 import argparse
 
 from app.cli.act import tell
+from app.engine.procedure import LOCKS_FOR_S
 from app.procedures.lock import lock
 from app.safety.acts import Act
 from app.terminal import console
@@ -14,7 +15,7 @@ from app.terminal.arguments import add_json, add_module, add_port
 from app.terminal.command_journal import records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
-from app.terminal.left_active import end_left_active, say_left_by_others
+from app.terminal.left_active import conclude_lock
 from app.text.i18n import tr
 
 STORE_LIMIT_S = 2.5
@@ -33,15 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """LOCK is sent before any file is opened, and its exit code does not depend on one."""
     with Interruption(), records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
+        is_locked = False
         try:
-            with connected(args.port, args.baud, is_greeted=False) as conversation:
-                done = conversation.run(lock(records.journal, is_attended=False))
+            with connected(args.port, args.baud, is_greeted=False) as opened:
+                done = opened.run(lock(records.journal), outlives=True, limit_s=LOCKS_FOR_S)
+                is_locked = done.is_locked is True
                 code = tell(args, Act.LOCK, done)
-                if done.is_locked:
-                    end_left_active(conversation, records, args)
         except KeyboardInterrupt:
             console.notify(tr("Interrupted; may have been carried out."))
             raise
         finally:
-            say_left_by_others(records, args)
+            conclude_lock(records, args, None if not is_locked else opened.conversation)
     return code

@@ -1,24 +1,25 @@
 """`dps-s monitor`: prints the status as it streams, or polls it where the module does not stream.
 
-The stream is switched on if it was off, and off again at the end, however it ends. Exit code 0, also after Ctrl-C if a
-status was received; 3 if the link was lost; 4 if no status was received.
+The stream is switched on if it was off, and off again at the end, however it ends. When a conversation ends the reason
+is printed on standard error, and the next one is polled: another module may answer. Exit code 0, also after Ctrl-C if a
+status was received; 3 if the port was lost, or nobody answered for five seconds; 4 if no status was received.
 """
 
 import argparse
 import sys
-import time
 from contextlib import nullcontext
 
 from app.cli.results import MonitorJson
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
+from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_seconds
-from app.terminal.connection import Conversation
+from app.terminal.connection import OpenPort
 from app.terminal.interruption import print_after_signal
-from app.terminal.streaming import SameModule, StreamSpan, stream
+from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from app.text.user_error import ErrorCode
@@ -27,6 +28,11 @@ LINE_EVERY_S = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        f"{parser.description} What is known of a module holds for one unbroken conversation. When it ends, the reason "
+        "is printed and another module may answer from then on; its status is polled, the stream is not switched on "
+        "again."
+    )
     add_port(parser)
     add_seconds(parser)
     add_json(parser)
@@ -35,8 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     span = StreamSpan(args.seconds)
     printer = JsonLines(span) if args.json else WordLines(span)
-    trouble = stream(args.port, args.baud, span, on_begin=lambda _: printer.begin(), on_batch=printer.on_batch,
-                     on_turn=printer.on_turn)  # fmt: skip
+    trouble = stream(args.port, args.baud, span, on_batch=printer.on_batch, on_turn=printer.on_turn)
     with print_after_signal() if span.was_interrupted else nullcontext():
         printer.print_news()  # includes what came while the stream was switched off
         printer.finish()
@@ -54,36 +59,24 @@ class JsonLines:
     def __init__(self, span: StreamSpan) -> None:
         self._span = span
         self._news: list[StatusSample] = []
-        self._first_at: float | None = None
-        self._is_begun = False
-        self._same = SameModule()
         self.count = 0
         self.stream_hz = 0.0
 
-    def begin(self) -> None:
-        """Samples count from now on; before, the module was only greeted."""
-        self._is_begun = True
-
-    def on_turn(self, conversation: Conversation) -> None:
-        self.stream_hz = conversation.device.stream_hz
-        self.judge_line(conversation.link)
+    def on_turn(self, opened: OpenPort) -> None:
+        self.stream_hz = opened.conversation.stream_hz
+        self.judge_line(opened.link)
         self.print_news()
 
     def judge_line(self, link: LinkView | None) -> None:
         """For people only."""
 
     def on_batch(self, batch: Batch) -> None:
-        another = self._same.contradiction(batch.device)
-        if another is not None:
-            self.print_news()
+        for sample in batch.samples:
+            if self._span.holds(sample.at):
+                self._news.append(sample)
+        if batch.conversation.ended is not None:
+            self.print_news()  # before the reason
             self.finish()
-            console.notify(another)
-        for sample in batch.samples if self._is_begun else ():
-            if self._first_at is None:
-                self._first_at = sample.at
-            if not self._span.holds(sample.at):
-                return
-            self._news.append(sample)
 
     def print_news(self) -> None:
         news, self._news = self._news, []
@@ -92,21 +85,21 @@ class JsonLines:
             self._print(news)
 
     def _age_s(self, sample: StatusSample) -> float:
-        return sample.at - (self._first_at or 0.0)
+        return sample.at - (self._span.first_at or 0.0)
 
     def _print(self, samples: list[StatusSample]) -> None:
         """Print these, in order of time; at least one."""
-        lines = [
-            MonitorJson(
+        text = ""
+        for sample in samples:
+            line = MonitorJson(
                 t_s=round(self._age_s(sample), 3),
                 tilt_deg=sample.tilt_deg,
                 acceleration_g=sample.acceleration_g,
                 triggered=sample.triggered,
                 active=sample.active,
             )
-            for sample in samples
-        ]
-        console.write("".join(console.as_json(line) + "\n" for line in lines))
+            text += console.as_json(line) + "\n"
+        console.write(text)
 
     def finish(self) -> None:
         """End the output; every line has its end already."""
@@ -122,19 +115,19 @@ class WordLines(JsonLines):
         self._before: StatusSample | None = None
         self._printed_at: float | None = None
         self._width = 0
-        self.line: Outside | None = None
         self._rejected = 0
         self._damaged_at: float | None = None
+        self.line: Outside | None = None
 
     def judge_line(self, link: LinkView | None) -> None:
         """Find out whether the line is outside its limits."""
         if link is None:
             return
-        now = time.monotonic()
+        now = steady_time()
         if link.counters.rejected > self._rejected:
             self._rejected, self._damaged_at = link.counters.rejected, now
         self.line = line_outside(
-            lag_s=link.lag_s,
+            lag_s=link.round_trip_median_s,
             round_trip_s=link.round_trip_median_s,
             has_damaged=self._damaged_at is not None and now - self._damaged_at < DAMAGED_SHOWN_S,
             in_use=LimitsInUse(),
@@ -143,7 +136,7 @@ class WordLines(JsonLines):
     def _print(self, samples: list[StatusSample]) -> None:
         for sample in samples:
             before, self._before = self._before, sample
-            is_change = before is not None and sample[3:] != before[3:]
+            is_change = before is not None and (sample.triggered, sample.active) != (before.triggered, before.active)
             if is_change and self._is_rewriting:
                 self.finish()
             is_due = self._printed_at is None or sample.at - self._printed_at >= LINE_EVERY_S
@@ -154,13 +147,14 @@ class WordLines(JsonLines):
 
     def _write(self, sample: StatusSample) -> None:
         self._printed_at = sample.at
-        words = "   ".join((
+        cells = (
             f"{self._age_s(sample):8.1f} s",
             f"{tr('Tilt')} {sample.tilt_deg:3}°",
             f"{sample.acceleration_g:4.1f} g",
             tr("TRIGGERED") if sample.triggered else tr("not triggered"),
             tr("active") if sample.active else tr("locked"),
-        ))  # fmt: skip
+        )
+        words = "   ".join(cells)
         if self.line is not None:
             words = self.line.beside(words)
         if not self._is_rewriting:

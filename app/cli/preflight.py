@@ -1,27 +1,27 @@
 """`dps-s preflight`: checks whether the module is fit to fly.
 
-Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers or it stops answering. Sends queries only, and with
---enable-triggers the two settings that enable the automatic triggers. With --activate --yes a module that is READY is
-activated, once, and read again in the same connection: GO, or NO-GO. The check is kept in the store if there is one.
+Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers. Sends queries only, and with --enable-triggers the
+two settings that enable the automatic triggers. With --activate --yes a module that is READY is activated, once, and
+read again in the same conversation: GO, or NO-GO. The check is kept in the store if there is one.
 """
 
 import argparse
 import threading
-import time
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import chain, repeat
-from math import inf
 from pathlib import Path
 
 import msgspec
 
-from app.cli.results import CheckJson, ErrorJson, FailureJson, PreflightJson
-from app.engine.procedure import await_asking
+from app.cli.act import pay_owed_lock
+from app.cli.results import ErrorJson, FailureJson, PreflightJson
+from app.engine.conversation import Interrupted
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
 from app.preflight.contract import contract_of
-from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.evidence import Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
@@ -29,17 +29,19 @@ from app.records.filing import Filed, file_check
 from app.records.report_files import check_target, write_report
 from app.safety.acts import EFFECTS, Act
 from app.safety.journal import Outcome
+from app.safety.left_active import note_go
 from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.fact_store import Store
+from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module, add_yes, any_name
-from app.terminal.command_journal import in_background, opened_store, records_on
-from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
+from app.terminal.command_journal import Records, in_background, opened_store, records_on
+from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
-from app.terminal.stored_history import may_be_another
+from app.terminal.module_name import name_given, refuse_another
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
@@ -76,111 +78,118 @@ def run(args: argparse.Namespace) -> int:
             console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
         console.refuse_without("--yes")
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
-    is_one = len(ports) == 1
-    if not is_one and (args.activate or args.module is not None):
+    if len(ports) > 1 and (args.activate or args.module is not None):
         option = "--module" if args.module is not None else "--activate"
         raise console.Refused(tr("{option} takes one port only.", option=option))
     profile = _profile(args.profile, args.done)
     if args.report is not None:
-        (check_target if is_one else check_set_target)(args.report)
+        (check_target if len(ports) == 1 else check_set_target)(args.report)
     with opened_store() as (store, troubles):
-        checks = [_PortCheck(args, port, profile, store, troubles) for port in ports]
-        if is_one:
+        checks = [_PortCheck(args, profile, store, records_on(store, troubles, port, origin="preflight",
+                                                             module=name_given(args))) for port in ports]  # fmt: skip
+        if len(checks) == 1:
             checks[0].gather()
         else:
             _gather_all(checks)
         # All are filed before anything is printed, which fails where nobody reads.
-        for check in checks:
-            if check.error is None:
-                check.file()
         members = [check.member() for check in checks]
     code = _conclude_all(args, members)
     return console.ANSWER_NO if checks[0].is_refused and code == console.SUCCESS else code
 
 
+@dataclass
 class _PortCheck:
-    """The check on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why nothing was read."""
+    """The check on one port."""
 
-    def __init__(
-        self, args: argparse.Namespace, port: str, profile: Profile, store: Store, troubles: list[UserMessage]
-    ) -> None:
-        self._args, self._profile, self._store = args, profile, store
-        self.port = port
-        self._records = records_on(store, troubles, port, origin="preflight", module=(args.module or "").strip())
-        self.trouble: str | None = None
-        self.error: BaseException | None = None
-        self.is_refused = False
-        """The activation was not sent."""
-        self._evidence = Evidence(port=port)
-        self._past: Past | None = None
-        """The module's history before the check, where it was read already."""
-        self._filed: Filed | None = None
-        """Where it was judged already."""
+    args: argparse.Namespace
+    profile: Profile
+    store: Store
+    records: Records
+    evidence: Evidence = field(default_factory=Evidence)
+    # The module's history before the check, where it was read already.
+    past: Past | None = None
+    # Where it was judged already.
+    filed: Filed | None = None
+    # Why nothing was read.
+    error: BaseException | None = None
+    # The activation was not sent.
+    is_refused: bool = False
+
+    @property
+    def port(self) -> str:
+        return self.records.port
 
     def gather(self, interruption: Interruption | None = None) -> None:
-        """Run the check, and activate in the same connection. Raises the errors that mean "no link"."""
-        args, store, journal = self._args, self._store, self._records.journal
-        with (
-            connected(
-                self.port,
-                args.baud,
-                on_batch=lambda batch: self._evidence.listen(batch.events),
-                interruption=interruption,
-            ) as conversation,
-            LinkTrouble() as link,
-        ):
-            is_enabling = (args.enable_triggers or args.activate) and not (
-                args.module and not args.same_module and may_be_another(conversation, store, args.module)
-            )
+        """Run the check, and activate in the same conversation. Raises what keeps a conversation from beginning."""
+        args, journal = self.args, self.records.journal
+        self.evidence.port = self.port
+        with connected(
+            self.port,
+            args.baud,
+            on_batch=lambda batch: self.evidence.listen(batch.events),
+            interruption=interruption,
+            journal=journal if args.activate else None,
+        ) as opened:
+            refuse_another(opened, self.records, args)
+            is_enabling = args.enable_triggers or args.activate
             try:
-                conversation.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
+                opened.run(run_preflight(self.evidence, is_enabling=is_enabling, journal=journal))
                 if args.activate:
-                    self._activate(conversation)
+                    self._activate(opened)
+            except Interrupted as ended:
+                self.evidence.note_error(ended)
             except KeyboardInterrupt:
                 if is_enabling:
                     console.notify(tr("Interrupted; may have been carried out."))
                 raise
-        if link.sentence is not None:
-            self.trouble = link.sentence
-            self._evidence.disturbance = self._evidence.disturbance or Disturbance.DISCONNECTED
-            self._filed = None
-        elif self._evidence.disturbance is Disturbance.SILENT:
-            self.trouble = module_is_silent(self.port, conversation.device)
 
     def file(self) -> Filed:
         """Judge and keep it."""
-        if self._filed is None:
-            args = self._args
-            person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                            are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
-                            is_named_by_option=True)  # fmt: skip
-            self._filed = file_check(
-                self._evidence, self._profile, person, store=self._store,
-                adapter=self._records.adapter(), past=self._past,
-            )  # fmt: skip
-        return self._filed
+        if self.filed is None:
+            args = self.args
+            person = Person(
+                who=args.who,
+                module=args.module,
+                aircraft=args.aircraft,
+                are_records_reviewed=args.records_reviewed,
+                is_same_module=args.same_module,
+                is_named_by_option=True,
+            )
+            adapter = self.records.find_adapter()
+            self.filed = file_check(
+                self.evidence, self.profile, person, store=self.store, adapter=adapter, past=self.past
+            )
+        return self.filed
 
     def member(self) -> SetMember:
         """Raises what is no lost link."""
-        trouble = self.trouble if self.error is None else link_trouble(self.error)
-        if self.error is not None and trouble is None:
+        if self.error is None:
+            return SetMember(self.port, "", self.file())
+        if not isinstance(self.error, LOST):
             raise self.error
-        filed = None if self.error is not None else self.file()
-        return SetMember(self.port, "", filed, UserMessage(trouble) if trouble else None)
+        return SetMember(self.port, "", None, UserMessage(loss_sentence(self.error)))
 
-    def _activate(self, conversation: Conversation) -> None:
+    def _activate(self, opened: OpenPort) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
         filing = in_background(self.file)
-        conversation.run(await_asking(filing, inf))
-        filed = filing.result()
-        if filed.assessment.verdict is not Verdict.READY:
+        while not filing.done():
+            opened.wait()
+        ready = filing.result().assessment
+        if ready.verdict is not Verdict.READY:
             return
-        permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())
-        performed, evidence = conversation.run(activate_ready(filed.assessment, self._records.journal, permit))
+        permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, steady_time(), opened.number)
+        performed, evidence = opened.run(activate_ready(ready, self.records.journal, permit))
         self.is_refused = performed.outcome is Outcome.NOT_SENT
-        (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
-        if evidence is not filed.assessment.case.evidence:
-            self._evidence, self._filed, self._past = evidence, None, filed.assessment.case.past
+        if performed.outcome is Outcome.CONFIRMED:
+            console.note(performed.sentence)
+        else:
+            console.notify(performed.sentence)
+        pay_owed_lock(opened)
+        if evidence is ready.case.evidence:
+            return
+        self.evidence, self.filed, self.past = evidence, None, ready.case.past
+        if self.file().assessment.verdict is Verdict.GO:
+            self.store.write(lambda facts: note_go(facts, self.records.known_as.run))
 
 
 def _gather_all(checks: Sequence[_PortCheck]) -> None:
@@ -220,7 +229,7 @@ def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int
     finally:  # also where nobody reads
         if args.report is not None and not _write_reports(args, members):
             codes.append(console.PARTIAL)
-    return next(filter(codes.__contains__, (console.ANSWER_NO, console.NO_LINK, console.PARTIAL)), console.SUCCESS)
+    return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
 
 
 def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bool:
@@ -240,37 +249,19 @@ def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bo
 def _conclude(args: argparse.Namespace, member: SetMember) -> int:
     """Print one check; returns its exit code."""
     filed, trouble = member.filed, member.trouble
-    if filed is not None:
-        try:
-            console.emit(args, _result(filed, trouble), page_of(filed))
-        finally:  # also where nobody reads
-            if filed.trouble is not None:
-                console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
-    if trouble is not None:
-        console.notify(trouble.translated())
-        if filed is not None:
-            return console.ANSWER_NO
+    if filed is None:
+        sentence = "" if trouble is None else trouble.translated()
+        console.notify(sentence)
         if args.json:
-            failure = FailureJson(code=ErrorCode.NO_LINK, message=trouble.translated(), hint="")
+            failure = FailureJson(code=ErrorCode.NO_LINK, message=sentence, hint="")
             console.write_lines([console.as_json(ErrorJson(error=failure))])
         return console.NO_LINK
+    try:
+        console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
+    finally:  # also where nobody reads
+        if filed.trouble is not None:
+            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
     return console.ANSWER_NO if member.verdict is Verdict.NO_GO else console.SUCCESS
-
-
-def _result(filed: Filed, trouble: UserMessage | None) -> PreflightJson:
-    """What was found; where the conversation ended meanwhile, with a check that says so."""
-    found = msgspec.convert(contract_of(filed.assessment), PreflightJson)
-    if trouble is None:
-        return found
-    broken = CheckJson(
-        id="connection",
-        result="fail",
-        measured=None,
-        limit="unbroken",
-        why=trouble.in_english(),
-        do="Check again.",
-    )
-    return msgspec.structs.replace(found, verdict="NO-GO", checks=[*found.checks, broken])
 
 
 def _profile(profile: Path | None, done: Sequence[int]) -> Profile:

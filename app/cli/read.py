@@ -1,56 +1,64 @@
 """`dps-s read`: reads everything once.
 
-Exit code 0; 3 if nothing was read; 4 if something is missing, or the module fell silent. What was read is also printed
-when the link is lost. An unknown value is null in JSON and "unknown" with the reason in the text, never a default.
+Exit code 0; 3 if no module answers, or its conversation ended meanwhile; 4 if something is missing. An unknown value is
+null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 import argparse
-import math
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 from app.engine.address_lock import sets_rate
-from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
-from app.engine.procedure import Pause, Procedure, TwoModules
-from app.engine.worker import Batch
+from app.engine.conversation import SLOW_LINE_S, STATUS_KEYS, Interrupted
+from app.engine.procedure import EngineView, Inspect, LinkView, Pause, Procedure
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
-from app.procedures.read import Everything, read_everything, undisturbed
+from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Everything, contradictions, read_everything
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port
-from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
+from app.terminal.connection import OpenPort, connected
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import in_brackets, join_names
-from app.text.user_error import ErrorCode
-from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
-from protocol.events import FellSilent, Received, Unanswered
+from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
+from protocol.events import Unanswered
 from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
 
 SECOND_ANSWER_S = 0.05
 """Longer than two modules that hear the same question are apart."""
-_PORT_LOST = message(marked("port lost"))
-_FELL_SILENT = message(marked("no reply"))
-_RESTARTED = message(marked("the module restarted"))
+LINE = "link"
+"""The key of what is said of the line, or of the conversation."""
 _GROUPS = {
     marked("Status"): (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count"),
     marked("Settings"): SETTING_KEYS,
 }
+_UNREADABLE = {command.key for command in SETTINGS if not command.reads_back}
 _COMMANDS = {command.key: command for command in BY_NAME.values() if command.reply is not None}
+# Title, and a command whose reply has the same unit.
 _OF_STATUS = {
     "tilt_deg": (marked("Tilt"), BY_NAME["attitude_threshold"]),
     "acceleration_g": (marked("Acceleration"), BY_NAME["freefall_acceleration"]),
     "triggered": (marked("Triggered"), BY_NAME["triggered"]),
     "active": (marked("Active"), BY_NAME["active"]),
 }
-"""Title, and a command whose reply has the same unit."""
+# Instead of "yes" and "no".
 _WORDS = {
     ("active", True): marked("active"), ("active", False): marked("locked"),
     ("triggered", True): marked("triggered"), ("triggered", False): marked("not triggered"),
 }  # fmt: skip
-"""Instead of "yes" and "no"."""
+
+
+@dataclass(kw_only=True)
+class Findings:
+    """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status, and one, "link",
+    for the line."""
+
+    port: str
+    baud_rate: int
+    values: dict[str, Value] = field(default_factory=dict)
+    errors: dict[str, UserMessage] = field(default_factory=dict)
+    round_trip_s: float | None = None
+    has_damaged: bool = False
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,111 +67,82 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    silence = _Silence()
-    with connected(args.port, args.baud, on_batch=silence.on_batch) as conversation:
-        findings, trouble = _read(conversation, args.port, silence)
-    has_something = any(key != "baud_rate" for key in findings.values)
-    if has_something or trouble is None or args.json:
-        console.emit(args, json_of(findings), page_of(findings))
-    if trouble is not None:
-        console.notify(trouble)
-    elif findings.errors:
+    everything = Everything()
+    ended: Interrupted | None = None
+    is_doubled = False
+    with connected(args.port, args.baud) as opened:
+        try:
+            is_doubled = opened.run(_read_and_listen(everything))
+        except Interrupted as error:
+            ended = error
+        findings = _findings(opened, args.port, everything, None if ended is None else ended.message)
+    if is_doubled:
+        findings.errors[LINE] = ANSWERED_TWICE
+    console.emit(args, json_of(findings), page_of(findings))
+    if ended is not None:
+        console.notify(ended.sentence)
+        return console.NO_LINK
+    if findings.errors:
         names = join_names(findings.errors)
         console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
-    if trouble is not None and not has_something:
-        return console.NO_LINK
-    return console.PARTIAL if findings.errors or trouble is not None else console.SUCCESS
+        return console.PARTIAL
+    return console.SUCCESS
 
 
-class _Silence:
-    """The last one after which something answered again: it may be another module."""
-
-    def __init__(self) -> None:
-        self._is_silent = False
-        self.ended_at = -math.inf
-
-    def on_batch(self, batch: Batch) -> None:
-        for event in batch.events:
-            if isinstance(event, FellSilent):
-                self._is_silent = True
-            elif isinstance(event, Received) and self._is_silent:
-                self._is_silent, self.ended_at = False, event.at
-
-
-class Findings(NamedTuple):
-    """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status."""
-
-    port: str
-    baud_rate: int
-    round_trip_s: float | None = None
-    """Median."""
-    values: Mapping[str, Value] = MappingProxyType({})
-    errors: Mapping[str, UserMessage] = MappingProxyType({})
-    lag_s: float | None = None
-    has_damaged: bool = False
-    """Invalid bytes were received."""
-
-
-def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Findings, str | None]:
-    """What was read, and a sentence if reading ended early."""
-    everything: Everything | None = None
-    with LinkTrouble() as link:
-        everything = conversation.run(_read_and_listen())
-        if everything is None:
-            raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
-    if everything is None:
-        if isinstance(link.error, TwoModules):
-            return _findings(conversation, port, {}, link.error.message, since=math.inf), link.sentence
-        return _findings(conversation, port, {}, _PORT_LOST, since=silence.ended_at), link.sentence
-    errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
-    errors |= everything.contradictions
-    if not everything.is_silent:
-        return _findings(conversation, port, errors, _RESTARTED, since=everything.began_at), None
-    findings = _findings(conversation, port, errors, _FELL_SILENT, since=silence.ended_at)
-    return findings, module_is_silent(port, conversation.device)
-
-
-def _read_and_listen() -> Procedure[Everything | None]:
-    """Read everything; a second module on this line answers a little later, also the last question."""
-    everything = yield from undisturbed(read_everything)
+def _read_and_listen(everything: Everything) -> Procedure[bool]:
+    """Whether questions are answered twice: a second module on this line answers a little later, also the last one."""
+    yield from read_everything(everything)
     yield Pause(SECOND_ANSWER_S)
-    return everything
+    view: EngineView = yield Inspect()
+    return view.is_answered_twice
+
+
+def _findings(opened: OpenPort, port: str, everything: Everything, why_ended: UserMessage | None) -> Findings:
+    """`why_ended`: why the conversation ended before everything was read."""
+    connection, link, status = opened.connection, opened.link, everything.status
+    values = dict(everything.values)
+    errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
+    if status is not None:
+        against = dict(everything.contradictions)
+        if why_ended is not None:
+            against = {**contradictions(values.get("active"), values.get("triggered"), status)}
+        for key in STATUS_KEYS:
+            values[key] = getattr(status, key)
+        for key, what in against.items():
+            del values[key]
+            errors[key] = what
+    else:
+        values.pop("active", None)  # 30 and 31 alone prove nothing
+        values.pop("triggered", None)
+    if why_ended is None and opened.conversation.is_streaming:
+        values[SERIAL_OUTPUT.key] = True
+    if sets_rate(port):  # behind a plain socket nobody here knows it
+        values[BAUD_RATE.key] = connection.baud_rate
+    for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
+        if key not in values and key not in _UNREADABLE and key not in errors:
+            blamed = "status" if key in STATUS_KEYS else key
+            errors.setdefault(blamed, why_ended or message(NO_REPLY))
+    if why_ended is not None:
+        errors[LINE] = why_ended
+    return Findings(
+        port=port,
+        baud_rate=connection.baud_rate,
+        values=values,
+        errors=dict(sorted(errors.items())),
+        round_trip_s=None if link is None else link.round_trip_median_s,
+        has_damaged=_has_damaged(link),
+    )
+
+
+def _has_damaged(link: LinkView | None) -> bool:
+    return link is not None and link.counters.rejected > 0
 
 
 def unanswered_reason(unanswered: Unanswered) -> UserMessage:
     if unanswered.attempts <= 1:
-        return _FELL_SILENT
+        return message(NO_REPLY)
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
     return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
-
-
-def _findings(
-    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage, *, since: float
-) -> Findings:
-    """All values that are known now were read in this conversation, those before `since` perhaps from another module.
-    `why_missing` is the reason for values that are neither known nor in `errors`."""
-    known = {key: reading for key, reading in conversation.device.values.items() if reading.at >= since}
-    values = {key: reading.value for key, reading in known.items() if reading.stale_reason is not StaleReason.RESTARTED}
-    for key in STATUS_KEYS:
-        if key in errors:
-            values.pop(key, None)  # 30 or 31 and the status do not agree
-    unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
-    missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)
-    blamed = {"status" if key in STATUS_KEYS and key not in errors else key for key in missing}
-    if sets_rate(port):
-        values["baud_rate"] = conversation.connection.baud_rate
-    else:
-        values.pop("baud_rate", None)  # behind a plain socket nobody here knows it
-    link = conversation.link
-    return Findings(
-        port,
-        conversation.connection.baud_rate,
-        link.round_trip_median_s if link is not None else None,
-        values,
-        {key: errors.get(key, why_missing) for key in sorted(blamed)},
-        link.lag_s if link is not None else None,
-        has_damaged=link is not None and link.counters.rejected > 0,
-    )
 
 
 # What is printed
@@ -181,15 +160,14 @@ def json_of(findings: Findings) -> ReadJson:
 
 def page_of(findings: Findings) -> list[str]:
     """The lines for people."""
-    lag_s, round_trip_s = findings.lag_s, findings.round_trip_s
+    round_trip_s = findings.round_trip_s
     head = tr("{port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
-    if lag_s is not None and lag_s > MAX_LAG_S:
-        head = join_names((head, f"{lag_s:.1f} s"))
-    elif round_trip_s is not None:
-        head = join_names((head, f"{1000 * round_trip_s:.1f} ms"))
+    if round_trip_s is not None:
+        is_slow = round_trip_s > SLOW_LINE_S
+        head = join_names((head, f"{round_trip_s:.1f} s" if is_slow else f"{1000 * round_trip_s:.1f} ms"))
     line = line_outside(
-        lag_s=lag_s, round_trip_s=round_trip_s, has_damaged=findings.has_damaged, in_use=LimitsInUse()
-    )  # fmt: skip
+        lag_s=round_trip_s, round_trip_s=round_trip_s, has_damaged=findings.has_damaged, in_use=LimitsInUse()
+    )
     lines = [head if line is None else line.beside(head)]
     rows = console.columns([_row(key, findings) for keys in _GROUPS.values() for key in keys], indent=2)
     for title, keys in _GROUPS.items():
@@ -204,12 +182,25 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
     if value is None:
         why = findings.errors.get(key) or findings.errors.get("status" if key in STATUS_KEYS else key)
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
+    reply = command.reply
     if isinstance(value, bool):
-        word = _WORDS.get((key, value)) or (marked("yes") if value else marked("no"))
-        text = tr(word)
+        text = tr(_WORDS.get((key, value)) or (marked("yes") if value else marked("no")))
+    elif isinstance(reply, Quantity):
+        text = reply.text(reply.encode(value))
+    elif isinstance(reply, Choice):
+        text = f"{value} {tr(reply.unit)}"
     else:
-        reply = command.reply
-        text = reply.text(reply.encode(value)) if isinstance(reply, Quantity) else str(value)
-        text = f"{value} {tr(reply.unit)}" if isinstance(reply, Choice) else text
+        text = str(value)
+    if key == "light_v":
+        return tr(title), text + _beside_threshold(float(value), findings)
     outside = outside_of(key, findings.values, LimitsInUse())
     return tr(title), text if outside is None else outside.beside(text)
+
+
+def _beside_threshold(light_v: float, findings: Findings) -> str:
+    """Nobody has measured here whether an open bay reads more or less, so nothing is said of the bay."""
+    threshold_v = findings.values.get("light_threshold_v")
+    if threshold_v is None:
+        return ""
+    below, above = marked("below the threshold, direction unknown"), marked("above the threshold, direction unknown")
+    return in_brackets(tr(below if light_v < threshold_v else above))

@@ -2,8 +2,8 @@
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
 cannot be written. On standard output the table is written as it comes. Where nothing can be recorded it ends at once.
-What may be another module's is in another file; a table on standard output ends there. Exit code 0; 3 if the link was
-lost, with what came until then; 4 if the file could not be written or is incomplete.
+An end of a conversation is a mark in it, and the next one is polled. Exit code 0; 3 if the port was lost, or nobody
+answered for five seconds, with what came until then; 4 if the file could not be written or is incomplete.
 """
 
 import argparse
@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from app.cli.results import ExportJson
-from app.engine.identity import READ_WITHIN_S
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.worker import Batch
 from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.markers import MarkerTracker
@@ -25,9 +24,9 @@ from app.recordings.writer import POLLED
 from app.samples.ring_buffers import Window
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_seconds
-from app.terminal.connection import Conversation
+from app.terminal.connection import OpenPort
 from app.terminal.export_file import STANDARD_OUTPUT, add_export, export, refuse_unwritable, write_table
-from app.terminal.streaming import SameModule, StreamSpan, stream
+from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
@@ -48,10 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args.file, appends=args.append, replaces=args.force, is_json=args.json)
     span = StreamSpan(args.seconds)
-    session = RecordedSession(Recorder(RecordingLibrary()), span, LiveTable() if args.file == STANDARD_OUTPUT else None)
+    table = LiveTable() if args.file == STANDARD_OUTPUT else None
+    session = RecordedSession(Recorder(RecordingLibrary()), span, table)
     try:
-        trouble = stream(args.port, args.baud, span, on_begin=session.begin, on_batch=session.on_batch,
-                         on_turn=session.on_turn, reads_all=True)  # fmt: skip
+        trouble = stream(args.port, args.baud, span, on_batch=session.on_batch, on_turn=session.on_turn, reads_all=True)
     finally:
         session.close()
     is_whole = write_files(session, args)
@@ -65,95 +64,77 @@ class LiveTable:
     """Writes the table of a recording to standard output while it is made: what `export` writes of it afterwards."""
 
     def __init__(self) -> None:
-        self._tracker, self._polled_s = MarkerTracker(), dict.fromkeys(POLLED, -math.inf)
+        self._tracker = MarkerTracker()
+        self._polled_s = dict.fromkeys(POLLED, -math.inf)
         self._news: list[Excerpt] = []
-        self._path: Path | None = None
-        self._first_s = 0.0
+        self._first_s: float | None = None
 
     def on_batch(self, batch: Batch) -> None:
-        markers, samples = tuple(self._tracker.on_batch(batch)), batch.samples
+        samples = batch.samples
         times = np.array([sample.at for sample in samples])
-        tilt, acceleration = (np.array([sample[column] for sample in samples], np.float32) for column in (1, 2))
+        tilt = np.array([sample.tilt_deg for sample in samples], np.float32)
+        acceleration = np.array([sample.acceleration_g for sample in samples], np.float32)
         flags = [TRIGGERED * sample.triggered | ACTIVE * sample.active for sample in samples]
-        cell, light = (self._reading(batch, key) for key in POLLED)
-        news = Excerpt(-math.inf, Window(times, tilt), Window(times, acceleration), np.array(flags, np.uint8),
-                       cell, light, markers)  # fmt: skip
-        self._news += [news] if news.row_count else []
+        news = Excerpt(
+            start_s=-math.inf,
+            tilt=Window(times, tilt),
+            acceleration=Window(times, acceleration),
+            flags=np.array(flags, np.uint8),
+            cell=self._polled(batch, "cell_voltage_v"),
+            light=self._polled(batch, "light_v"),
+            markers=tuple(self._tracker.on_batch(batch)),
+        )
+        if news.row_count:
+            self._news.append(news)
 
-    def write(self, path: Path | None, wall_offset_s: float) -> None:
+    def write(self, recorder: Recorder) -> None:
         """What came since the last call, once its recording has begun."""
-        if path is None or not self._news:
+        opening = recorder.opening
+        if opening is None or not self._news:
             return
-        is_first = self._path is None
-        if path != self._path:  # also after a sleep or a jump of the clock
-            self._path, self._first_s = path, min(news.first_s for news in self._news)
+        has_head = self._first_s is not None
+        if self._first_s is None:
+            self._first_s = min(news.first_s for news in self._news)
         for news in self._news:
-            head, *rows = csv_parts(news, wall_offset_s=wall_offset_s, first_s=self._first_s)
-            write_table([head, *rows] if is_first else rows)
-            is_first = False
+            rows = csv_parts(news, wall_offset_s=opening.wall_offset_ns / 1e9, first_s=self._first_s)
+            if has_head:
+                next(rows)
+            write_table(rows)
+            has_head = True
         self._news = []
 
-    def _reading(self, batch: Batch, key: str) -> Window:
-        known = batch.device.values.get(key)
-        is_new = known is not None and not known.is_stale and known.at > self._polled_s[key]
-        if known is None or not is_new or batch.connection.state is not PortState.OPEN:
+    def _polled(self, batch: Batch, key: str) -> Window:
+        known = batch.conversation.values.get(key)
+        if known is None or known.at <= self._polled_s[key]:
             return Window(np.empty(0), np.empty(0, np.float32))
         self._polled_s[key] = known.at
         return Window(np.array([known.at]), np.array([known.value], np.float32))
 
 
 class RecordedSession:
-    """A recorder between `begin` and `close`."""
+    """A recorder from the first batch to `close`."""
 
     def __init__(self, recorder: Recorder, span: StreamSpan, table: LiveTable | None) -> None:
-        self._recorder, self._span, self._table = recorder, span, table
+        self._recorder = recorder
+        self._span = span
+        self._table = table
         self._samples = 0
         self.paths: list[Path] = []
-        """More than one after another module, a sleep or a jump of the clock."""
-        self._same = SameModule()
-        self._held: list[Batch] = []
-        """What came since a restart or a silence, until it is known whose it is or the recording ends."""
-        self._has_ended = False
-        """Before its end: another module may answer."""
-
-    def begin(self, conversation: Conversation) -> None:
-        connection = conversation.connection
-        self._recorder.begin(connection.port, connection.baud_rate)
+        """More than one after a day."""
 
     def on_batch(self, batch: Batch) -> None:
-        another = self._same.contradiction(batch.device)
-        if not self._recorder.is_recording:
-            return
-        if another is not None:
-            console.notify(another)
-            self._begin_another(batch.connection)
+        if not self.paths and not self._recorder.is_recording and self._recorder.trouble is None:
+            self._recorder.begin(batch.connection.port, batch.connection.baud_rate)
         inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
         unwanted = {sample.at for sample in batch.samples[len(inside) :]}
         events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-        self._held.append(batch._replace(samples=inside, events=events))
-        first = self._held[0]
-        is_answered = any(isinstance(event, Received) for event in first.events)  # a silence is nobody's
-        if not (self._same.is_in_doubt and is_answered) or batch.at - first.at > READ_WITHIN_S:
-            self._record_held()
+        wanted = batch._replace(samples=inside, events=events)
+        self._samples += len(inside)
+        self._recorder.on_batch(wanted)
+        if self._table is not None:
+            self._table.on_batch(wanted)
 
-    def _begin_another(self, connection: Connection) -> None:
-        self._has_ended = self._span.is_over = self._table is not None
-        self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
-        self._note_path()
-        if self._has_ended:
-            self._recorder.end()
-        else:
-            self._recorder.begin(connection.port, connection.baud_rate)
-
-    def _record_held(self) -> None:
-        held, self._held = self._held, []
-        for batch in held if self._recorder.is_recording else ():
-            self._samples += len(batch.samples)
-            self._recorder.on_batch(batch)
-            if self._table is not None:
-                self._table.on_batch(batch)
-
-    def on_turn(self, _conversation: Conversation) -> None:
+    def on_turn(self, _opened: OpenPort) -> None:
         self._note_path()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
@@ -162,7 +143,6 @@ class RecordedSession:
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
-        self._record_held()
         self._recorder.settle(SETTLE_LIMIT_S)
         try:
             self._note_path()
@@ -175,14 +155,14 @@ class RecordedSession:
 
     @property
     def is_whole(self) -> bool:
-        return not (self._recorder.dropped or self._has_ended) and self._recorder.trouble is None
+        return not self._recorder.dropped and self._recorder.trouble is None
 
     def _note_path(self) -> None:
         path = self._recorder.path
         if path is not None and path not in self.paths:
             self.paths.append(path)
         if self._table is not None:
-            self._table.write(path, self._recorder.wall_offset_s)
+            self._table.write(self._recorder)
 
 
 def _is_report(event: Event) -> bool:
@@ -190,7 +170,7 @@ def _is_report(event: Event) -> bool:
 
 
 def write_files(session: RecordedSession, args: argparse.Namespace) -> bool:
-    """Write the file, or one for each session; whether they are complete."""
+    """Write the file, or one for each day; whether they are complete."""
     path: Path = args.file
     is_whole = session.is_whole and bool(session.paths)
     names: list[str] = []

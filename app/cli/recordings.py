@@ -67,7 +67,7 @@ def json_of(entry: RecordingEntry) -> RecordingJson:
         duration_s=round(entry.duration_s, 3),
         port=entry.port,
         baud_rate=entry.baud_rate,
-        module=entry.module or None,
+        modules=list(entry.modules),
         samples=entry.sample_count,
         size_bytes=entry.size_bytes,
         kept=entry.is_pinned,

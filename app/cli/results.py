@@ -207,7 +207,7 @@ class RecordingJson(ResultJson, frozen=True, kw_only=True):
     duration_s: float
     port: str
     baud_rate: Count
-    module: str | None
+    modules: list[str]
     samples: Count
     size_bytes: Count
     kept: bool

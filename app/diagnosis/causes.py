@@ -12,12 +12,13 @@ from typing import NamedTuple
 
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.address_lock import is_network_address
-from app.engine.procedure import Slept
+from app.engine.conversation import Interrupted
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.handshake import Silence
+from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences
+from protocol.events import EndReason
 from protocol.translatable import marked
 
 
@@ -117,7 +118,7 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
 
 
 def explain(error: Exception | PortEvidence) -> Diagnosis:
-    """Explains a `PortError`, a `Slept` or what was seen of a silent port; any other error is reported as
+    """Explains a `PortError`, an `Interrupted` or what was seen of a silent port; any other error is reported as
     unexpected."""
     evidence = error if isinstance(error, PortEvidence) else None
     if isinstance(error, PortError):
@@ -125,12 +126,26 @@ def explain(error: Exception | PortEvidence) -> Diagnosis:
     explanation = None if evidence is None else diagnose(evidence)
     if explanation is not None:
         return explanation
-    if isinstance(error, Slept):
-        return Diagnosis(tr("The computer slept; the operation was cancelled."), tr("Try again"))
+    if isinstance(error, Interrupted):
+        return Diagnosis(error.sentence, tr(_AFTER_END[error.reason]))
     return Diagnosis(
         tr("Unexpected error: {error}.", error=error),
         tr("Connect again. If it fails, save a support bundle (Diagnosis)."),
     )
+
+
+_AGAIN = marked("Do it again.")
+_AFTER_END: Mapping[EndReason, str] = {
+    EndReason.RESTARTED: _AGAIN,
+    EndReason.SILENT: marked("Check its power and cable, then do it again."),
+    EndReason.CONTRADICTED: marked("Leave only one module on this line, then do it again."),
+    EndReason.PORT_LOST: marked("Plug the adapter in, then do it again."),
+    EndReason.CLOSED: _AGAIN,
+    EndReason.SLEPT: _AGAIN,
+    EndReason.ANOTHER: _AGAIN,
+    EndReason.RATE_CHANGED: _AGAIN,
+}
+"""What to do when the conversation ended before what was asked for was done."""
 
 
 # Shell commands

@@ -2,21 +2,21 @@
 
 import time
 from enum import Enum
-from functools import partial
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.diagnosis.causes import NextStep, explain
 from app.diagnosis.symptoms import PortEvidence
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView, reason_message
+from app.engine.procedure import TOO_SLOW
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
-from app.procedures.handshake import Silence
+from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised
-from protocol.link_states import Presence
+from protocol.events import Ended
 
 
 class Phase(Enum):
@@ -41,12 +41,17 @@ class Phase(Enum):
     """It was shut down by command, which is not a fault."""
 
 
+_FINE: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+_AT_THE_COMPUTER: Final = (Phase.LOST, Phase.FAILED)
+"""The next step needs nothing done at the module."""
+
+
 class LinkState(NamedTuple):
     phase: Phase
     port: str = ""
     baud_rate: int = 0
-    since: float | None = None
-    """Monotonic seconds; for OFFLINE."""
+    ended: Ended | None = None
+    """For OFFLINE: when and why the conversation ended."""
     silence: Silence | None = None
     """For SILENT: what arrived instead of an answer."""
     lag_s: float | None = None
@@ -63,7 +68,7 @@ class LinkState(NamedTuple):
     @property
     def is_fine(self) -> bool:
         """Whether there is nothing for a person to do."""
-        return self.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+        return self.phase in _FINE
 
 
 class LinkText(NamedTuple):
@@ -77,7 +82,7 @@ class LinkText(NamedTuple):
 
 def link_state(
     connection: Connection,
-    device: DeviceView,
+    conversation: ConversationView,
     silence: Silence | None,
     *,
     is_finding: bool,
@@ -88,37 +93,39 @@ def link_state(
     """`silence`: what came instead of an answer, as far as is known. `absence`: why a lost port is not open again.
     `switched_off_at`: `time.time()` of a shutdown by command since which the module has not answered. `was_active`: it
     was ACTIVE when it was last heard."""
-    state = partial(LinkState, port=connection.port, baud_rate=connection.baud_rate, was_active=was_active)
+    state = LinkState(
+        Phase.ASKING,
+        connection.port,
+        connection.baud_rate,
+        trouble=connection.trouble,
+        absence=absence,
+        was_active=was_active,
+    )
     if absence is not None and absence.is_waiting:
-        return state(Phase.LOST, trouble=connection.trouble, absence=absence)
+        return state._replace(phase=Phase.LOST)
     if connection.state is PortState.OPENING:
-        return state(Phase.OPENING)
+        return state._replace(phase=Phase.OPENING)
     if connection.state is PortState.CLOSED:
-        phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
-        return state(phase, trouble=connection.trouble, absence=absence)
+        return state._replace(phase=Phase.CLOSED if connection.trouble is None else Phase.FAILED)
     if is_finding:
-        return state(Phase.FINDING)
-    if device.presence is Presence.ONLINE and device.is_late:
+        return state._replace(phase=Phase.FINDING)
+    if conversation.is_going and conversation.is_late:
         # In steps of 0.5 s, so that the text does not change with every answer.
-        return state(Phase.LATE, lag_s=round((device.lag_s or 0.0) * 2) / 2)
-    if device.presence is Presence.ONLINE:
-        return state(Phase.ONLINE)
-    is_mute = silence in (None, Silence.NOTHING)
-    if switched_off_at is not None and (device.values or is_mute):
-        return state(Phase.SWITCHED_OFF, off_at=switched_off_at)
-    if device.values:
-        return state(Phase.OFFLINE, since=device.presence_since)
+        return state._replace(phase=Phase.LATE, lag_s=round((conversation.lag_s or 0.0) * 2) / 2)
+    if conversation.is_going:
+        return state._replace(phase=Phase.ONLINE)
+    has_answered = conversation.number > 0
+    if switched_off_at is not None and (has_answered or silence in (None, Silence.NOTHING)):
+        return state._replace(phase=Phase.SWITCHED_OFF, off_at=switched_off_at)
+    if has_answered:
+        return state._replace(phase=Phase.OFFLINE, ended=conversation.ended)
     if silence is not None:
-        return state(Phase.SILENT, silence=silence)
-    return state(Phase.ASKING)
-
-
-_AT_THE_COMPUTER = (Phase.LOST, Phase.FAILED)
-"""The next step needs nothing done at the module."""
+        return state._replace(phase=Phase.SILENT, silence=silence)
+    return state
 
 
 def link_text(state: LinkState, now: float) -> LinkText:
-    """Texts for `state` at the monotonic time `now`."""
+    """Texts for `state` at this time of the program's clock."""
     text = _link_text(state, now)
     if not state.was_active or state.is_fine or state.phase is Phase.CLOSED:
         return text
@@ -130,25 +137,20 @@ def _link_text(state: LinkState, now: float) -> LinkText:
         case Phase.CLOSED:
             return LinkText(tr("Not connected"), tr("Not connected"), tr("Choose a port."), NextStep.CHOOSE_PORT)
         case Phase.OPENING:
-            return _progress(tr("Opening…"))
+            return LinkText(tr("Opening…"), tr("Opening…"))
         case Phase.FINDING:
-            return _progress(tr("Trying {rate} baud", rate=state.baud_rate))
+            trying = tr("Trying {rate} baud", rate=state.baud_rate)
+            return LinkText(trying, trying)
         case Phase.ASKING:
-            return _progress(tr("Asking the module…"))
+            return LinkText(tr("Asking the module…"), tr("Asking the module…"))
         case Phase.ONLINE:
             return LinkText(capitalised(tr("connected")), tr("The module answers."))
         case Phase.LATE:
-            late = duration(state.lag_s or 0.0)
-            return LinkText(
-                tr("{time} late", time=late),
-                tr("Data arrives {seconds:.1f} s late.", seconds=state.lag_s or 0.0),
-                tr("Only LOCK is possible. Use a cable or a closer radio link."),
-            )
+            lag_s = state.lag_s or 0.0
+            late = tr("Data arrives {seconds:.1f} s late.", seconds=lag_s)
+            return LinkText(tr("{time} late", time=duration(lag_s)), late, tr(TOO_SLOW))
         case Phase.OFFLINE:
-            since = state.since
-            word = capitalised(tr("offline")) if since is None else tr("Offline for {time}", time=duration(now - since))
-            next_step = tr("Check its power and cable; hold its switch for 2 s.")
-            return LinkText(word, tr("The module does not answer."), next_step)
+            return _offline_text(state.ended, now)
         case Phase.SILENT:
             return _silent_text(state)
         case Phase.LOST:
@@ -162,8 +164,12 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             return _failed_text(state.trouble, state.absence)
 
 
-def _progress(word: str) -> LinkText:
-    return LinkText(word, word)
+def _offline_text(ended: Ended | None, now: float) -> LinkText:
+    next_step = tr("Check its power and cable; hold its switch for 2 s.")
+    if ended is None:
+        return LinkText(capitalised(tr("offline")), tr("The module does not answer."), next_step)
+    word = tr("Offline for {time}", time=duration(now - ended.at))
+    return LinkText(word, reason_message(ended.reason, ended.contradiction).translated(), next_step)
 
 
 def _silent_text(state: LinkState) -> LinkText:
@@ -178,6 +184,6 @@ def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText
         what = tr("A program error closed the port.")
         return LinkText(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
     explanation = explain(trouble)
-    word = tr("Not connected") if trouble.trouble not in LOSSES else tr("Port lost")
+    word = tr("Port lost") if trouble.trouble in LOSSES else tr("Not connected")
     next_step = explanation.next_step if absence is None else tr(absence.value)
     return LinkText(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from app.captures.entries import CaptureEntry, line_of
 from app.diagnosis.causes import explain
 from app.diagnosis.link_statistics import LinkStatistics
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from app.engine.worker import Connection
 from app.system.files import whole_file
 
@@ -82,9 +82,9 @@ class Contents:
     version: str
     log: str = ""
     connection: Connection = field(default_factory=Connection)
-    device: DeviceView = field(default_factory=DeviceView)
+    conversation: ConversationView = field(default_factory=ConversationView)
     now: float = 0.0
-    """Monotonic seconds of `device`."""
+    """In seconds of the program's clock."""
     statistics: LinkStatistics | None = None
     preferences: Mapping[str, object] = field(default_factory=dict)
     """Language, theme …"""
@@ -175,19 +175,21 @@ def _link(contents: Contents) -> dict[str, object]:
 
 
 def _module(contents: Contents) -> dict[str, object]:
-    view = contents.device
-    known = {key: view.known(key, contents.now) for key in sorted(view.values)}
-    return {
-        "presence": view.presence.value,
-        "restarts": view.restarts,
-        "values": {
-            key: {
-                "value": reading.value,
-                "how": reading.how.value,
-                "age_s": round(contents.now - reading.at, 1),
-                "doubt": None if reading.stale_reason is None else reading.stale_reason.value,
+    conversation = contents.conversation
+    values: dict[str, object] = {}
+    for key in sorted(conversation.values):
+        known = conversation.known(key, contents.now)
+        if known is not None:
+            values[key] = {
+                "value": known.value,
+                "how": known.how.value,
+                "age_s": round(contents.now - known.at, 1),
+                "doubt": None if known.stale_reason is None else known.stale_reason.value,
             }
-            for key, reading in known.items()
-            if reading is not None
-        },
+    ended = conversation.ended
+    return {
+        "conversation": conversation.number,
+        "is_going": conversation.is_going,
+        "ended": None if ended is None else ended.reason.value,
+        "values": values,
     }

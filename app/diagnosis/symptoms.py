@@ -5,14 +5,12 @@ import sys
 from typing import NamedTuple
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
-from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState
-from app.procedures.handshake import Silence, what_came
+from app.procedures.find import Silence, what_came
 from protocol.catalogue import BY_NAME
-from protocol.events import Counters, Received, Rejected, Role, Sent
+from protocol.events import Began, Counters, Rejected, Role, Sent
 from protocol.frame import Reason
-from protocol.link_states import Presence
 
 MAX_NOISE_BYTES = 512
 SLOW_MINIMUM_S = 0.008
@@ -127,8 +125,6 @@ class PortEvidence(NamedTuple):
         return self.is_silent() and _LOGIN.search(self.noise) is not None
 
 
-MISSES_OF_A_DEAF_MODULE = 2
-"""Consecutive requests without an answer from a module that sends unasked."""
 _SHUT_DOWN = BY_NAME["shutdown"].set(True)
 
 
@@ -139,67 +135,52 @@ class EvidenceCollector:
         self.begin("")
 
     def begin(self, port: str) -> None:
-        """Discards all evidence: a new connection to `port`, or another module there."""
+        """Discards all evidence: a new connection to `port`."""
         self._seen = PortEvidence(port=port, platform=sys.platform)
-        self._count_from(Counters())
-
-    def _count_from(self, totals: Counters) -> None:
-        self._mark = totals
-        """Totals when a module last answered or restarted; evidence counts from there."""
-        self._base = totals
-        """Those when the port was opened or its rate set; bytes at another rate are no evidence."""
         self._noise = bytearray()
+        # Evidence of a conversation counts from its beginning, that of a silence from the last answer. Bytes that came
+        # at another rate are no evidence.
+        self._mark = Counters()
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        connection = batch.connection
+        connection, seen = batch.connection, self._seen
         if connection.state is PortState.OPENING:
-            self._count_from(Counters())
-        elif connection.baud_rate != self._seen.baud_rate and batch.link is not None:
-            self._count_from(batch.link.counters)
-        was_shut_down = self._seen.was_shut_down
+            self._mark = Counters()
+        elif batch.link is not None and connection.baud_rate != seen.baud_rate:
+            self._mark = batch.link.counters
+        was_shut_down = seen.was_shut_down
         for event in batch.events:
             match event:
                 case Sent(request=request) if request == _SHUT_DOWN:
                     was_shut_down = True
-                case Received(role=role) if role not in (Role.ANSWER, Role.ECHO, Role.LATE):
-                    was_shut_down = False  # the acknowledgement comes before the shutdown, anything else after
+                case Began():
+                    was_shut_down = False
                 case Rejected(noise=noise):
                     self._noise += noise.raw
                 case _:
                     pass
         del self._noise[:-MAX_NOISE_BYTES]
         is_open = connection.state is PortState.OPEN
-        self._seen = self._seen._replace(
-            port=connection.port or self._seen.port,
-            baud_rate=connection.baud_rate or self._seen.baud_rate,
+        is_answering = is_open and batch.conversation.is_going
+        if batch.link is not None and is_answering is not seen.is_answering:
+            self._mark = batch.link.counters
+        self._seen = seen._replace(
+            port=connection.port or seen.port,
+            baud_rate=connection.baud_rate or seen.baud_rate,
             trouble=connection.trouble,
             is_open=is_open,
-            is_answering=self._seen.is_answering and is_open,
+            is_answering=is_answering,
+            was_online=seen.was_online or is_answering,
             was_shut_down=was_shut_down,
         )
         if batch.link is not None:
-            self._on_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
+            self._seen = self._seen._replace(
+                counters=batch.link.counters - self._mark,
+                round_trip_minimum_s=batch.link.round_trip_minimum_s,
+                round_trip_median_s=batch.link.round_trip_median_s,
+            )
 
     def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
         """The evidence so far, with that of the system (`facts_about`, `PortHistory.short_visits`)."""
         return self._seen._replace(noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
-
-    def _on_link(self, link: LinkView, *, is_online: bool) -> None:
-        totals = link.counters
-        has_news = totals.restarts > self._mark.restarts
-        if has_news or totals.by_role[Role.ANSWER] > self._mark.by_role[Role.ANSWER]:
-            self._mark = totals
-        has_answered = totals.by_role[Role.ANSWER] > 0
-        misses = totals.time_outs - self._mark.time_outs
-        is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
-        counters = totals - (self._base if is_answering else self._mark)
-        # A request that was pending at the mark may have timed out since.
-        counters.sent = max(counters.sent, counters.time_outs)
-        self._seen = self._seen._replace(
-            is_answering=is_answering,
-            was_online=self._seen.was_online or has_answered,
-            counters=counters,
-            round_trip_minimum_s=link.round_trip_minimum_s,
-            round_trip_median_s=link.round_trip_median_s,
-        )

@@ -6,6 +6,7 @@ A test is of one conversation: an interruption ends it, so nothing here asks whe
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from math import inf
 
 from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW, Await, EngineView, Inspect, Listen, Pause, Procedure, Report, ask_report
@@ -65,23 +66,28 @@ def _out_of_time() -> UserError:
 
 class StatusWatch:
     """Hands out the reports one by one. Raises `UserError` when the module is not in the state that the test needs, or
-    when a step takes too long. `may_trigger`: a reported trigger is part of the test."""
+    when a step, or all of it (`longest_s`), takes too long. `may_trigger`: a reported trigger is part of the test."""
 
-    def __init__(self, *, is_active: bool, may_trigger: bool) -> None:
-        self._is_active, self._may_trigger = is_active, may_trigger
+    def __init__(self, *, is_active: bool, may_trigger: bool, longest_s: float = inf) -> None:
+        self._is_active, self._may_trigger, self._longest_s = is_active, may_trigger, longest_s
         self._waiting: deque[StatusSample] = deque()
-        self._began_at = 0.0
+        self._began_at: float | None = None
+        self._step_began_at = 0.0
         self._against = 0
 
     def begin(self, step: Report) -> Procedure[None]:
         """Tell the person what to do now."""
-        self._began_at = yield step
+        self._step_began_at = yield step
+        if self._began_at is None:
+            self._began_at = self._step_began_at
 
     def next(self) -> Procedure[StatusSample]:
         while not self._waiting:
             view: EngineView = yield Inspect()
-            if view.now - self._began_at > PERSON_LIMIT_S:
+            if view.now - self._step_began_at > PERSON_LIMIT_S:
                 raise _out_of_time()
+            if self._began_at is not None and view.now - self._began_at > self._longest_s:
+                raise UserError(marked("Ended after {seconds:.0f} s."), seconds=self._longest_s)
             yield from self._gather(is_streaming=view.conversation.is_streaming)
         report = self._waiting.popleft()
         self._check(report)

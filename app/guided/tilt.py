@@ -10,10 +10,9 @@ from enum import Enum
 from functools import partial
 from typing import NamedTuple
 
-from app.engine.conversation import StatusSample
-from app.engine.procedure import EngineView, Inspect, Procedure, Report, ask_value
+from app.engine.procedure import Procedure, Report, ask_value
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
-from app.guided.status_watch import AGREEING, Measure, PersonSteps, StatusWatch, read_setting, require_locked
+from app.guided.status_watch import Measure, PersonSteps, StatusWatch, read_setting, require_locked
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.catalogue import BOOT_COUNT, RESET_BELOW_THRESHOLD_DEG
@@ -23,8 +22,9 @@ LEVEL_WITHIN_DEG = 10.0
 # Our choice: the module reports whole degrees, and a hand moves between two reports.
 TOLERANCE_DEG = 3.0
 WIDEST_SPAN_DEG = 6.0
-# Tilted this far beyond the threshold, or upside down, without firing: the trigger failed.
+# Tilted this far beyond the threshold, or upside down, for so many reports without firing: the trigger failed.
 MISSED_BY_DEG = 20.0
+MISSED_REPORTS = 5
 HIGHEST_DEG = 170.0
 # Level for this long and still reported as triggered: it does not rearm.
 REARMS_WITHIN_S = 3.0
@@ -91,98 +91,71 @@ def prepare_tilt() -> Procedure[Measure]:
 
 def _measure(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Needs an active module. The caller locks it afterwards in any case."""
-    view: EngineView = yield Inspect()
-    watch = _TiltWatch(threshold, ends_at=view.now + MAX_S)
+    watch = StatusWatch(is_active=True, may_trigger=True, longest_s=MAX_S)
     turns: list[Turn] = []
     for number, direction in enumerate(TiltDirection, 1):
-        turns.append((yield from _turn(watch, number, direction)))
+        turns.append((yield from _turn(watch, threshold, number, direction)))
         if turns[-1].stays_triggered:
             break  # the other directions could not be told from this one
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
     return _result(turns, threshold)
 
 
-def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedure[Turn]:
+def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDirection) -> Procedure[Turn]:
     """Repeat a direction that was moved too fast; the last try counts."""
+    step = Report(number, STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
     turn = Turn(direction)
-    level = marked("Hold it level.")
     for _ in range(TRIES):
-        yield from watch.begin(number, level, direction)
-        yield from watch.until_level()
-        yield from watch.begin(number, TILT_SLOWLY, direction)
-        fired, reached = yield from watch.until_fired()
-        turn = Turn(direction, reached, fired)
-        if fired is not None:
-            yield from watch.begin(number, marked("It fired. Level it slowly."), direction)
-            turn = turn._replace(rearmed=(yield from watch.until_rearmed()))
+        yield from watch.begin(step)
+        yield from _until_level(watch)
+        yield from watch.begin(step._replace(doing=TILT_SLOWLY))
+        turn = yield from _until_fired(watch, threshold, direction)
+        if turn.fired is not None:
+            yield from watch.begin(step._replace(doing=marked("It fired. Level it slowly.")))
+            turn = turn._replace(rearmed=(yield from _until_rearmed(watch)))
         if turn.is_sharp or turn.stays_triggered:
             break
-        level = marked("Too fast. Hold it level.")
+        step = step._replace(doing=marked("Too fast. Hold it level."))
     return turn
 
 
-class _TiltWatch:
-    """A state counts when two reports in a row agree on it; it changed between the last report of the old one and the
-    first of the new one."""
+def _until_level(watch: StatusWatch) -> Procedure[None]:
+    while True:
+        report = yield from watch.next()
+        if report.tilt_deg <= LEVEL_WITHIN_DEG and not report.triggered:
+            return
 
-    def __init__(self, threshold: float, ends_at: float) -> None:
-        self._threshold, self._ends_at = threshold, ends_at
-        self._watch = StatusWatch(is_active=True, may_trigger=True)
 
-    def begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
-        yield from self._watch.begin(Report(number, STEPS, text, (("direction", message(direction.value)),)))
+def _until_fired(watch: StatusWatch, threshold: float, direction: TiltDirection) -> Procedure[Turn]:
+    """Between the last report before it fired and the first one after."""
+    limit = min(HIGHEST_DEG, threshold + MISSED_BY_DEG)
+    before = reached = 0.0
+    beyond = 0
+    while beyond < MISSED_REPORTS:
+        report = yield from watch.next()
+        reached = max(reached, report.tilt_deg)
+        if report.triggered:
+            return Turn(direction, reached, Span(before, report.tilt_deg))
+        before = report.tilt_deg
+        beyond = beyond + 1 if report.tilt_deg >= limit else 0
+    return Turn(direction, reached)
 
-    def until_level(self) -> Procedure[None]:
-        agreeing = 0
-        while agreeing < AGREEING:
-            report = yield from self._next()
-            is_level = report.tilt_deg <= LEVEL_WITHIN_DEG and not report.triggered
-            agreeing = agreeing + 1 if is_level else 0
 
-    def until_fired(self) -> Procedure[tuple[Span | None, float]]:
-        """Where it fired, None where it did not; and the highest angle."""
-        limit = min(HIGHEST_DEG, self._threshold + MISSED_BY_DEG)
-        before = reached = 0.0
-        beyond = 0
-        fired: list[StatusSample] = []
-        while len(fired) < AGREEING:
-            report = yield from self._next()
-            reached = max(reached, report.tilt_deg)
-            if report.triggered:
-                fired.append(report)
-                continue
-            before = report.tilt_deg
-            fired.clear()
-            beyond = beyond + 1 if report.tilt_deg >= limit else 0
-            if beyond > 2 * AGREEING:
-                return None, reached
-        return Span(before, fired[0].tilt_deg), reached
-
-    def until_rearmed(self) -> Procedure[Span | None]:
-        """Where it rearmed; None where it stays triggered although it is level."""
-        before = HIGHEST_DEG
-        level_since: float | None = None
-        rearmed: list[StatusSample] = []
-        while len(rearmed) < AGREEING:
-            report = yield from self._next()
-            if not report.triggered:
-                rearmed.append(report)
-                continue
-            before = report.tilt_deg
-            rearmed.clear()
-            if report.tilt_deg > LEVEL_WITHIN_DEG:
-                level_since = None
-            elif level_since is None:
-                level_since = report.at
-            elif report.at - level_since > REARMS_WITHIN_S:
-                return None
-        return Span(before, rearmed[0].tilt_deg)
-
-    def _next(self) -> Procedure[StatusSample]:
-        report = yield from self._watch.next()
-        if report.at > self._ends_at:
-            raise UserError(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
-        return report
+def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:
+    """As above; None where it stays triggered although it is level."""
+    before = HIGHEST_DEG
+    level_since: float | None = None
+    while True:
+        report = yield from watch.next()
+        if not report.triggered:
+            return Span(before, report.tilt_deg)
+        before = report.tilt_deg
+        if report.tilt_deg > LEVEL_WITHIN_DEG:
+            level_since = None
+        elif level_since is None:
+            level_since = report.at
+        elif report.at - level_since > REARMS_WITHIN_S:
+            return None
 
 
 # The result
@@ -224,9 +197,8 @@ def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> Measured
 
 def _judged(name: UserMessage, span: Span, target_deg: float, first_deg: float) -> MeasuredValue:
     """`first_deg`: angle of the first report after the change."""
-    verdict = passed_if(span.is_near(target_deg))
-    if verdict is GuidedVerdict.PASSED and not span.is_sharp:
-        verdict = GuidedVerdict.UNCLEAR
+    # Moved too fast, the angle tells of the hand, not of the module.
+    verdict = passed_if(span.is_near(target_deg)) if span.is_sharp else GuidedVerdict.UNCLEAR
     return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict, first_deg)
 
 

@@ -100,10 +100,6 @@
         <translation>有参数未经写入而变化，或无法重新读取。</translation>
     </message>
     <message>
-        <source>A value changed without being written.</source>
-        <translation>有参数未经写入而改变。</translation>
-    </message>
-    <message>
         <source>A weak cell may not deploy the parachute.</source>
         <translation>电芯电压过低可能无法开伞。</translation>
     </message>
@@ -122,6 +118,10 @@
     <message>
         <source>ACTIVE, not checked</source>
         <translation>已激活，未检查</translation>
+    </message>
+    <message>
+        <source>ACTIVE, not locked.</source>
+        <translation>已激活，未锁定。</translation>
     </message>
     <message>
         <source>ACTIVE; the check said READY</source>
@@ -260,12 +260,16 @@
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
-        <source>Another adapter is in its place: plug the same one in again, or choose a port.</source>
-        <translation>原位置插着另一个适配器：请重新插入原来的适配器，或选择一个串口。</translation>
-    </message>
-    <message>
         <source>Another module is shown now: nothing was opened.</source>
         <translation>当前显示的是另一个模块：未打开任何文件。</translation>
+    </message>
+    <message>
+        <source>Another module may answer from now on.</source>
+        <translation>此后应答的可能是另一个模块。</translation>
+    </message>
+    <message>
+        <source>Another module was said to be connected.</source>
+        <translation>已说明连接了另一个模块。</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
@@ -352,10 +356,6 @@
         <translation>返回实时</translation>
     </message>
     <message>
-        <source>Batch {names}, profile {profile}: {count} of {all} done</source>
-        <translation>批次 {names}，配置文件 {profile}：已完成 {count}/{all}</translation>
-    </message>
-    <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
     </message>
@@ -436,6 +436,10 @@
         <translation>未写入却发生变化：{names}。</translation>
     </message>
     <message>
+        <source>Changed: {what}.</source>
+        <translation>已变化：{what}。</translation>
+    </message>
+    <message>
         <source>Changing the baud rate…</source>
         <translation>正在更改波特率…</translation>
     </message>
@@ -478,6 +482,10 @@
     <message>
         <source>Check cable and power.</source>
         <translation>检查线缆和电源。</translation>
+    </message>
+    <message>
+        <source>Check its power and cable, then do it again.</source>
+        <translation>请检查其供电和线缆，然后重试。</translation>
     </message>
     <message>
         <source>Check its power and cable; hold its switch for 2 s.</source>
@@ -592,8 +600,20 @@
         <translation>对比</translation>
     </message>
     <message>
-        <source>Confirm again: {why}.</source>
-        <translation>请重新确认：{why}。</translation>
+        <source>Confirm again: LOCK was pressed.</source>
+        <translation>请重新确认：已按下锁定。</translation>
+    </message>
+    <message>
+        <source>Confirm again: already used.</source>
+        <translation>请重新确认：确认已使用。</translation>
+    </message>
+    <message>
+        <source>Confirm again: it may be another module.</source>
+        <translation>请重新确认：可能是另一个模块。</translation>
+    </message>
+    <message>
+        <source>Confirm again: {seconds:.1f} s old.</source>
+        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -630,6 +650,10 @@
     <message>
         <source>Continue</source>
         <translation>继续</translation>
+    </message>
+    <message>
+        <source>Contradictory answers. Two modules on this line?</source>
+        <translation>应答互相矛盾。此线路上有两个模块吗？</translation>
     </message>
     <message>
         <source>Copied.</source>
@@ -672,8 +696,8 @@
         <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Damaged or altered; left out: {first} – {last}.</source>
-        <translation>已损坏或被修改，未读入：{first} – {last}。</translation>
+        <source>Damaged or altered; left out from {time} on.</source>
+        <translation>已损坏或被改动；从 {time} 起略去。</translation>
     </message>
     <message>
         <source>Damaged; bytes left out: {count}.</source>
@@ -754,6 +778,10 @@
     <message>
         <source>Disconnect</source>
         <translation>断开</translation>
+    </message>
+    <message>
+        <source>Do it again.</source>
+        <translation>请重试。</translation>
     </message>
     <message>
         <source>Do it, and keep it in the archive: Service…</source>
@@ -1136,12 +1164,20 @@
         <translation>规则解读</translation>
     </message>
     <message>
+        <source>Interrupted.</source>
+        <translation>已中断。</translation>
+    </message>
+    <message>
         <source>Interrupted: maybe at {rate} baud now.</source>
         <translation>已中断：可能已为 {rate} 波特。</translation>
     </message>
     <message>
         <source>Interrupted; may have been carried out.</source>
         <translation>已中断；命令可能已执行。</translation>
+    </message>
+    <message>
+        <source>Interruption</source>
+        <translation>通信中断</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
@@ -1152,8 +1188,16 @@
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
     </message>
     <message>
+        <source>It cannot be told which adapter is the same: choose the port.</source>
+        <translation>无法判断哪个是原来的适配器：请选择串口。</translation>
+    </message>
+    <message>
         <source>It crashed: it must fire.</source>
         <translation>已坠机：必须触发。</translation>
+    </message>
+    <message>
+        <source>It did not come to its end.</source>
+        <translation>检查未完成。</translation>
     </message>
     <message>
         <source>It did not rearm: other directions not tested.</source>
@@ -1180,8 +1224,8 @@
         <translation>正在写入，未删除。</translation>
     </message>
     <message>
-        <source>It is connected again when the address answers.</source>
-        <translation>该地址有应答后将重新连接。</translation>
+        <source>It is connected again as soon as the same adapter is back.</source>
+        <translation>同一适配器恢复后将自动连接。</translation>
     </message>
     <message>
         <source>It is kept as recording {name}.</source>
@@ -1190,6 +1234,10 @@
     <message>
         <source>It is locked</source>
         <translation>已锁定</translation>
+    </message>
+    <message>
+        <source>It is older than 15 minutes.</source>
+        <translation>检查已超过 15 分钟。</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -1212,12 +1260,12 @@
         <translation>下次日期须晚于完成日期。</translation>
     </message>
     <message>
-        <source>It only grows; there is no serial number.</source>
-        <translation>只增不减；模块没有序列号。</translation>
-    </message>
-    <message>
         <source>It reported TRIGGERED, or was told to fire before it had this name.</source>
         <translation>模块曾报告已触发，或在命名之前收到过开伞指令。</translation>
+    </message>
+    <message>
+        <source>It was cancelled.</source>
+        <translation>检查已取消。</translation>
     </message>
     <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
@@ -1234,6 +1282,10 @@
     <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面复核。</translation>
+    </message>
+    <message>
+        <source>Judge its records, then close the notice.</source>
+        <translation>请判定其记录，然后关闭提示。</translation>
     </message>
     <message>
         <source>Judged as enabled: {names}.</source>
@@ -1308,10 +1360,6 @@
         <translation>锁定命令未发送：请将模块视为已激活。</translation>
     </message>
     <message>
-        <source>LOCK was pressed</source>
-        <translation>已按“锁定”</translation>
-    </message>
-    <message>
         <source>Lag</source>
         <translation>链路延迟</translation>
     </message>
@@ -1354,6 +1402,10 @@
     <message>
         <source>Leave it there</source>
         <translation>请勿移动</translation>
+    </message>
+    <message>
+        <source>Leave only one module on this line, then do it again.</source>
+        <translation>请在此线路上只留一个模块，然后重试。</translation>
     </message>
     <message>
         <source>Leave the plug alone</source>
@@ -1418,10 +1470,6 @@
     <message>
         <source>Link lost. Nothing was sent.</source>
         <translation>通信中断。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Link lost: the rest is unknown.</source>
-        <translation>通信中断：其余未知。</translation>
     </message>
     <message>
         <source>Link: loss</source>
@@ -1502,10 +1550,6 @@
     <message>
         <source>Lost while shaken</source>
         <translation>晃动时丢失</translation>
-    </message>
-    <message>
-        <source>Lowest acceleration</source>
-        <translation>最小加速度</translation>
     </message>
     <message>
         <source>MCAP…</source>
@@ -1832,6 +1876,10 @@
         <translation>{port} 上没有模块应答。</translation>
     </message>
     <message>
+        <source>No module answers.</source>
+        <translation>没有模块应答。</translation>
+    </message>
+    <message>
         <source>No modules yet</source>
         <translation>还没有模块</translation>
     </message>
@@ -1972,6 +2020,10 @@
         <translation>未连接</translation>
     </message>
     <message>
+        <source>Not everything could be read again.</source>
+        <translation>未能重新读取全部数据。</translation>
+    </message>
+    <message>
         <source>Not judged: {names}</source>
         <translation>未判断：{names}</translation>
     </message>
@@ -2102,10 +2154,6 @@
     <message>
         <source>One of {values} {unit}.</source>
         <translation>{values} {unit} 之一。</translation>
-    </message>
-    <message>
-        <source>Only LOCK is possible. Use a cable or a closer radio link.</source>
-        <translation>目前仅可锁定。请改用线缆或缩短无线距离。</translation>
     </message>
     <message>
         <source>Only a test by hand proves the sensors.</source>
@@ -2248,12 +2296,12 @@
         <translation>插入</translation>
     </message>
     <message>
-        <source>Plug the adapter in. If no port appears, install its driver.</source>
-        <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
+        <source>Plug the adapter in, then do it again.</source>
+        <translation>请插入适配器，然后重试。</translation>
     </message>
     <message>
-        <source>Plug the same adapter in again: it is connected automatically.</source>
-        <translation>请重新插入同一适配器，程序会自动连接。</translation>
+        <source>Plug the adapter in. If no port appears, install its driver.</source>
+        <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
     </message>
     <message>
         <source>Port</source>
@@ -2728,10 +2776,6 @@
         <translation>设置已写入：{after}；之前：{before}。</translation>
     </message>
     <message>
-        <source>Several adapters look the same: choose the module's port.</source>
-        <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
-    </message>
-    <message>
         <source>Shake plug and cable gently</source>
         <translation>轻轻摇动插头和线缆</translation>
     </message>
@@ -2800,6 +2844,10 @@
         <translation>最慢应答</translation>
     </message>
     <message>
+        <source>Somebody marked this module as new.</source>
+        <translation>有人将此模块标记为新模块。</translation>
+    </message>
+    <message>
         <source>Source</source>
         <translation>来源</translation>
     </message>
@@ -2846,10 +2894,6 @@
     <message>
         <source>Status</source>
         <translation>状态</translation>
-    </message>
-    <message>
-        <source>Status age</source>
-        <translation>状态时效</translation>
     </message>
     <message>
         <source>Step {number}: {name}</source>
@@ -2952,6 +2996,10 @@
         <translation>普通套接字的波特率在对端设置。</translation>
     </message>
     <message>
+        <source>The baud rate of the port was changed.</source>
+        <translation>串口波特率已更改。</translation>
+    </message>
+    <message>
         <source>The charger hides the cell's voltage.</source>
         <translation>充电时读到的不是电芯电压。</translation>
     </message>
@@ -2964,8 +3012,12 @@
         <translation>电脑休眠了 {time}；所有数据正在重新读取。</translation>
     </message>
     <message>
-        <source>The computer slept; the operation was cancelled.</source>
-        <translation>电脑曾休眠，操作已取消。</translation>
+        <source>The computer slept.</source>
+        <translation>电脑曾休眠。</translation>
+    </message>
+    <message>
+        <source>The conversation in which it was checked is over.</source>
+        <translation>检查时的通信已结束。</translation>
     </message>
     <message>
         <source>The database of the archive has to be made with the encoding UTF8.</source>
@@ -3016,6 +3068,14 @@
         <translation>模块无法上报其是否启用。</translation>
     </message>
     <message>
+        <source>The module counts its starts; a lower count than before is another module's.</source>
+        <translation>模块累计开机次数；比以前少则是另一个模块。</translation>
+    </message>
+    <message>
+        <source>The module does not answer.</source>
+        <translation>模块无应答。</translation>
+    </message>
+    <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
         <translation>模块已触发：请锁定、读取记录、重新叠伞装仓并检查。</translation>
     </message>
@@ -3060,10 +3120,6 @@
         <translation>模块上报已触发开伞。</translation>
     </message>
     <message>
-        <source>The module restarted. Read again.</source>
-        <translation>模块已重启。请重新读取。</translation>
-    </message>
-    <message>
         <source>The module restarted: enable the triggers and check again.</source>
         <translation>模块已重启：请启用触发并重新检查。</translation>
     </message>
@@ -3084,8 +3140,16 @@
         <translation>模块已被锁定。</translation>
     </message>
     <message>
+        <source>The module was silent for a moment.</source>
+        <translation>模块曾短暂无应答。</translation>
+    </message>
+    <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
+    </message>
+    <message>
+        <source>The module was told to fire, or reports TRIGGERED.</source>
+        <translation>已向模块发出开伞命令，或模块上报已触发。</translation>
     </message>
     <message>
         <source>The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and addresses stay: read everything before you pass it on. Nothing is sent.</source>
@@ -3096,12 +3160,12 @@
         <translation>降落伞已用完。</translation>
     </message>
     <message>
-        <source>The port does not open yet; it is tried again.</source>
-        <translation>串口暂时无法打开；程序会继续尝试。</translation>
+        <source>The port was closed.</source>
+        <translation>串口已关闭。</translation>
     </message>
     <message>
-        <source>The port's name may be another adapter's by now: connect again by hand.</source>
-        <translation>该串口名称现在可能属于另一个适配器：请手动重新连接。</translation>
+        <source>The port was lost.</source>
+        <translation>串口断开。</translation>
     </message>
     <message>
         <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
@@ -3146,10 +3210,6 @@
     <message>
         <source>The screen {screen} does not let this user open a window.</source>
         <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
-    </message>
-    <message>
-        <source>The serial output is off now; it may have been on before.</source>
-        <translation>串口输出现已关闭；之前可能是打开的。</translation>
     </message>
     <message>
         <source>The settings are equal.</source>
@@ -3284,6 +3344,10 @@
         <translation>这是网页，不是日志：请下载文件本身。</translation>
     </message>
     <message>
+        <source>This line is too slow for commands; use the cable.</source>
+        <translation>此线路太慢，无法发送命令；请使用线缆。</translation>
+    </message>
+    <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
     </message>
@@ -3360,10 +3424,6 @@
     <message>
         <source>Time</source>
         <translation>时间</translation>
-    </message>
-    <message>
-        <source>Time (UTC)</source>
-        <translation>时间（UTC）</translation>
     </message>
     <message>
         <source>Time of day</source>
@@ -3462,10 +3522,6 @@
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
-        <source>Two modules on this line? The rest is unknown.</source>
-        <translation>此线路上有两个模块吗？其余未知。</translation>
-    </message>
-    <message>
         <source>Two modules? Boot count {before} on {then}, {now} on {day}.</source>
         <translation>是两个模块吗？{then} 的开机次数为 {before}，{day} 为 {now}。</translation>
     </message>
@@ -3500,6 +3556,22 @@
     <message>
         <source>Unjudged trigger records: {count}.</source>
         <translation>未复核的触发记录：{count} 条。</translation>
+    </message>
+    <message>
+        <source>Unknown: ACTIVE or LOCKED.</source>
+        <translation>未知：已激活还是已锁定。</translation>
+    </message>
+    <message>
+        <source>Unknown: attitude threshold.</source>
+        <translation>未知：姿态开伞阈值。</translation>
+    </message>
+    <message>
+        <source>Unknown: tilt.</source>
+        <translation>未知：倾角。</translation>
+    </message>
+    <message>
+        <source>Unknown: whether it has fired.</source>
+        <translation>未知：是否已触发。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -3598,8 +3670,8 @@
         <translation>重启、通信中断、有更改或满十五分钟后作废。</translation>
     </message>
     <message>
-        <source>Void: {why}.</source>
-        <translation>作废：{why}。</translation>
+        <source>Void: {why}</source>
+        <translation>作废：{why}</translation>
     </message>
     <message>
         <source>Waiting for the module</source>
@@ -3618,12 +3690,12 @@
         <translation>警告：{count}</translation>
     </message>
     <message>
-        <source>Was {before}, now {after}; not written here.</source>
-        <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
-    </message>
-    <message>
         <source>What has the keyboard?</source>
         <translation>当前焦点是什么？</translation>
+    </message>
+    <message>
+        <source>What is read twice and agrees is one module's.</source>
+        <translation>两次读取一致，才是同一模块的数据。</translation>
     </message>
     <message>
         <source>What is this? Point at it</source>
@@ -3734,10 +3806,6 @@
         <translation>写入配置文件的值</translation>
     </message>
     <message>
-        <source>Write the settings again; if they change, do not fly.</source>
-        <translation>重新写入参数；若再次变化，禁止飞行。</translation>
-    </message>
-    <message>
         <source>Write to {port} timed out.</source>
         <translation>写入 {port} 超时。</translation>
     </message>
@@ -3790,12 +3858,20 @@
         <translation>静止的传感器漂移更小</translation>
     </message>
     <message>
+        <source>above the threshold, direction unknown</source>
+        <translation>高于阈值，方向未知</translation>
+    </message>
+    <message>
         <source>acknowledged</source>
         <translation>已应答</translation>
     </message>
     <message>
         <source>acknowledged (cannot be read back)</source>
         <translation>已应答（无法回读）</translation>
+    </message>
+    <message>
+        <source>acknowledged then, before the interruption</source>
+        <translation>中断前曾应答</translation>
     </message>
     <message>
         <source>acknowledged {time} ago</source>
@@ -3832,10 +3908,6 @@
     <message>
         <source>all records reviewed</source>
         <translation>全部记录已复核</translation>
-    </message>
-    <message>
-        <source>already used</source>
-        <translation>已使用过</translation>
     </message>
     <message>
         <source>and {count} more</source>
@@ -3914,6 +3986,10 @@
         <translation>记录中</translation>
     </message>
     <message>
+        <source>below the threshold, direction unknown</source>
+        <translation>低于阈值，方向未知</translation>
+    </message>
+    <message>
         <source>bench test</source>
         <translation>台架测试</translation>
     </message>
@@ -3956,6 +4032,10 @@
     <message>
         <source>changed</source>
         <translation>已变化</translation>
+    </message>
+    <message>
+        <source>changed: by itself, or another module?</source>
+        <translation>已变化：自行变化，还是另一个模块？</translation>
     </message>
     <message>
         <source>charger connected</source>
@@ -4004,14 +4084,6 @@
     <message>
         <source>connected</source>
         <translation>已连接</translation>
-    </message>
-    <message>
-        <source>contradictory answers</source>
-        <translation>应答前后矛盾</translation>
-    </message>
-    <message>
-        <source>contradictory answers: two modules?</source>
-        <translation>应答矛盾：有两个模块吗？</translation>
     </message>
     <message>
         <source>control byte {control} does not go with command {code}</source>
@@ -4094,8 +4166,8 @@
         <translation>已启用</translation>
     </message>
     <message>
-        <source>enabled in this connection</source>
-        <translation>已在本次连接中启用</translation>
+        <source>enabled in this conversation</source>
+        <translation>在本次通信中启用</translation>
     </message>
     <message>
         <source>entries</source>
@@ -4178,12 +4250,8 @@
         <translation>数值不可能</translation>
     </message>
     <message>
-        <source>interrupted</source>
-        <translation>被中断</translation>
-    </message>
-    <message>
-        <source>interrupted while writing; the value is unknown</source>
-        <translation>写入时中断；当前值未知</translation>
+        <source>interrupted; may have been carried out</source>
+        <translation>已中断，可能已执行</translation>
     </message>
     <message>
         <source>invalid</source>
@@ -4256,6 +4324,10 @@
     <message>
         <source>may have been carried out</source>
         <translation>可能已执行</translation>
+    </message>
+    <message>
+        <source>may have fired before the restart</source>
+        <translation>重启前可能已触发</translation>
     </message>
     <message>
         <source>measuring… {done}</source>
@@ -4354,10 +4426,6 @@
         <translation>无应答</translation>
     </message>
     <message>
-        <source>no reply for a moment</source>
-        <translation>短时无应答</translation>
-    </message>
-    <message>
         <source>no reply within {seconds:.1f} s, asked {attempts} times</source>
         <translation>{seconds:.1f} 秒内无应答，已询问 {attempts} 次</translation>
     </message>
@@ -4454,8 +4522,8 @@
         <translation>未确认</translation>
     </message>
     <message>
-        <source>not enabled in this connection</source>
-        <translation>本次连接中尚未启用</translation>
+        <source>not enabled in this conversation</source>
+        <translation>本次通信中未启用</translation>
     </message>
     <message>
         <source>not in the archive any more</source>
@@ -4522,10 +4590,6 @@
         <translation>未发送：模块不再应答</translation>
     </message>
     <message>
-        <source>not sent: the port was lost</source>
-        <translation>未发送：串口已断开</translation>
-    </message>
-    <message>
         <source>not sent: {why}</source>
         <translation>未发送：{why}</translation>
     </message>
@@ -4582,10 +4646,6 @@
         <translation>可选</translation>
     </message>
     <message>
-        <source>other settings than last read, another module?</source>
-        <translation>参数与上次读到的不同，是否为另一模块？</translation>
-    </message>
-    <message>
         <source>other trigger records, another module?</source>
         <translation>触发记录不同，是另一个模块吗？</translation>
     </message>
@@ -4616,14 +4676,6 @@
     <message>
         <source>port lost</source>
         <translation>串口断开</translation>
-    </message>
-    <message>
-        <source>port lost; may have been carried out</source>
-        <translation>串口断开，可能已执行</translation>
-    </message>
-    <message>
-        <source>port reopened</source>
-        <translation>串口重新打开过</translation>
     </message>
     <message>
         <source>program error</source>
@@ -4794,28 +4846,12 @@
         <translation>模块已应答</translation>
     </message>
     <message>
-        <source>the module changed it by itself later</source>
-        <translation>模块随后自行更改</translation>
-    </message>
-    <message>
-        <source>the module does not answer</source>
-        <translation>模块无应答</translation>
-    </message>
-    <message>
         <source>the module holds another value</source>
         <translation>模块保存了其他值</translation>
     </message>
     <message>
-        <source>the module probably restarted</source>
-        <translation>模块可能已重启</translation>
-    </message>
-    <message>
         <source>the module restarted</source>
         <translation>模块已重启</translation>
-    </message>
-    <message>
-        <source>the port leads to another device</source>
-        <translation>该串口现在指向另一个设备</translation>
     </message>
     <message>
         <source>the records do not follow those of its last visit</source>
@@ -4860,10 +4896,6 @@
     <message>
         <source>to do</source>
         <translation>待完成</translation>
-    </message>
-    <message>
-        <source>told to fire</source>
-        <translation>已发送开伞指令</translation>
     </message>
     <message>
         <source>too high</source>
@@ -4954,6 +4986,10 @@
         <translation>已验证</translation>
     </message>
     <message>
+        <source>verified then, before the interruption</source>
+        <translation>中断前已验证</translation>
+    </message>
+    <message>
         <source>void</source>
         <translation>作废</translation>
     </message>
@@ -5012,6 +5048,10 @@
     <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
+    </message>
+    <message>
+        <source>{code}: no reply.</source>
+        <translation>{code}：无应答。</translation>
     </message>
     <message>
         <source>{code}: {answer}, status: {reported}.</source>
@@ -5178,6 +5218,10 @@
         <translation>{minutes} 分 {seconds} 秒</translation>
     </message>
     <message>
+        <source>{module} again? Read its label.</source>
+        <translation>还是 {module} 吗？请看标签。</translation>
+    </message>
+    <message>
         <source>{module} is the name of another module: left out.</source>
         <translation>{module} 已是另一模块的名称：跳过。</translation>
     </message>
@@ -5186,12 +5230,12 @@
         <translation>{module} 在 {time} 仍为激活状态。</translation>
     </message>
     <message>
-        <source>{module}, confirmed by a person on this connection</source>
-        <translation>{module}，已由人员在本次连接中确认</translation>
-    </message>
-    <message>
         <source>{module}, given by --module</source>
         <translation>{module}，由 --module 指定</translation>
+    </message>
+    <message>
+        <source>{module}, named by a person in this conversation</source>
+        <translation>{module}，本次通信中由人员指定</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>
@@ -5204,10 +5248,6 @@
     <message>
         <source>{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
         <translation>{module}：{verdict}，{at}，检查人：{who}。由各检查项得出：{follows}。</translation>
-    </message>
-    <message>
-        <source>{module}? Read its label.</source>
-        <translation>是 {module} 吗？请看其标签。</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
@@ -5320,10 +5360,6 @@
     <message>
         <source>{reading}: would not fire.</source>
         <translation>{reading}：不会触发。</translation>
-    </message>
-    <message>
-        <source>{seconds:.1f} s old</source>
-        <translation>{seconds:.1f} 秒前的确认</translation>
     </message>
     <message>
         <source>{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.</source>

@@ -6,7 +6,6 @@ import msgspec
 
 from app.engine.conversation import STATUS_KEYS
 from app.engine.target import is_simulated
-from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, CheckResult
 from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Judged
@@ -23,7 +22,7 @@ def readings_of(case: Case) -> dict[str, object]:
     if evidence.status is not None:
         values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
     for key, flag in evidence.flags.items():
-        values[key] = {FlagState.ENABLED: True, FlagState.DISABLED: False}.get(flag.state)
+        values[key] = flag.is_enabled
     reading = reading_object(
         port=clean(evidence.port),
         baud_rate=evidence.baud_rate,

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import Interrupted, StatusSample, reason_message
@@ -37,6 +36,10 @@ TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
 FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")))
 
 
+# Of a trigger that nobody has enabled yet.
+NOT_ENABLED = message(marked("not enabled in this conversation"))
+
+
 def changed(what: UserMessage) -> Void:
     return Void("changed", message(marked("Changed: {what}."), what=what))
 
@@ -46,22 +49,12 @@ def void_of_end(ended: Ended | Interrupted) -> Void:
     return Void(ended.reason.name.lower(), reason_message(ended.reason, ended.contradiction))
 
 
-class FlagState(Enum):
-    """Result for a trigger flag, which cannot be read: only an acknowledged set tells its state (E8)."""
-
-    NEVER_SET = "never set"
-    ENABLED = "enabled"
-    DISABLED = "disabled"
-    REFUSED = "refused"
-    UNANSWERED = "unanswered"
-    NOT_SENT = "not sent"
-
-
 class TriggerFlag(NamedTuple):
-    """`why` it is not known, where there is more to say."""
+    """Whether a trigger is enabled. It cannot be read: only an acknowledged set tells it (E8). Where it is None, `why`
+    says why that is not known."""
 
-    state: FlagState = FlagState.NEVER_SET
-    why: UserMessage | None = None
+    is_enabled: bool | None = None
+    why: UserMessage = NOT_ENABLED
 
 
 class LoggedFrame(NamedTuple):
@@ -144,12 +137,14 @@ class Evidence:
     # `app.safety.firing_doubt`.
     may_have_fired: bool = False
     heartbeats_sent: int = 0
-    # Of those that were answered at once; the others are lost.
+    # Not answered, or only when they were asked again.
+    heartbeats_lost: int = 0
+    # Of those that can be measured: it is certain which of the questions was answered.
     round_trips_s: list[float] = field(default_factory=list)
     # During the check, also an aborted one.
     rejected_bytes: int = 0
     # During the two seconds.
-    trials: list[StatusSample] = field(default_factory=list)
+    reports: list[StatusSample] = field(default_factory=list)
     # The last one.
     status: StatusSample | None = None
     # Settings and boot count by key, as last read.
@@ -172,9 +167,9 @@ class Evidence:
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
         ends = [state.status for state in self._states if state.status is not None]
-        return [*ends, *self.trials]
+        return [*ends, *self.reports]
 
-    def said_otherwise(self, key: str) -> UserMessage | None:
+    def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
         for state in self._states:
             said = contradictions(state.present.active, state.present.triggered, state.present.status)
@@ -185,10 +180,6 @@ class Evidence:
     @property
     def _states(self) -> list[StateReading]:
         return [state for state in (self.first, self.last) if state is not None]
-
-    @property
-    def heartbeats_lost(self) -> int:
-        return self.heartbeats_sent - len(self.round_trips_s)
 
     @property
     def is_active(self) -> bool | None:
@@ -212,7 +203,10 @@ class Evidence:
             self.status = state.status
 
     def note_error(self, error: BaseException) -> None:
-        """Record why the check ended early, unless that is known already."""
+        """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
+        for key, flag in self.flags.items():
+            if flag.is_enabled is not None:
+                self.flags[key] = TriggerFlag(why=UNFINISHED.message)
         if self.void is not None:
             return
         if isinstance(error, Interrupted):

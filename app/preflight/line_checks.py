@@ -13,7 +13,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
-TRIALS_NEEDED = 15
+REPORTS_NEEDED = 15
 """Of about forty in two seconds."""
 _RAW_NEEDED = 2
 """Answers, of three, for cell voltage, charging and light to be known."""
@@ -70,7 +70,7 @@ def not_triggered(case: Case) -> Finding:
     if not statuses:
         return case.unread("status", limit)
     has_fired = any(status.triggered for status in statuses)
-    otherwise = case.evidence.said_otherwise("triggered")
+    otherwise = case.evidence.contradiction_of("triggered")
     if otherwise is not None:
         return unknown(otherwise, limit, do=CHECK_LINE)
     shown = message(marked("TRIGGERED")) if has_fired else message(marked("not triggered"))
@@ -84,7 +84,7 @@ def activation(case: Case) -> Finding:
     if not statuses:
         return case.unread("status", limit)
     states = {status.active for status in statuses}
-    otherwise = case.evidence.said_otherwise("active")
+    otherwise = case.evidence.contradiction_of("active")
     if otherwise is not None:
         return unknown(otherwise, limit, do=CHECK_LINE)
     if len(states) > 1:
@@ -94,26 +94,26 @@ def activation(case: Case) -> Finding:
     return judged(is_active, shown, limit, is_fine=True)
 
 
-def _of_trials(
+def _of_reports(
     case: Case, key: str, limit: str,
     judge: Callable[[float, float], tuple[float, str, bool]],
 ) -> Finding:  # fmt: skip
     """`judge`: the lowest and the highest value of the two seconds; what was measured, as it is shown, and whether it
     is fine. Unknown where the reports are too few or do not cover the two seconds."""
-    trials = case.evidence.trials
-    if not trials:
+    reports = case.evidence.reports
+    if not reports:
         return case.unread("status", message(limit))
-    if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
-        why = message(marked("reports in 2 s: only {count}"), count=str(len(trials)))
+    if len(reports) < REPORTS_NEEDED or reports[-1].at - reports[0].at < STILL_S * 0.75:
+        why = message(marked("reports in 2 s: only {count}"), count=str(len(reports)))
         return unknown(why, message(limit), do=CHECK_LINK)
-    values = [getattr(trial, key) for trial in trials]
+    values = [getattr(report, key) for report in reports]
     measured, shown, is_fine = judge(min(values), max(values))
     return judged(measured, shown, message(limit), is_fine=is_fine)
 
 
 def tilt_level(case: Case) -> Finding:
     most = case.profile.limit("tilt_max_deg")
-    return _of_trials(case, "tilt_deg", f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
+    return _of_reports(case, "tilt_deg", f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
 
 
 def tilt_still(case: Case) -> Finding:
@@ -122,7 +122,7 @@ def tilt_still(case: Case) -> Finding:
     def judge(low: float, high: float) -> tuple[float, str, bool]:
         return high - low, f"{high - low:.0f}°", high - low <= most
 
-    return _of_trials(case, "tilt_deg", f"≤ {most:g}° / 2 s", judge)
+    return _of_reports(case, "tilt_deg", f"≤ {most:g}° / 2 s", judge)
 
 
 def acceleration_one_g(case: Case) -> Finding:
@@ -132,7 +132,7 @@ def acceleration_one_g(case: Case) -> Finding:
         worst = max((low, high), key=lambda value: abs(value - 1.0))
         return worst, f"{worst:.1f} g", least <= low and high <= most
 
-    return _of_trials(case, "acceleration_g", f"{least:g}–{most:g} g", judge)
+    return _of_reports(case, "acceleration_g", f"{least:g}–{most:g} g", judge)
 
 
 def acceleration_still(case: Case) -> Finding:
@@ -142,7 +142,7 @@ def acceleration_still(case: Case) -> Finding:
         width = round(high - low, 1)
         return width, f"{width:.1f} g", width <= most
 
-    return _of_trials(case, "acceleration_g", f"≤ {most:g} g / 2 s", judge)
+    return _of_reports(case, "acceleration_g", f"≤ {most:g} g / 2 s", judge)
 
 
 def _answers(case: Case, key: str) -> list[Value]:

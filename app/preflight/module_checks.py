@@ -12,7 +12,6 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastTested
 from app.modules.names import NOT_NAMED, known_by
-from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.setting_texts import value_text
 from app.system.wall_clock import DAY, local_time
@@ -53,27 +52,13 @@ def trigger(case: Case, key: str) -> Finding:
     flag = case.evidence.flags.get(key)
     if flag is None:
         return case.unread(key, limit)
-    match flag.state:
-        case FlagState.ENABLED:
-            return Finding(CheckResult.PASS, True, message(marked("enabled")), limit)
-        case FlagState.DISABLED:
-            return Finding(CheckResult.FAIL, False, message(marked("DISABLED")), limit)
-        case FlagState.REFUSED:
-            return Finding(CheckResult.FAIL, None, message(marked("refused")), limit)
-        case FlagState.UNANSWERED:
-            return unknown(flag.why or message(marked("no reply")), limit)
-        case FlagState.NOT_SENT:
-            return unknown(flag.why or message(marked("not sent")), limit, do=_lock_first(case))
-        case FlagState.NEVER_SET:
-            why = message(marked("not enabled in this conversation"))
-            return unknown(why, limit, do=_lock_first(case))
-
-
-def _lock_first(case: Case) -> UserMessage | None:
-    """Nothing is written on an active module."""
-    if not case.evidence.is_active:
-        return None
-    return message(marked("Lock it, enable the triggers, activate it again."))
+    if flag.is_enabled is not None:
+        shown = message(marked("enabled") if flag.is_enabled else marked("DISABLED"))
+        return judged(flag.is_enabled, shown, limit, is_fine=flag.is_enabled)
+    do = None
+    if case.evidence.is_active:  # nothing is written on an active module
+        do = message(marked("Lock it, enable the triggers, activate it again."))
+    return unknown(flag.why, limit, do=do)
 
 
 def trigger_records(case: Case) -> Finding:
@@ -109,7 +94,7 @@ def _silent_records(case: Case, limit: UserMessage) -> Finding:
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     is_all_else_answered = not evidence.faults and evidence.void is None
     if is_all_else_answered and (past.is_said_new or case.person.are_records_reviewed):
-        do = message(marked("A person said that it is new."))
+        do = message(marked("Somebody marked this module as new."))
         return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
     return unknown(silent, limit, do=message(marked("If it is new, say so.")) if is_all_else_answered else None)
 
@@ -262,7 +247,7 @@ MODULE_CHECKS: Final = (
           marked("An unexplained trigger can happen again."),
           marked("Judge it on the Triggers page.")),
     Check("boot_count", marked("Boot count"), boot_count,
-          marked("It only grows; there is no serial number."),
+          marked("The module counts its starts; a lower count than before is another module's."),
           marked("Make sure which module this is.")),
     Check("fingerprint", marked("Settings as approved"), settings_fingerprint,
           marked("One code for all readable settings."),

@@ -14,20 +14,12 @@ import logging
 
 from app.engine.conversation import How
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, ask_report, ask_value
-from app.preflight.evidence import HEARTBEATS, STILL_S, Evidence, FlagState, TriggerFlag, read_state
+from app.preflight.evidence import HEARTBEATS, NOT_ENABLED, STILL_S, UNFINISHED, Evidence, TriggerFlag, read_state
 from app.procedures.history import read_history
 from app.procedures.read import NO_REPLY
-from app.procedures.write import (
-    SetReply,
-    SettingChange,
-    WriteContext,
-    WriteFault,
-    WriteReport,
-    await_flags_known,
-    set_each,
-)
+from app.procedures.write import SettingChange, WriteContext, WriteFault, await_flags_known, set_each, why_not_verified
 from app.safety.journal import Journal, NoJournal
-from app.text.messages import UserMessage, message
+from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.events import Answered, Role
 from protocol.flag_answers import TRIGGER_FLAGS
@@ -36,7 +28,7 @@ from protocol.translatable import marked
 _log = logging.getLogger(__name__)
 
 STEPS = 7
-TRIAL_EVERY_S = 0.05
+REPORT_EVERY_S = 0.05
 # Of asking for cell voltage, charging and light.
 VALUE_ROUNDS = 3
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
@@ -88,7 +80,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     before = yield Inspect()
     yield from _watch(evidence)
     after = yield Inspect()
-    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.trials) / 2:
+    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
         evidence.is_answered_twice = True  # as many reports again as were asked for
 
     yield from await_flags_known(Report(5, STEPS, ""))
@@ -115,8 +107,9 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
         outcome = yield Ask(HEARTBEAT.query())
-        # One that had to be asked again was lost; which of both was answered is not known then.
-        if isinstance(outcome, Answered) and outcome.round_trip_s is not None:
+        if not isinstance(outcome, Answered) or outcome.attempts > 1:
+            evidence.heartbeats_lost += 1
+        elif outcome.round_trip_s is not None:
             evidence.round_trips_s.append(outcome.round_trip_s)
 
 
@@ -137,8 +130,8 @@ def _watch(evidence: Evidence) -> Procedure[None]:
         report = yield from ask_report()
         if report is not None:
             evidence.status = report
-            evidence.trials.append(report)
-        now = yield Pause(TRIAL_EVERY_S)
+            evidence.reports.append(report)
+        now = yield Pause(REPORT_EVERY_S)
 
 
 def _streamed(view: EngineView) -> int:
@@ -152,34 +145,22 @@ def _enable(evidence: Evidence, journal: Journal) -> Procedure[None]:
     """Enable both, each with one frame, if writing is allowed: never on an active module."""
     # What is interrupted from here on may have left.
     for command in TRIGGERS:
-        evidence.flags[command.key] = TriggerFlag(FlagState.UNANSWERED)
+        evidence.flags[command.key] = TriggerFlag(why=UNFINISHED.message)
     changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]
     report = yield from set_each(changes, WriteContext(journal=journal))
     for written in report.results:
-        evidence.flags[written.command.key] = _heard_state(written.heard, written.fault, report)
-
-
-def _heard_state(heard: SetReply, fault: WriteFault | None, report: WriteReport) -> TriggerFlag:
-    if heard is SetReply.NOT_SENT:
-        why: UserMessage | None = None
-        if report.refusals:
-            why = report.refusals[0].message
-        elif fault is not None:
-            why = message(fault.value)
-        return TriggerFlag(FlagState.NOT_SENT, why)
-    if heard is SetReply.OTHER:
-        return TriggerFlag(FlagState.REFUSED)
-    return TriggerFlag(FlagState.UNANSWERED if heard is SetReply.NOTHING else FlagState.ENABLED)
+        why = why_not_verified(written, report)
+        flag = TriggerFlag(True) if why is None else TriggerFlag(why=why)
+        evidence.flags[written.command.key] = flag
 
 
 def _final_state(flag: TriggerFlag, key: str, view: EngineView) -> TriggerFlag:
-    """State of the trigger at the end: what the module acknowledged in this conversation."""
-    is_sent = flag.state in (FlagState.ENABLED, FlagState.UNANSWERED)
-    if is_sent and view.flags is not None and view.flags.has_repeated:
-        return TriggerFlag(FlagState.UNANSWERED, message(WriteFault.REPEATED.value))
-    if flag.state in (FlagState.REFUSED, FlagState.UNANSWERED):
-        return flag
+    """State of the trigger at the end: what the module acknowledged in this conversation, and was not asked to change
+    since without an answer."""
     known = view.conversation.known(key, view.now)
-    if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
-        return TriggerFlag() if flag.state is FlagState.ENABLED else flag
-    return TriggerFlag(FlagState.ENABLED if known.value is True else FlagState.DISABLED)
+    if known is not None and not known.is_stale and known.how is How.ACKNOWLEDGED:
+        return TriggerFlag(known.value is True)
+    if flag.is_enabled is None:
+        return flag
+    has_repeated = view.flags is not None and view.flags.has_repeated
+    return TriggerFlag(why=message(WriteFault.REPEATED.value) if has_repeated else NOT_ENABLED)

@@ -12,18 +12,7 @@ from typing import NamedTuple
 from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
-from app.preflight.evidence import (
-    FIRED,
-    OVER,
-    TOO_OLD,
-    UNFINISHED,
-    UNREAD,
-    FlagState,
-    StateReading,
-    Void,
-    changed,
-    void_of_end,
-)
+from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD, StateReading, Void, changed, void_of_end
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.line_checks import LINE_CHECKS
 from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
@@ -224,11 +213,10 @@ def _changed(assessment: Assessment, conversation: ConversationView, now: float)
         if known is not None and known.value != before:
             return UserMessage(TITLES[key])
     for key, flag in evidence.flags.items():
-        if flag.state in (FlagState.ENABLED, FlagState.DISABLED):
-            known = conversation.values.get(key)
-            # Absent: it was set and not acknowledged, or an acknowledgement came once more.
-            if known is None or known.value is not (flag.state is FlagState.ENABLED):
-                return UserMessage(TITLES[key])
+        known = conversation.values.get(key)
+        # Absent: it was set and not acknowledged, or an acknowledgement came once more.
+        if flag.is_enabled is not None and (known is None or known.value is not flag.is_enabled):
+            return UserMessage(TITLES[key])
     voltage = conversation.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is CheckResult.PASS
     if was_charged and voltage is not None and voltage < profile.limit("cell_voltage_min_v"):

@@ -5,14 +5,15 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple, TypeVar
 
 from app.engine.snapshots import Snapshot
+from app.modules.names import store_snapshot
 from app.safety.journal import Journal
-from app.store.fact_store import CLOSE_LIMIT_S, Store
-from app.store.left_active import KnownAs
-from app.store.modules import store_snapshot
+from app.safety.left_active import KnownAs
+from app.store.acts import Where
+from app.store.fact_store import CLOSE_LIMIT_S, Facts, Store
 from app.store.opening import FILE_NAME
 from app.store.rows import Row
 from app.store.store_journal import StoreJournal, new_run
@@ -23,23 +24,36 @@ from app.text.messages import UserMessage, clean
 from app.text.user_error import UserError
 
 ORIGIN = "command line"
+READ_LIMIT_S = 1.0
+"""How long a command waits for what it asks of the store."""
 Result = TypeVar("Result")
 
 
 class Records(NamedTuple):
-    """Of one connection. `adapter` finds its USB identity."""
+    """Of one connection. `find_adapter` returns its USB identity, which may take seconds."""
 
     journal: Journal
     store: Store
     port: str
-    adapter: Callable[[], str]
-    run: str
+    find_adapter: Callable[[], str]
+    known_as: KnownAs
     troubles: list[UserMessage]
     """Why entries are missing in the audit log; said at the end."""
 
     def store_snapshot(self, snapshot: Snapshot) -> "Future[Row]":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
         return self.store.write(partial(store_snapshot, snapshot=snapshot, port=self.port))
+
+    def where(self) -> Where:
+        """For the store's thread."""
+        return Where(self.port, ORIGIN, self.find_adapter(), self.known_as)
+
+    def ask(self, work: Callable[[Facts], Result]) -> Result | None:
+        """None where the store is in trouble, which is said at the end, or too slow."""
+        try:
+            return self.store.write(work).result(READ_LIMIT_S)
+        except (UserError, TimeoutError):
+            return None
 
 
 @contextmanager
@@ -75,22 +89,24 @@ def notice_of(store: Store, limit_s: float = CLOSE_LIMIT_S) -> UserMessage | Non
 
 
 @contextmanager
-def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
+def records_of(
+    port: str, limit_s: float = CLOSE_LIMIT_S, *, module: str = "", starts_late: bool = False
+) -> Iterator[Records]:
     """With a store of its own."""
     with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
-        yield records_on(store, troubles, port)
+        yield records_on(store, troubles, port, module=module)
 
 
 def records_on(
     store: Store, troubles: list[UserMessage], port: str, *, origin: str = ORIGIN, module: str = ""
 ) -> Records:
-    """The store's thread finds the adapter, which may take seconds, while the port is opened. `module`: its name."""
-    finding = _Adapter(port)
+    """The store's thread finds the adapter, while the port is opened. `module`: its name."""
+    find_adapter = cache(partial(adapter_of, port))
     known_as = KnownAs(clean(module), new_run())
     journal = StoreJournal(
-        store, port=port, origin=origin, adapter=finding.identity, known_as=known_as, on_trouble=troubles.append
+        store, port=port, origin=origin, adapter=find_adapter, known_as=known_as, on_trouble=troubles.append
     )
-    return Records(journal, store, port, finding.identity, known_as.run, troubles)
+    return Records(journal, store, port, find_adapter, known_as, troubles)
 
 
 def existing_store() -> Store | None:
@@ -110,19 +126,6 @@ def adapter_of(port: str) -> str:
         return address_of(port, list_ports()).identity
     except UserError:
         return ""
-
-
-class _Adapter:
-    """Looked up once, when it is first needed."""
-
-    def __init__(self, port: str) -> None:
-        self._port = port
-        self._identity: str | None = None
-
-    def identity(self) -> str:
-        if self._identity is None:
-            self._identity = adapter_of(self._port)
-        return self._identity
 
 
 def in_background(work: Callable[[], Result]) -> "Future[Result]":

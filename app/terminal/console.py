@@ -1,4 +1,4 @@
-"""Shared by all sub-commands: exit codes, port arguments, printing of text and JSON.
+"""What all commands share: exit codes, printing of text and JSON, progress.
 
 The result goes to standard output, messages go to standard error. With --json standard output is JSON and nothing
 else: English, UTF-8, whatever the system's language.
@@ -15,7 +15,6 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
-from functools import partial
 from typing import NoReturn, TextIO
 
 from app.text.i18n import tr
@@ -38,14 +37,6 @@ PROGRESS_AFTER_S = 0.5
 """Shorter work shows no progress."""
 
 
-def did_you_mean(word: str, offered: Iterable[str]) -> str:
-    """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
-    from difflib import get_close_matches
-
-    similar = get_close_matches(word, list(offered), n=1)
-    return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
-
-
 class Refused(UserError):
     """The command ends with this message, without a result."""
 
@@ -63,91 +54,96 @@ def refuse_without(option: str) -> NoReturn:
     raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
 
 
-# Printing
+def did_you_mean(word: str, offered: Iterable[str]) -> str:
+    """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
+    from difflib import get_close_matches
+
+    similar = get_close_matches(word, list(offered), n=1)
+    return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
 
 
-class _Verbosity:
-    level = 0
-    """-1 with --quiet, else how often -v was given."""
+# What this process prints
+
+
+class _Printed:
+    verbosity = 0  # -1 with --quiet, else how often -v was given
+    has_result = False  # anything was written to standard output
+    progress = ""  # the line that is shown now
+    progress_since: float | None = None
 
 
 def set_verbosity(args: argparse.Namespace) -> None:
-    _Verbosity.level = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
+    _Printed.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
 
 
 def verbosity() -> int:
-    return _Verbosity.level
+    return _Printed.verbosity
+
+
+def expect_result() -> None:
+    """Nothing was written yet: called before a command runs."""
+    _Printed.has_result = False
+
+
+def has_result() -> bool:
+    """Whether anything was written to standard output."""
+    return _Printed.has_result
+
+
+# Messages on standard error
 
 
 def note(sentence: str) -> None:
     """Like `notify`, for what is neither an error nor a warning: silent with --quiet."""
-    if _Verbosity.level >= 0:
+    if _Printed.verbosity >= 0:
         notify(sentence)
 
 
 def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
-    _clear_progress_line()
+    _wipe_progress()
     with _ignoring_errors():
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
-
-
-class _ProgressLine:
-    began_at: float | None = None
-    shown = ""
 
 
 def show_progress(words: str) -> None:
     """Show progress in one line on standard error, which the next call replaces. Shows nothing during the first half
     second, without a terminal, and in other threads than the main one."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-    if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or _Printed.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty():
         return
     now = time.monotonic()
-    if _ProgressLine.began_at is None:
-        _ProgressLine.began_at = now
+    if _Printed.progress_since is None:
+        _Printed.progress_since = now
     line = fitted(visible(words))
-    if now - _ProgressLine.began_at >= PROGRESS_AFTER_S and line != _ProgressLine.shown:
-        _ProgressLine.shown = line
+    if now - _Printed.progress_since >= PROGRESS_AFTER_S and line != _Printed.progress:
+        _Printed.progress = line
         with _ignoring_errors():
             print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def clear_progress() -> None:
     """Remove the line of `show_progress`."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-    _ProgressLine.began_at = None
-    _clear_progress_line()
+    if threading.current_thread() is threading.main_thread():
+        _Printed.progress_since = None
+        _wipe_progress()
 
 
-def _clear_progress_line() -> None:
-    if _ProgressLine.shown:
-        _ProgressLine.shown = ""
+def _wipe_progress() -> None:
+    if _Printed.progress:
+        _Printed.progress = ""
         with _ignoring_errors():
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-class _Result:
-    is_begun = False
-    """Whether anything was written to standard output."""
-
-
-def expect_result() -> None:
-    """Nothing was written yet: called before a command runs."""
-    _Result.is_begun = False
-
-
-def has_result() -> bool:
-    return _Result.is_begun
+# The result on standard output
 
 
 def write(text: str) -> None:
     """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`. Text from
     outside, which may contain control characters, goes through `write_lines`."""
-    _clear_progress_line()
-    _Result.is_begun = _Result.is_begun or bool(text)
+    _wipe_progress()
+    _Printed.has_result = _Printed.has_result or bool(text)
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -160,8 +156,13 @@ def write(text: str) -> None:
 
 def write_lines(lines: Iterable[str]) -> None:
     """Lines of `coloured` are coloured on a terminal, unless NO_COLOR is set."""
-    show = partial(shown_line, has_colours=has_colours())
-    write("".join(f"{line}\n" for line in map(show, lines)))
+    has_colours = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    text = ""
+    for line in lines:
+        shown = visible(line)
+        colour = getattr(line, "colour", None)
+        text += f"\x1b[{colour.value}m{shown}\x1b[0m\n" if has_colours and colour is not None else f"{shown}\n"
+    write(text)
 
 
 def emit(args: argparse.Namespace, answer: object, page: Iterable[str]) -> None:
@@ -201,20 +202,19 @@ def _ignoring_errors() -> Iterator[None]:
         _discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
 
 
-# Colours
+# Layout: colours, and columns, where a Chinese character takes two
 
 
 class Colour(Enum):
-    """The value is the ANSI code. `LARGE`: letters of double size, for somebody at arm's length."""
+    """The value is the ANSI code."""
 
-    LARGE = 1
     GOOD = 32
     CAUTION = 33
     BAD = 31
 
 
 class ColouredLine(str):
-    """A line that `console.write_lines` prints in its colour."""
+    """A line that `write_lines` prints in its colour."""
 
     __slots__ = ("colour",)
     colour: Colour
@@ -223,29 +223,9 @@ class ColouredLine(str):
 def coloured(line: str, colour: Colour | None) -> str:
     if colour is None:
         return line
-    coloured_line = ColouredLine(line)
-    coloured_line.colour = colour
-    return coloured_line
-
-
-def has_colours() -> bool:
-    """Whether standard output takes colours; not where the environment variable NO_COLOR is set."""
-    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not sys.stdout.isatty():
-        return False
-    return sys.platform != "win32" or "WT_SESSION" in os.environ  # the older console shows the codes
-
-
-def shown_line(line: str, *, has_colours: bool) -> str:
-    """The line without control characters other than those of its colour."""
-    text = visible(line, keep=NEWLINE)
-    if not has_colours or not isinstance(line, ColouredLine):
-        return text
-    if line.colour is Colour.LARGE:
-        text = f"\x1b#3{text}\n\x1b#4{text}"  # upper half, lower half; twice where there are none
-    return f"\x1b[{line.colour.value}m{text}\x1b[0m"
-
-
-# Layout: columns, where a Chinese character takes two
+    shown = ColouredLine(line)
+    shown.colour = colour
+    return shown
 
 
 def display_width(text: str) -> int:
@@ -281,7 +261,8 @@ def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
     for row in rows:
         for number, cell in enumerate(row[:-1]):
             widths[number] = max(widths.get(number, 0), display_width(cell))
-    return [
-        " " * indent + "  ".join(padded(cell, widths.get(number, 0)) for number, cell in enumerate(row)).rstrip()
-        for row in rows
-    ]
+    lines: list[str] = []
+    for row in rows:
+        cells = [padded(cell, widths.get(number, 0)) for number, cell in enumerate(row)]
+        lines.append((" " * indent + "  ".join(cells)).rstrip())
+    return lines

@@ -8,20 +8,20 @@ reads, an alarm raises the exception after a second.
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from types import FrameType, TracebackType
-from typing import Any, Self
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, Final, Self
 
 from app.terminal.console import discard_output
 
-PATIENCE_S = 1.0
-_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+PATIENCE_S: Final = 1.0
+_SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 """Not all platforms have all of them."""
 
 _Handler = Callable[[int, FrameType | None], Any] | int | None
 
 
-class Interrupted(KeyboardInterrupt):
+class Signalled(KeyboardInterrupt):
     """A signal asks the command to end. `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
@@ -29,39 +29,38 @@ class Interrupted(KeyboardInterrupt):
         self.number = number
 
 
-class Interruption(AbstractContextManager["Interruption"]):
+class Interruption:
     """Handles signals while it is entered; does nothing in other threads than the main one."""
 
     def __init__(self) -> None:
         self._number: int | None = None
         self._is_patient = True
-        self._before: dict[signal.Signals, _Handler] = {}
+        self._before: dict[int, _Handler] = {}
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():
-            outer = getattr(signal.getsignal(signal.SIGINT), "__self__", None)
-            if isinstance(outer, Interruption):
-                self._number = outer._number  # a signal that came before this one was entered
-            for name in _SIGNALS:
-                number = getattr(signal, name, None)
-                if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                    self._before[number] = signal.signal(number, self._note)
-            if hasattr(signal, "SIGALRM"):
-                self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._interrupt)
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        outer = getattr(signal.getsignal(signal.SIGINT), "__self__", None)
+        if isinstance(outer, Interruption):
+            self._number = outer._number  # a signal that came before this one was entered
+        for name in _SIGNALS:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                self._before[number] = signal.signal(number, self._note)
+        if hasattr(signal, "SIGALRM"):
+            self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._interrupt)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.ignore_from_now()
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before.clear()
 
     def check(self) -> None:
-        """Raises `Interrupted` if a signal came."""
+        """Raises `Signalled` if a signal came."""
         if self._number is not None:
-            raise Interrupted(self._number)
+            raise Signalled(self._number)
 
     def ignore_from_now(self) -> None:
         """From now on no alarm raises: the command cleans up, which takes a bounded time."""
@@ -79,7 +78,7 @@ class Interruption(AbstractContextManager["Interruption"]):
         if self._is_patient and self._number is not None:
             self._is_patient = False
             discard_output()
-            raise Interrupted(self._number)
+            raise Signalled(self._number)
 
 
 @contextmanager

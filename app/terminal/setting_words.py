@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from app.procedures.write_all import SettingChange
+from app.procedures.write import SettingChange
 from app.settings.profile_file import read_profile
 from app.settings.values import parse_value
 from app.terminal.console import Refused, did_you_mean

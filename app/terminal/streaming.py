@@ -1,83 +1,59 @@
-"""Keeps a module streaming for a command, and restores its serial output afterwards."""
+"""Watches the status of the modules on one port for a command, through the ends of conversations.
 
-import time
+In the first conversation the module is made to stream, and its serial output is switched off again at the end. After a
+break another module may answer: from then on the status is only polled.
+"""
+
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
-from app.engine.device import DeviceView
-from app.engine.identity import UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
+from app.engine.conversation import Interrupted, reason_message
 from app.engine.target import is_simulated
-from app.engine.worker import Batch
-from app.procedures.stream import StreamSwitch, watch
-from app.settings.identity_words import identity_question
+from app.engine.worker import Batch, Job
+from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.stream_memory import StreamMemory
+from app.system.clock import steady_time
 from app.terminal.command_journal import adapter_of, opened_store
-from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
+from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, module_is_silent
 from app.terminal.console import note, notify
-from app.terminal.interruption import Interrupted
+from app.terminal.interruption import Signalled
 from app.text.i18n import tr
-from protocol.link_states import Presence
+from protocol.events import Ended
 from protocol.translatable import marked
 
-LEFT_ON = marked("Serial output was left on; it is switched off when not needed.")
-UNKNOWN_BEFORE = marked("The serial output is off now; it may have been on before.")
-WITHOUT_STATUS_S = 5.0
+LEFT_ON: Final = marked("Serial output was left on; it is switched off when not needed.")
+SILENT_FOR_S: Final = 5.0
+"""Nobody answers for so long: it ends."""
+WITHOUT_STATUS_S: Final = 5.0
 """With a time limit: additional time to wait for the first status."""
-AFTER_SLEEP_S = 3.0
-"""How long the module may take to answer after the computer slept."""
+CANCEL_LIMIT_S: Final = 1.5
+"""How long switching the stream off may take at the end."""
 
 
 class StreamSpan:
-    """The requested part of a stream: all, or `seconds` from its first status."""
+    """The requested part: all, or `seconds` from the first status."""
 
     def __init__(self, seconds: float | None) -> None:
         self.seconds = seconds
-        self.switch = StreamSwitch(is_recorded=True)
-        self._earliest_at: float | None = None
+        self.first_at: float | None = None
         self.is_over = False
         self.was_interrupted = False
         """A signal ended it after the first status."""
-        self._first_at: float | None = None
 
     @property
     def has_begun(self) -> bool:
         """Whether a status came."""
-        return self._earliest_at is not None
+        return self.first_at is not None
 
     def holds(self, at: float) -> bool:
         """Whether a status at this time belongs to it. Call it in order of time."""
-        if self._earliest_at is None:
-            self._earliest_at = at
-        began_at = self.switch.began_at
-        if self._first_at is None and began_at is not None and at > began_at:
-            # A stream that was on before is only detected after its first reports.
-            self._first_at = self._earliest_at if self._earliest_at > began_at else at
-        if self.seconds is not None and self._first_at is not None:
-            self.is_over |= at - self._first_at > self.seconds
+        if self.first_at is None:
+            self.first_at = at
+        if self.seconds is not None and at - self.first_at > self.seconds:
+            self.is_over = True
         return not self.is_over
-
-
-class SameModule:
-    """Whether it is the module of before."""
-
-    def __init__(self) -> None:
-        self._evidence, self._breaks = UNKNOWN, 0
-        """What was read, and how often the conversation had broken then."""
-        self.is_in_doubt = False
-        """Not everything that may refute it was read since then."""
-
-    def contradiction(self, device: DeviceView) -> str | None:
-        """A sentence, translated, where what was read since a restart or a silence refutes it."""
-        before, now = self._evidence, evidence_of(device.values, is_fresh=True)
-        is_refuted = same_module(before, now) is Trust.REFUTED or (now.is_complete and is_exchanged(before, now))
-        is_other = device.breaks != self._breaks and is_refuted
-        if is_other or now.is_complete:
-            self._evidence, self._breaks = now, device.breaks
-        elif device.breaks == self._breaks:  # a heartbeat that may be a restart's puts the boot count in doubt
-            boots = before.boot_count if now.boot_count is None else now.boot_count
-            self._evidence = IdentityEvidence(boots, {**before.settings, **now.settings})
-        self.is_in_doubt = device.breaks != self._breaks
-        return identity_question(Identity(Trust.REFUTED, before, now), "") if is_other else None
 
 
 def stream(
@@ -85,56 +61,91 @@ def stream(
     baud_rate: int | None,
     span: StreamSpan,
     *,
-    on_begin: Callable[[Conversation], None],
     on_batch: Callable[[Batch], None],
-    on_turn: Callable[[Conversation], None],
+    on_turn: Callable[[OpenPort], None],
     reads_all: bool = False,
 ) -> str | None:
-    """Stream until the span or the user ends it; a sentence if the link was lost. `on_begin` is called when a module
-    has answered, `on_turn` at least ten times a second. A stream that this switched on is switched off at the end.
-    Raises `Interrupted` and what means "no link" if no status had come."""
-    silence: str | None = None
+    """Stream until the span or the user ends it; a sentence if the link was lost. `on_turn` is called at least ten
+    times a second. Raises `Signalled`, and what keeps a conversation from beginning, if no status had come."""
+
+    def receive(batch: Batch) -> None:
+        on_batch(batch)
+        for event in batch.events:
+            if isinstance(event, Ended) and span.has_begun and not span.is_over:
+                _tell_end(event)
+
     try:
-        with (
-            LinkTrouble() as link,
-            _stream_memory(port) as memory,
-            connected(port, baud_rate, on_batch=on_batch) as conversation,
-        ):
-            on_begin(conversation)
-            procedure = watch(span.switch, read_all=reads_all, memory=memory, listens_briefly=True)
-            conversation.start_background(procedure)
-            silence = _wait(conversation, port, span, on_turn)
-    except Interrupted:
+        with _stream_memory(port) as memory, connected(port, baud_rate, on_batch=receive) as opened:
+            watching = _Watching(opened, memory, reads_all=reads_all)
+            try:
+                return _wait(opened, watching, port, span, on_turn)
+            finally:
+                watching.stop()
+    except Signalled:
         if not span.has_begun:
             raise
         span.was_interrupted = True
-    if link.error is not None and not span.has_begun:
-        raise link.error
-    if span.switch.is_unknown_before:
-        notify(tr(UNKNOWN_BEFORE))
-    return link.sentence or silence
+        return None
+    except LOST as error:
+        if not span.has_begun:
+            raise
+        return loss_sentence(error)
+
+
+def _tell_end(event: Ended) -> None:
+    """The mark between two conversations."""
+    why = reason_message(event.reason, event.contradiction).translated()
+    notify(f"{why} {tr('Another module may answer from now on.')}")
+
+
+class _Watching:
+    """The job that watches: another one in each conversation."""
+
+    def __init__(self, opened: OpenPort, memory: StreamMemory, *, reads_all: bool) -> None:
+        self._opened = opened
+        self._memory = memory
+        self._reads_all = reads_all
+        self._job: Job[None] | None = None
+        self._number = 0
+
+    def go_on(self) -> None:
+        """Watch the conversation that goes on. Raises what the job ended with, but for the end of its conversation."""
+        if self._job is not None and self._job.is_done:
+            job, self._job = self._job, None
+            if not isinstance(job.error, Interrupted):
+                job.outcome()
+        conversation = self._opened.conversation
+        if not conversation.is_going or conversation.number == self._number:
+            return
+        # A module that answers after a break is not made to stream, but a stream of this program is switched off.
+        listen_s = LISTEN_S if self._number == 0 else math.inf
+        self._number = conversation.number
+        procedure = watch(StreamSwitch(), read_all=self._reads_all, memory=self._memory, listen_s=listen_s)
+        self._job = self._opened.watch(procedure)
+
+    def stop(self) -> None:
+        """After it undid what it changed. Never raises."""
+        if self._job is not None:
+            self._job.cancel()
+            self._job.wait(CANCEL_LIMIT_S)
+        self._opened.drain()
 
 
 def _wait(
-    conversation: Conversation, port: str, span: StreamSpan, on_turn: Callable[[Conversation], None]
+    opened: OpenPort, watching: _Watching, port: str, span: StreamSpan, on_turn: Callable[[OpenPort], None]
 ) -> str | None:
-    gives_up_at = None if span.seconds is None else time.monotonic() + span.seconds + WITHOUT_STATUS_S
-    while not span.is_over:
-        on_turn(conversation)
-        conversation.wait()
-        conversation.check_running()
-        if conversation.device.presence is Presence.OFFLINE and not _has_just_slept(conversation):
-            span.is_over = True  # what answers from now on may be another one
-            return module_is_silent(port, conversation.device)
-        if gives_up_at is not None and time.monotonic() > gives_up_at:
-            break
+    gives_up_at = math.inf if span.seconds is None else steady_time() + span.seconds + WITHOUT_STATUS_S
+    while not span.is_over and steady_time() < gives_up_at:
+        on_turn(opened)
+        opened.wait()
+        if opened.connection.trouble is not None:
+            raise opened.connection.trouble
+        watching.go_on()
+        ended = opened.conversation.ended
+        if ended is not None and steady_time() - ended.at > SILENT_FOR_S:
+            span.is_over = True
+            return module_is_silent(port, opened.conversation)
     return None
-
-
-def _has_just_slept(conversation: Conversation) -> bool:
-    """The computer slept, and the module's answer is still to come."""
-    sleep = conversation.device.last_sleep
-    return sleep is not None and time.monotonic() - sleep.ended_at < AFTER_SLEEP_S
 
 
 @contextmanager

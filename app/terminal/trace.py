@@ -16,13 +16,13 @@ class Trace:
         self._has_frames = has_frames
         self._explainer = Explainer()
         self._started_at: float | None = None
-        self._state: tuple[PortState, int] = (PortState.CLOSED, 0)
+        self._state = (PortState.CLOSED, 0)
 
     def on_batch(self, batch: Batch) -> None:
-        connection = batch.connection
         if self._started_at is None:
             self._started_at = min((event.at for event in batch.events), default=batch.at)
-        state = connection.state, connection.baud_rate
+        connection = batch.connection
+        state = (connection.state, connection.baud_rate)
         if state != self._state:
             self._state = state
             if connection.state is PortState.OPEN:
@@ -30,19 +30,24 @@ class Trace:
             elif connection.state is PortState.CLOSED:
                 self._print(batch.at, f"{connection.port}  –")
         for event in batch.events:
-            for entry in entries_of((event,), self._started_at) if self._has_frames else ():
-                for row in self._explainer.feed(entry):
-                    raw = row.piece.raw.hex(" ").upper()
-                    notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
+            if self._has_frames:
+                self._print_frames(event, self._started_at)
             words = _words(event)
             if words:
                 self._print(event.at, words)
+
+    def _print_frames(self, event: Event, started_at: float) -> None:
+        for entry in entries_of((event,), started_at):
+            for row in self._explainer.feed(entry):
+                raw = row.piece.raw.hex(" ").upper()
+                notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
 
 
 def _words(event: Event) -> str:
+    """Empty for traffic."""
     words = link_sentence(event)
     if isinstance(event, Answered):
         words = "" if event.round_trip_s is None else f"{1000 * event.round_trip_s:.1f} ms"

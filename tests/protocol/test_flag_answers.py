@@ -3,17 +3,17 @@
 import pytest
 
 from protocol.catalogue import Request
-from protocol.events import Answered, Restarted, Role, Sent, Unanswered
+from protocol.events import Answered, EndReason, Role, Unanswered
 from protocol.frame import encode_reply
-from tests.support.line.link_bench import PULSE, Bench, named
+from tests.support.line.link_bench import Bench, named
 
 ATTITUDE, FREEFALL = named("attitude_trigger").set(True), named("freefall_trigger").set(True)
-LATE_S, REPEATED_S = 3.0, 5.0
+LATE_S = 3.0
 
 
 @pytest.fixture
 def bench() -> Bench:
-    bench = Bench()
+    bench = Bench().begun()
     bench.wait(LATE_S)
     bench.events.clear()
     return bench
@@ -21,21 +21,13 @@ def bench() -> Bench:
 
 def is_sent(bench: Bench, request: Request) -> bool:
     """Whether the link sends it now; else it says that it never left."""
-    before = len(bench.taken(Sent))
-    if (sent := bench.ask(request)) and sent != request.encode():
-        bench.hear(PULSE)  # the fence
-    is_out = request in [event.request for event in bench.taken(Sent)[before:]]
+    before = bench.sent(request)
+    bench.ask(request)
+    bench.wait(0.02)  # behind a fence
+    is_out = bench.sent(request) > before
     if not is_out:
         assert bench.taken(Unanswered)[-1]._replace(at=0) == Unanswered(request, 0, 0.0, 0)
     return is_out
-
-
-def pass_by(bench: Bench, seconds: float) -> None:
-    """Let the time pass; the module answers the link's own heartbeats."""
-    end = bench.now + seconds
-    while bench.now < end:
-        if bench.wait(min(0.5, end - bench.now)):
-            bench.hear(PULSE)
 
 
 def are_known(bench: Bench) -> bool:
@@ -45,10 +37,9 @@ def are_known(bench: Bench) -> bool:
 @pytest.mark.parametrize("request_", [ATTITUDE, FREEFALL])
 def test_after_opening_a_port_a_set_waits(request_: Request) -> None:
     """An earlier program may have set them."""
-    bench = Bench()
-    bench.wait(LATE_S - 0.01)
+    bench = Bench().begun()
     assert not is_sent(bench, request_)
-    bench.wait(0.02)
+    bench.wait(LATE_S)
     assert is_sent(bench, request_)
 
 
@@ -69,18 +60,28 @@ def test_else_the_next_one_waits_until_no_copy_can_come(
 ) -> None:
     assert is_sent(bench, first)
     bench.hear(encode_reply(code, 0))
-    pass_by(bench, REPEATED_S - 0.1)
+    bench.wait(LATE_S - 0.1)
     assert not is_sent(bench, second)
-    bench.wait(0.11)
+    bench.wait(0.1)
     assert is_sent(bench, second)
 
 
 def test_after_an_unanswered_set_the_next_one_waits_too(bench: Bench) -> None:
     assert is_sent(bench, FREEFALL)
-    pass_by(bench, REPEATED_S - 0.1)
+    bench.wait(LATE_S - 0.1)
     assert not is_sent(bench, ATTITUDE)
-    pass_by(bench, 0.2)
+    bench.wait(0.2)
     assert is_sent(bench, ATTITUDE)
+
+
+@pytest.mark.promise("f")
+def test_the_wait_outlives_the_conversation(bench: Bench) -> None:
+    assert is_sent(bench, FREEFALL)
+    bench.hear(encode_reply(0x16, 0))
+    bench.events += bench.link.end(EndReason.ANOTHER, bench.now)
+    bench.wait(1.0)
+    assert bench.begins == 1
+    assert not is_sent(bench, ATTITUDE)
 
 
 def test_what_was_acknowledged_counts_after_a_while(bench: Bench) -> None:
@@ -93,16 +94,19 @@ def test_what_was_acknowledged_counts_after_a_while(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("after_s", [0.001, 0.05, 0.5, 2.9, 4.0])
-def test_where_an_acknowledgement_comes_twice_nothing_counts(bench: Bench, after_s: float) -> None:
+def test_where_an_acknowledgement_comes_twice_nothing_counts_in_this_conversation(bench: Bench, after_s: float) -> None:
     assert is_sent(bench, FREEFALL)
     bench.hear(encode_reply(0x17, 0))
     bench.hear(encode_reply(0x17, 0), after_s=after_s)
-    pass_by(bench, 60.0)
+    bench.wait(60.0)
     assert not are_known(bench)
     assert is_sent(bench, ATTITUDE)
     bench.hear(encode_reply(0x16, 0))
-    pass_by(bench, 60.0)
+    bench.wait(60.0)
     assert not are_known(bench)
+    bench.events += bench.link.end(EndReason.ANOTHER, bench.now)
+    bench.wait(LATE_S)
+    assert are_known(bench)
 
 
 def test_a_late_acknowledgement_is_no_copy(bench: Bench) -> None:
@@ -116,22 +120,11 @@ def test_a_late_acknowledgement_is_no_copy(bench: Bench) -> None:
 
 
 def test_a_copy_of_an_earlier_conversation_is_seen_before_anything_is_set() -> None:
-    bench = Bench()
+    bench = Bench().begun()
     bench.hear(encode_reply(0x16, 0), after_s=2.0)
-    pass_by(bench, REPEATED_S - 0.1)
+    bench.wait(LATE_S - 0.1)
     assert not is_sent(bench, FREEFALL)
     assert not are_known(bench)
-
-
-def test_a_restart_begins_another_conversation(bench: Bench) -> None:
-    assert is_sent(bench, FREEFALL)
-    bench.hear(encode_reply(0x17, 0), encode_reply(0x17, 0))
-    bench.hear(PULSE, after_s=1.0)
-    bench.hear(PULSE, after_s=0.05)
-    assert bench.taken(Restarted)
-    bench.wait(LATE_S)
-    assert are_known(bench)
-    assert not bench.link.flags.has_repeated
 
 
 def test_nothing_else_waits(bench: Bench) -> None:

@@ -1,82 +1,52 @@
-"""Modules that need a pause between requests, or do not hear while they send: read and written all the same."""
-
-from typing import Any
+"""The pause before a request, for modules that do not listen at once, or not while they send."""
 
 import pytest
 
-from app.procedures.read import READABLE, read_everything
-from app.procedures.write_all import SettingChange, WriteContext, write_all
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, SETTINGS
+from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent
 from protocol.request_gap import CLEAR_S, LOST_IN_A_ROW, MAX_S, ONCE_S, QUESTION_S, STREAM_LATE_S, Gap
-from tests.support.journals import FakeJournal
-from tests.support.line.link_bench import PULSE, Bench
-from tests.support.line.sim_line import Rig
-from tests.support.thorough import some
+from tests.support.line.link_bench import STREAMED, Bench, named
 
 SET = BY_NAME["freefall_time"].set(1.2)
 QUESTION = BY_NAME["freefall_time"].query()
-VALUES = {"attitude_threshold": 70, "freefall_acceleration": 0.4, "freefall_time": 1.2, "light_threshold": 2.0}
-SEEDS = some(range(8), one_in=3)
 
 
-def read_and_write(rig: Rig) -> None:
-    everything = rig.run(read_everything())
-    assert everything.errors == {}
-    write_values(rig)
-
-
-def write_values(rig: Rig) -> None:
-    changes = [SettingChange(BY_NAME[name], value) for name, value in VALUES.items()]
-    report = rig.run(write_all(changes, WriteContext(journal=FakeJournal())))
-    assert [written.verified for written in report.results] == [True] * len(VALUES), report
-    memory = rig.bench.module.memory
-    assert (memory.attitude_threshold, memory.freefall_time) == (70, 120)
-
-
-@pytest.mark.parametrize("jitter_ms", [0.0, 3.0])
-@pytest.mark.parametrize("gap_ms", [5.0, 10.0, 20.0, 30.0])
-@pytest.mark.promise("k")
-def test_a_module_that_needs_a_gap_is_read_and_written(gap_ms: float, jitter_ms: float) -> None:
-    for seed in SEEDS:
-        options: dict[str, Any] = {"min_gap_ms": gap_ms, "jitter_ms": jitter_ms, "seed": seed}
-        read_and_write(Rig(options))
-        write_values(Rig(options))
-
-
-@pytest.mark.parametrize("gap_ms", [0.0, 5.0])
-@pytest.mark.parametrize("hz", [10.0, 50.0, 200.0])
-@pytest.mark.promise("k")
-def test_a_half_duplex_module_that_streams_is_read_and_written(hz: float, gap_ms: float) -> None:
-    for seed in SEEDS:
-        rig = Rig({"half_duplex": True, "rate": hz, "stream_at_boot": True, "seed": seed, "min_gap_ms": gap_ms})
-        rig.step_for(0.3 + seed * 0.0007)
-        read_and_write(rig)
-        assert rig.bench.module.is_streaming, "it is left as it was"
-
-
-def test_a_quick_module_is_read_without_any_pause() -> None:
-    rig = Rig()
-    rig.run(read_everything())
-    began_s = rig.clock()
-    rig.run(read_everything())
-    bare_s = sum((6 + command.layout.value) * 10 / 115200 for command in READABLE)
-    assert rig.clock() - began_s <= 1.3 * bare_s
+@pytest.fixture
+def bench() -> Bench:
+    return Bench().begun()
 
 
 @pytest.mark.promise("k")
-def test_lock_leaves_at_once_and_a_set_does_not() -> None:
-    bench = Bench()
-    bench.ask(HEARTBEAT.query())
-    bench.hear(PULSE, after_s=0.003)
-    asked_at = bench.now
-    assert bench.link.ask(SET, bench.now) == []
+def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
+    bench.ask(named("active").query())
+    bench.wait(0.003)
+    answered_at = bench.now
+    assert bench.begin_to_ask(SET) == b""
     assert not bench.link.has_left
-    assert bench.link.next_deadline() == pytest.approx(asked_at + ONCE_S)
+    assert bench.link.next_deadline(bench.now) == pytest.approx(answered_at + ONCE_S)
     assert bench.link.abandon(bench.now) == [], "it has not left, so nothing is unknown"
     (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
     assert isinstance(sent, Sent)
-    assert sent.at == asked_at
+
+
+def test_a_set_leaves_directly_after_a_streamed_report(bench: Bench) -> None:
+    for _ in range(20):
+        bench.hear(STREAMED, after_s=0.05)
+    bench.wait(0.048)
+    assert bench.begin_to_ask(SET) == b""
+    bench.hear(STREAMED, after_s=0.004)
+    assert bench.sent_at(SET) == [bench.now]
+
+
+def test_nothing_is_held_back_for_longer_than_the_longest_pause(bench: Bench) -> None:
+    bench.hear(bytes.fromhex("41 75 14 01 03 18"))
+    asked_at = bench.now
+    bench.events += bench.link.ask(SERIAL_OUTPUT.set(True), bench.now)
+    while not bench.sent(SERIAL_OUTPUT.set(True)):
+        bench.now += 0.01
+        bench.events += bench.link.receive(bytes.fromhex("41 75 14 01 03 18"), bench.now)
+        bench.events += bench.link.tick(bench.now)
+    assert bench.now - asked_at == pytest.approx(MAX_S, abs=0.011)
 
 
 def ask(gap: Gap, *, attempts: int) -> None:
@@ -85,6 +55,7 @@ def ask(gap: Gap, *, attempts: int) -> None:
     gap.answered()
 
 
+@pytest.mark.promise("k")
 def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -> None:
     gap = Gap()
     for _ in range(LOST_IN_A_ROW - 1):
@@ -96,37 +67,23 @@ def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -
     ask(gap, attempts=2)
     assert gap.question_s == QUESTION_S
     ask(gap, attempts=1)
-    gap.on_reply(1.0)
+    gap.on_spoken(1.0)
     assert gap.due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0 + QUESTION_S, "it stays"
 
 
-def test_what_is_never_answered_teaches_nothing() -> None:
-    rig = Rig({"mute_codes": "14,33"})
+def test_what_is_never_answered_teaches_nothing(bench: Bench) -> None:
     for _ in range(5):
-        rig.run(read_everything())
-    assert rig.session._link.gap.question_s == 0.0
-
-
-def test_nothing_is_held_back_for_longer_than_the_longest_pause() -> None:
-    bench = Bench()
-    bench.ask(HEARTBEAT.query())
-    bench.hear(PULSE)
-    asked_at = bench.now
-    bench.link.ask(SERIAL_OUTPUT.set(True), bench.now)
-    sent: list[Sent] = []
-    while not sent:
-        bench.now += 0.01
-        sent = [event for event in bench.link.receive(PULSE, bench.now) if isinstance(event, Sent)]
-        sent += [event for event in bench.link.tick(bench.now) if isinstance(event, Sent)]
-    assert sent[0].at - asked_at == pytest.approx(MAX_S, abs=0.011)
+        bench.ask(named("light").query())
+        bench.wait(1.0)
+    assert bench.link.gap.question_s == 0.0
 
 
 def test_every_setting_waits_for_a_quiet_line() -> None:
     for command in SETTINGS:
+        assert command.write is not None
         gap = Gap()
-        gap.on_reply(1.0)
-        value = next(iter(sorted(command.write.allowed))) if command.write is not None else 0
-        request = command.set(command.write.decode(value)) if command.write is not None else QUESTION
+        gap.on_spoken(1.0)
+        request = command.set(command.write.decode(min(command.write.allowed)))
         assert gap.due(request, 1.0, is_repeated=False, now=1.0) == 1.0 + ONCE_S
     assert Gap().due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0
 
@@ -153,6 +110,7 @@ def streaming(*times_s: float) -> Gap:
         ([0.0, 0.5, 1.5], 2.0, 2.0 + STREAM_LATE_S),  # the shortest interval counts
     ],
 )
+@pytest.mark.promise("k")
 def test_a_set_leaves_between_two_streamed_reports(times_s: list[float], asked_at: float, due_at: float) -> None:
     gap = streaming(*times_s)
     assert gap.due(SET, asked_at, is_repeated=False, now=asked_at) == pytest.approx(due_at)

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
+from app.engine.job import Job
 from app.engine.procedure import Procedure, Report, Result
-from app.engine.worker import Job
 from app.guided.catalogue import GUIDED_BY_KIND
 from app.guided.results import GuidedKind, GuidedResult
 from app.guided.status_watch import PersonSteps
@@ -53,13 +54,13 @@ class Hands:
             self.steps.confirm()
 
 
-def drive(rig: Rig, procedure: Procedure[Result], hands: Hands, each: Callable[[], None] = lambda: None) -> Result:
-    """Run `procedure` to its end while `hands` act; `each` is called after every step."""
-    job = Job(procedure, hands.hear)
-    run = job.run
-    rig.session.run(run)
+def drive(
+    rig: Rig, procedure: Procedure[Result], hands: Hands, each: Callable[[], None] = lambda: None, **more: Any
+) -> Result:
+    """Run `procedure` to its end while `hands` act; `each` is called after every step. `more`: as of `Job`."""
+    job: Job[Result] = rig.job(procedure, hands.hear, **more)
     ends_at = rig.clock.now_s + 900.0
-    while not run.is_done:
+    while not job.has_ended:
         assert rig.clock.now_s < ends_at, "it takes too long"
         rig.session.step()
         hands.move(rig.clock.now_s)
@@ -76,16 +77,16 @@ def guided(
     speed_deg_s: float = SLOWLY_DEG_S,
     height_m: float = 0.5,
 ) -> GuidedResult | UserError:
-    """Run a whole guided test; `act` replaces the confirmed act between preparing and measuring."""
-    test, steps = GUIDED_BY_KIND[kind], PersonSteps()
+    """Run a whole guided test in one conversation; `act` replaces the confirmed act between preparing and measuring."""
+    test, steps, number = GUIDED_BY_KIND[kind], PersonSteps(), rig.conversation.number
     person = Hands(rig.bench, steps, speed_deg_s, height_m)
     try:
-        measure = drive(rig, test.prepare(), person, each)
+        measure = drive(rig, test.prepare(), person, each, conversation=number)
         if act is not None:
             act()
         elif test.is_active:
             rig.bench.module.activate(is_active=True)
             rig.step_for(0.1)
-        return drive(rig, measure(steps), person, each)
+        return drive(rig, measure(steps), person, each, conversation=number, expects=test.expects)
     except UserError as why:
         return why

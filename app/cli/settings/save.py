@@ -14,8 +14,7 @@ from app.cli.results import SaveJson
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
-from app.procedures.read import undisturbed
-from app.procedures.settings_reading import read_settings
+from app.procedures.read import NO_REPLY, read_settings
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import profile_text
 from app.settings.profiles import MAX_NAME_LENGTH, Profile
@@ -23,12 +22,11 @@ from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_module, add_port
 from app.terminal.command_journal import adapter_of
-from app.terminal.connection import connected, module_is_silent
+from app.terminal.connection import connected
 from app.terminal.export_file import STANDARD_OUTPUT
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
-from app.text.user_error import ErrorCode
 from protocol.fields import Value
 
 
@@ -88,20 +86,13 @@ def notify_missing(module: ModuleSettings) -> int:
 
 
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
-    """Raises `Refused` where the module answered nothing or the link was lost."""
-    with connected(port, baud_rate) as conversation:
-        reading = conversation.run(undisturbed(read_settings))
-        rate = conversation.connection.baud_rate
-    if reading is None:
-        raise console.Refused(tr("The module restarted. Read again."), ErrorCode.INTERRUPTED)
-    if reading.is_silent:
-        raise console.Refused(module_is_silent(port, conversation.device), ErrorCode.NO_LINK)
+    """Raises `Interrupted` where the conversation ended meanwhile."""
+    with connected(port, baud_rate) as opened:
+        reading = opened.run(read_settings())
+        rate = opened.connection.baud_rate
     values = {**reading.values, "baud_rate": rate}
-    missing = {
-        key: reading.faults[key].value if key in reading.faults else "cannot be read"
-        for key in SETTING_KEYS
-        if key not in values
-    }
+    unread = {command.key for command in reading.unread}
+    missing = {key: NO_REPLY if key in unread else "cannot be read" for key in SETTING_KEYS if key not in values}
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 

@@ -8,22 +8,19 @@ from types import MappingProxyType
 import pytest
 
 from app.diagnosis.link_state import LinkState, Phase
-from app.engine.device import DeviceView, How, Known, StaleReason
-from app.engine.identity import Identity, Trust
-from app.engine.procedure import Cancelled, PortLost
-from app.fleet.card import Card, HeldVerdict, Need, by_need, card_of
+from app.engine.conversation import ConversationView, How, Known
+from app.fleet.card import Card, HeldVerdict, Need
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
-from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
-from app.limits.out_of_limits import LimitsInUse
-from app.preflight.evidence import Disturbance
+from app.fleet.profile_table import Applied, AppliedProfile, column, outcome_of, result_line, settings_in
+from app.limits.out_of_limits import OutOfLimit, Outside
+from app.modules.labels import Paper
+from app.preflight.evidence import void_of_end
 from app.preflight.findings import Person
-from app.preflight.verdict import Verdict, Void, assess
+from app.preflight.verdict import Verdict, assess
 from app.procedures.lock import Locked
 from app.procedures.read import read_everything
-from app.procedures.write import SetReply
-from app.procedures.write_all import WriteContext, write_all
+from app.procedures.write import WriteContext, write_all
 from app.records.filing import Filed, file_check, local_now
-from app.records.labels import Paper
 from app.records.record import make_record
 from app.records.report_files import document_in
 from app.safety.journal import Outcome
@@ -33,41 +30,43 @@ from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, BY_NAME
+from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import settled_rig
 from tests.support.records.preflight_rig import check
 
 NOW = 100.0
 FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)
 GO, READY, NO_GO = (HeldVerdict(one, 90.0) for one in (Verdict.GO, Verdict.READY, Verdict.NO_GO))
-VOID = HeldVerdict(None, 90.0, Void(Disturbance.RESTARTED))
-VALUES: dict[str, Value] = {"tilt_deg": 7, "triggered": False, "cell_voltage_v": 4.0}
+VOID = HeldVerdict(None, 90.0, void_of_end(Ended(EndReason.RESTARTED, 95.0)))
+LOW = Outside(OutOfLimit.CELL_LOW, "3.80 V")
 
 
-def view(at: float = NOW, stale: StaleReason | None = None, **values: Value) -> DeviceView:
-    known = {key: Known(value, How.READ, at, stale) for key, value in (VALUES | values).items()}
-    return DeviceView(MappingProxyType(known), Presence.ONLINE, 0.0)
+def view(*, ended: bool = False, **values: Value) -> ConversationView:
+    known = {key: Known(value, How.READ, NOW) for key, value in ({"triggered": False} | values).items()}
+    end = Ended(EndReason.PORT_LOST, NOW) if ended else None
+    return ConversationView(number=1, ended=end, values=MappingProxyType(known))
 
 
 def member(
-    phase: Phase = Phase.ONLINE, state: Activation = Activation.LOCKED, device: DeviceView | None = None
+    phase: Phase = Phase.ONLINE, state: Activation = Activation.LOCKED, conversation: ConversationView | None = None
 ) -> Card:
     link = LinkState(phase, "/dev/ttyUSB0", 115200)
-    return Card(port="ttyUSB0", link=link, device=device or view(), activation=SeenActivation(state, 99.0))
+    return Card(port="ttyUSB0", link=link, conversation=conversation or view(), activation=SeenActivation(state, 99.0))
 
 
 TABLE = {
-    "it has triggered": (member(device=view(triggered=True)), Need.TRIGGERED),
+    "it has triggered": (member(conversation=view(triggered=True)), Need.TRIGGERED),
     "it had triggered when it was lost": (
-        member(Phase.LOST, device=view(triggered=True, stale=StaleReason.LINK_LOST)), Need.TRIGGERED,
+        member(Phase.LOST, conversation=view(triggered=True, ended=True)), Need.TRIGGERED,
     ),
     "LOCK was not reported": (replace(member(), lock_failed=FAILED), Need.NOT_LOCKED),
     "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock_sent=3), Need.NOT_LOCKED),
     "lost while active": (member(Phase.LOST, Activation.WAS_ACTIVE), Need.WAS_ACTIVE),
-    "perhaps another one": (replace(member(), identity=Identity(Trust.REFUTED)), Need.IDENTITY),
+    "named in the conversation before": (replace(member(), expected="M-07"), Need.NAME),
+    "named so again": (replace(member(), expected="M-07", name="M-07"), Need.CHECK),
     "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),
     "no answer": (member(Phase.SILENT, Activation.UNKNOWN), Need.LINK),
     "being opened": (member(Phase.OPENING, Activation.UNKNOWN), Need.WAIT),
@@ -82,15 +81,14 @@ TABLE = {
     "READY": (replace(member(), verdict=READY), Need.ACTIVATE),
     "GO": (replace(member(state=Activation.ACTIVE), verdict=GO), Need.NOTHING),
     "GO with a low cell": (
-        replace(member(state=Activation.ACTIVE, device=view(cell_voltage_v=3.5)), verdict=GO), Need.OUTSIDE,
+        replace(member(state=Activation.ACTIVE), verdict=GO, cell_outside=LOW), Need.OUTSIDE,
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", TABLE)
 def test_what_it_needs_next(name: str) -> None:
-    one, need = TABLE[name]
-    card = card_of(one, NOW, LimitsInUse())
+    card, need = TABLE[name]
     assert card.need is need
     assert card.next_step(NOW)
     assert "{" not in card.next_step(NOW)
@@ -100,7 +98,7 @@ def test_what_it_needs_next(name: str) -> None:
 @pytest.mark.parametrize("verdict", [GO, READY, NO_GO, VOID])
 def test_a_module_that_was_checked_is_never_called_not_checked(state: Activation, verdict: HeldVerdict) -> None:
     """Pre-flight said READY where Fleet said "not checked" of the same module."""
-    card = card_of(replace(member(state=state), verdict=verdict), NOW, LimitsInUse())
+    card = replace(member(state=state), verdict=verdict)
     assert "not checked" not in card.next_step(NOW)
     assert card.need is not Need.CHECK
 
@@ -108,33 +106,16 @@ def test_a_module_that_was_checked_is_never_called_not_checked(state: Activation
 def test_what_is_due_stands_below_what_it_needs_and_never_beside_nothing() -> None:
     due = (UserMessage("Repack overdue since 2026-11-23."),)
     locked, at_go = (replace(TABLE[name][0], name="M-07", due=due) for name in ("never checked", "GO"))
-    assert card_of(locked, NOW, LimitsInUse()).next_step(NOW) == "Start the check.\nRepack overdue since 2026-11-23."
-    assert card_of(at_go, NOW, LimitsInUse()).next_step(NOW) == "Repack overdue since 2026-11-23."
+    assert locked.next_step(NOW) == "Start the check.\nRepack overdue since 2026-11-23."
+    assert at_go.next_step(NOW) == "Repack overdue since 2026-11-23."
 
 
-def test_who_needs_a_person_comes_first() -> None:
-    cards = [card_of(one, NOW, LimitsInUse()) for one, _ in TABLE.values()]
-    ordered = by_need(cards)
-    assert [card.need.rank for card in ordered] == sorted(card.need.rank for card in cards)
-    assert ordered[0].need is Need.TRIGGERED
-    assert ordered[-1].need is Need.NOTHING
-    names = [card_of(replace(member(), name=name), NOW, LimitsInUse()) for name in ("", "M-10", "M-2", "m-1")]
-    assert [card.name for card in by_need(names)] == ["m-1", "M-2", "M-10", ""]
-
-
-@pytest.mark.parametrize("phase", [one for one in Phase if one is not Phase.ONLINE])
 @pytest.mark.promise("l")
-def test_a_card_that_is_not_connected_shows_no_number(phase: Phase) -> None:
-    card = card_of(member(phase), NOW, LimitsInUse())
-    assert (card.tilt_deg, card.cell_v, card.cell_outside) == (None, None, None)
-    assert card.need is not Need.NOTHING
-
-
-def test_old_numbers_are_not_shown_although_the_link_stands() -> None:
-    card = card_of(member(device=view(NOW - 60.0)), NOW, LimitsInUse())
-    assert (card.tilt_deg, card.cell_v) == (None, None)
-    fresh = card_of(member(), NOW, LimitsInUse())
-    assert (fresh.tilt_deg, fresh.cell_v) == (7, 4.0)
+def test_a_void_check_and_a_name_to_be_said_again_are_told_in_words() -> None:
+    assert replace(member(), verdict=VOID).next_step(NOW) == "Check again: The module restarted."
+    assert replace(member(), expected="M-07").next_step(NOW) == "M-07 again? Read its label."
+    outside = replace(member(), cell_outside=LOW)
+    assert outside.next_step(NOW) == "Cell voltage: low, limit 3.80 V"
 
 
 # Verdicts
@@ -153,7 +134,7 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     case = check(options=options).assessment.case
     assessment = assess(replace(case, profile=case.profile._replace(manual=manual)))
     held = HeldVerdict(assessment.verdict, NOW, against=assessment.titles_against)
-    card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
+    card = replace(member(), verdict=held)
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"
     assert SetMember("ttyUSB0", "M-7", Filed(assessment, make_record(assessment, at=local_now()), None)).why == why
@@ -208,54 +189,59 @@ def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:
 
 
 def test_a_profile_is_compared_written_and_verified_on_each() -> None:
-    rigs = {"a": Rig(), "b": Rig({"mute_codes": f"{BY_NAME['freefall_time'].code:02X}"}), "c": Rig({"active": "yes"})}
+    rigs = {
+        "a": settled_rig(),
+        "b": settled_rig(mute_codes=f"{BY_NAME['freefall_time'].code:02X}"),
+        "c": settled_rig(active=True),
+    }
     results: dict[str, AppliedProfile] = {}
     for port, rig in rigs.items():
         rig.run(read_everything())
-        table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port=port, title=port)
+        table = column(PROFILE, rig.conversation, rig.clock(), port=port, title=port)
         assert [row.command for row in table.rows] == list(settings_in(PROFILE))
         assert BAUD_RATE not in settings_in(PROFILE)
         assert {row.match for row in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
         assert table._replace(is_reachable=False).changes == ()
-        report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
-        results[port] = outcome_of(report)
+        results[port] = outcome_of(rig.run(write_all(table.changes, WriteContext(journal=FakeJournal()))))
     assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said
-    assert tr_title("attitude_trigger") in results["a"].why
+    assert BY_NAME["attitude_trigger"].title in results["a"].sentence
     assert results["b"].state is Applied.FAILED
     assert results["c"].state is Applied.REFUSED  # active: nothing is written
     set_language(CHINESE)
-    assert results["a"].why.startswith("未回读：")
-    assert results["c"].why == "模块已激活：请先锁定。"
+    assert results["a"].sentence.startswith("未回读：")
+    assert results["c"].sentence == "模块已激活：请先锁定。"
     set_language(ENGLISH)
     line = result_line(results.items())
     assert line.startswith("1 written: a · 1 refused: c (The module is ACTIVE")
     assert " · 1 FAILED: b (" in line
     rig = rigs["a"]
-    again = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
+    again = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
     assert [change.command.name for change in again.changes] == []
 
 
-def test_a_profile_of_which_a_part_was_written_is_not_called_refused() -> None:
-    """Another module answers after the first setting."""
-    rig = ExchangedRig(24)
-    table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
-    report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
-    assert {written.heard for written in report.results} > {SetReply.NOT_SENT}
-    applied = outcome_of(report)
-    assert applied.state is Applied.FAILED
-    assert applied.why.startswith("Module not proven: only queries are sent. Not as written: ")
+@pytest.mark.promise("a")
+def test_a_profile_of_which_a_part_was_written_says_why_the_rest_is_unknown() -> None:
+    """Another module answers in the middle."""
+    for frame in (18, 24):
+        rig = ExchangedRig(frame)
+        rig.run(read_everything()) if frame > 20 else None
+        table = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
+        applied = outcome_of(rig.run(write_all(table.changes, WriteContext(journal=FakeJournal()))))
+        assert applied.state is Applied.FAILED
+        assert applied.sentence.startswith("The module was silent for a moment. Not as written: ")
+        assert rig.to_second == []
 
 
-def tr_title(name: str) -> str:
-    return BY_NAME[name].title
-
-
-def test_what_was_broken_off_is_never_fine() -> None:
-    for error, why in ((PortLost(), "Link lost"), (Cancelled(), "Cancelled")):
-        found = broken_off((), error)
-        assert found.state is Applied.FAILED
-        assert not found.state.is_fine
-        assert found.why == f"{why}: the rest is unknown."
-        set_language(CHINESE)
-        assert "未知" in found.why
-        set_language(ENGLISH)
+def test_what_a_person_cancelled_is_never_fine() -> None:
+    rig = settled_rig()
+    table = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
+    job = rig.job(write_all(table.changes, WriteContext(journal=FakeJournal())))
+    rig.step_for(0.05)
+    job.cancel()
+    rig.step_until(lambda: job.has_ended)
+    found = outcome_of(job.outcome())
+    assert found.state is Applied.FAILED
+    assert found.sentence.startswith("Cancelled: the rest is unknown. Not as written: ")
+    set_language(CHINESE)
+    assert "未知" in found.sentence
+    set_language(ENGLISH)

@@ -165,8 +165,8 @@ def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
     case = Case(evidence=check().assessment.case.evidence, profile=NO_PROFILE, past=Past())
     assert assess(case).result("guided_tests") is CheckResult.PASS
     rows: list[object] = [
-        None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [1, {}]},
-        {"test": "bay", "verdict": "failed", "measured": "x"},
+        None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [{}]},
+        {"test": "bay", "verdict": "failed", "measured": "x"}, {"test": "link", "verdict": "failed", "measured": [1]},
     ]  # fmt: skip
     text = guided_html("M-07", [row for row in rows if isinstance(row, dict)])
     assert "<b>," not in text

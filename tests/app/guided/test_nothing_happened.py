@@ -11,7 +11,7 @@ from app.guided import status_watch
 from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
-from app.procedures.light_calibration import CalibrationFault
+from app.procedures.light import CalibrationFault
 from app.text.user_error import UserError
 from tests.support.hands import Hands, drive
 from tests.support.line.sim_line import Rig, settled_rig

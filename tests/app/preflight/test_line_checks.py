@@ -6,32 +6,19 @@ from typing import Any
 
 import pytest
 
-from app.engine.device import StatusSample
-from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
+from app.engine.conversation import Interrupted, StatusSample
 from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.past import LastTested, Past
-from app.preflight import run
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
+from app.preflight.evidence import HEARTBEATS, STILL_S, UNFINISHED, Evidence, StateReading, Void, void_of_end
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding
-from app.preflight.line_checks import TRIALS_NEEDED
-from app.preflight.reread import StateReading
-from app.preflight.run import STEPS, run_preflight
+from app.preflight.line_checks import REPORTS_NEEDED
 from app.preflight.verdict import CHECKS
-from app.procedures import write_all
-from app.procedures.read import read_everything
-from app.procedures.settings_reading import SettingsReading
-from app.procedures.who_is_there import Present
-from app.procedures.write import WAITING
-from app.safety.journal import Outcome
+from app.procedures.read import Present, SettingsReading
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
-from protocol.events import Answered, OutcomeUnknown, Unanswered
+from protocol.events import EndReason
 from protocol.fields import Value
-from protocol.frame import Reason
-from protocol.messages import Acknowledgement
-from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import Rig, engine_view
 
 seen = partial(StatusSample, 0.0)
 LEVEL = seen(0, 1.0, False, False)
@@ -43,7 +30,7 @@ def finding(check_id: str, profile: Profile = NO_PROFILE, **evidence: Any) -> Fi
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 
-def trials(*statuses: StatusSample, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
+def still(*statuses: StatusSample, count: int = REPORTS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
     filled = [*statuses, *[LEVEL] * (count - len(statuses))]
     return [status._replace(at=lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
 
@@ -60,7 +47,7 @@ def trials(*statuses: StatusSample, count: int = TRIALS_NEEDED, lasting_s: float
 )
 def test_no_heartbeat_of_twenty_may_be_lost(sent: int, answered: int, invalid: int, result: CheckResult) -> None:
     assert HEARTBEATS == 20
-    found = finding("link_loss", heartbeats_sent=sent, round_trips_s=[0.01] * answered, rejected_bytes=invalid)
+    found = finding("link_loss", heartbeats_sent=sent, heartbeats_lost=sent - answered, rejected_bytes=invalid)
     assert found.result is result
     if sent:
         assert found.measured == sent - answered
@@ -87,7 +74,7 @@ def test_the_slowest_answer_may_take_a_tenth_of_a_second(slowest_s: float, resul
 )
 @pytest.mark.parametrize("check_id", ["tilt", "tilt_spread", "acceleration", "acceleration_spread"])
 def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: float, result: CheckResult) -> None:
-    found = finding(check_id, trials=trials(count=count, lasting_s=lasting_s))
+    found = finding(check_id, reports=still(count=count, lasting_s=lasting_s))
     assert found.result is result
     if result is UNKNOWN:
         assert found.shown.in_english() == f"reports in 2 s: only {count}"
@@ -116,7 +103,7 @@ def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: flo
 def test_a_module_may_lie_and_move_up_to_the_limit(
     check_id: str, statuses: list[StatusSample], result: CheckResult, shown: str, limit: str
 ) -> None:
-    found = finding(check_id, trials=trials(*statuses))
+    found = finding(check_id, reports=still(*statuses))
     assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, limit)
 
 
@@ -134,7 +121,7 @@ NOT_CHARGING: list[Value] = [False, False]
 def test_no_value_that_fails_looks_like_its_limit(
     limits: Mapping[str, float], check_id: str, shown: str, limit: str
 ) -> None:
-    found = finding(check_id, Profile(limits=limits), trials=trials(seen(0, 0.8, False, False)),
+    found = finding(check_id, Profile(limits=limits), reports=still(seen(0, 0.8, False, False)),
                     series={"cell_voltage_v": [3.81, 3.81], "charging": NOT_CHARGING})  # fmt: skip
     assert (found.result, found.shown.in_english(), found.limit.in_english()) == (FAIL, shown, limit)
 
@@ -193,53 +180,52 @@ def test_which_side_is_dark_is_assumed_until_it_was_measured(verdict: str, limit
     assert light.judge(inverted).limit.in_english() == "> 2.0 V"  # its profile says what was measured
 
 
+SILENT = void_of_end(Interrupted(EndReason.SILENT))
+
+
 @pytest.mark.parametrize(
-    ("faults", "disturbance", "why"),
+    ("faults", "void", "why"),
     [
         ({}, None, "not asked"),
-        ({}, Disturbance.SILENT, Disturbance.SILENT.value),
-        ({"light_threshold_v": UserMessage("no reply")}, Disturbance.SLEPT, "no reply"),
+        ({}, SILENT, "The module was silent for a moment."),
+        ({"light_threshold_v": UserMessage("no reply")}, SILENT, "no reply"),
     ],
 )
-def test_what_is_not_known_says_why(
-    faults: Mapping[str, UserMessage], disturbance: Disturbance | None, why: str
-) -> None:
-    found = finding("light", series={"light_v": [1.0, 1.0]}, faults=faults, disturbance=disturbance)
+def test_what_is_not_known_says_why(faults: Mapping[str, UserMessage], void: Void | None, why: str) -> None:
+    found = finding("light", series={"light_v": [1.0, 1.0]}, faults=faults, void=void)
     assert (found.shown.in_english(), found.do) == (why, CHECK_LINK)  # which says nothing of the bay
-
-
-@pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL), (None, UNKNOWN)])
-def test_the_last_status_is_a_second_old_at_most(age_s: float | None, result: CheckResult) -> None:
-    found = finding("status", status_age_s=age_s)
-    assert (found.result, found.measured, found.limit.in_english()) == (result, age_s, "≤ 1.0 s")
 
 
 def test_one_report_of_many_decides() -> None:
     fired, active = seen(0, 1.0, True, False), seen(0, 1.0, False, True)
-    assert finding("triggered", trials=trials()).result is PASS
-    assert finding("triggered", trials=trials(LEVEL, fired)).shown.in_english() == "TRIGGERED"
-    assert finding("activation", trials=trials(), status=LEVEL).shown.in_english() == "locked"
-    assert finding("activation", trials=trials(*[active] * TRIALS_NEEDED), status=active).shown.in_english() == "ACTIVE"
-    assert finding("activation", trials=trials(LEVEL, active), status=LEVEL).shown.in_english() == "changed"
+    assert finding("triggered", reports=still()).result is PASS
+    assert finding("triggered", reports=still(LEVEL, fired)).shown.in_english() == "TRIGGERED"
+    assert finding("activation", reports=still(), status=LEVEL).shown.in_english() == "locked"
+    assert (
+        finding("activation", reports=still(*[active] * REPORTS_NEEDED), status=active).shown.in_english() == "ACTIVE"
+    )
+    assert finding("activation", reports=still(LEVEL, active), status=LEVEL).shown.in_english() == "changed"
     for check_id in ("triggered", "activation"):
         assert finding(check_id).result is UNKNOWN
 
 
-def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
-    assert finding("undisturbed", ended_at=1.0).measured is True
-    assert finding("undisturbed", ended_at=1.0).result is PASS
-    assert finding("undisturbed").result is UNKNOWN
-    assert finding("undisturbed", ended_at=1.0, disturbance=Disturbance.SLEPT).result is FAIL
-    assert finding("undisturbed", disturbance=Disturbance.SLEPT).measured is False
+def test_a_check_that_was_interrupted_says_with_which_sentence() -> None:
+    assert finding("connection", ended_at=1.0).measured is True
+    assert finding("connection", ended_at=1.0).result is PASS
+    assert finding("connection").result is UNKNOWN
+    assert finding("connection").shown == UNFINISHED.message
+    for void in (SILENT, UNFINISHED):
+        found = finding("connection", ended_at=1.0, void=void)
+        assert (found.result, found.measured, found.shown) == (FAIL, False, void.message)
 
 
-def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefall_time_s: float = 1.6) -> StateReading:
-    settings = SettingsReading(
-        values={"freefall_time_s": freefall_time_s}, faults={}, boot_count=boot_count, began_at=0.0
-    )
-    if status is None:
-        return StateReading(settings)
-    return StateReading(settings, Present(status.active, status.triggered, status, is_proven=True))
+LOCKED = Present(False, False, LEVEL)
+
+
+def reading(present: Present = LOCKED, *, is_counted: bool = True, unread: tuple[str, ...] = ()) -> StateReading:
+    commands = tuple(BY_NAME[name] for name in unread)
+    settings = SettingsReading({"freefall_time_s": 1.6}, commands, 0.0, 7 if is_counted else None)
+    return StateReading(settings, present._replace(is_counted=is_counted))
 
 
 @pytest.mark.parametrize(
@@ -249,136 +235,38 @@ def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefal
         (Present(False, True, LEVEL), {"triggered": "31: TRIGGERED, status: not triggered."}),
         (Present(None, None, LEVEL), {"activation": "30: no reply, status: LOCKED.",
                                       "triggered": "31: no reply, status: not triggered."}),
-        (Present(False, False, LEVEL), {}),
+        (LOCKED, {}),
     ],
 )  # fmt: skip
+@pytest.mark.promise("h")
 def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named(
     present: Present, against: dict[str, str]
 ) -> None:
     for when in ("first", "last"):
-        state: dict[str, Any] = {when: reading(7)._replace(present=present)}
-        findings = {check_id: finding(check_id, trials=trials(), **state) for check_id in ("activation", "triggered")}
+        state: dict[str, Any] = {when: reading(present)}
+        findings = {check_id: finding(check_id, reports=still(), **state) for check_id in ("activation", "triggered")}
         said = {check_id: one.shown.in_english() for check_id, one in findings.items() if one.result is not PASS}
         assert said == against
         assert {one.result for one in findings.values()} <= {PASS, UNKNOWN}
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "result", "shown"),
+    ("first", "last", "more", "result", "shown"),
     [
-        (reading(7), reading(7), PASS, "yes"),
-        (reading(None), reading(7), UNKNOWN, "not read again"),
-        (reading(7), reading(None), UNKNOWN, "not read again"),
-        (reading(7), reading(7, None), UNKNOWN, "not read again"),
-        (None, reading(7), UNKNOWN, "not asked"),
-        (reading(7), None, UNKNOWN, "not asked"),
-        (reading(7), reading(8), FAIL, "Boot count: 7 → 8"),
-        (reading(7), reading(7, freefall_time_s=1.7), FAIL, "Free-fall time: 1.60 s → 1.70 s"),
-        (reading(7), reading(7, seen(0, 1.0, True, False)), FAIL, "Triggered"),
-        (reading(7), reading(7, seen(0, 1.0, False, True)), PASS, "yes"),
+        (reading(), reading(), {}, PASS, "yes"),
+        (reading(is_counted=False), reading(), {}, UNKNOWN, "not read again"),
+        (reading(), reading(is_counted=False), {}, UNKNOWN, "not read again"),
+        (reading(), reading(unread=("freefall_time",)), {}, UNKNOWN, "not read again"),
+        (reading(), reading(Present(False, False, None)), {}, UNKNOWN, "not read again"),
+        (None, reading(), {}, UNKNOWN, "not asked"),
+        (reading(), None, {}, UNKNOWN, "not asked"),
+        (reading(), reading(), {"is_answered_twice": True}, FAIL,
+         "Questions are answered twice. Two modules on this line?"),
     ],
-)
-def test_both_readings_are_whole_and_the_same(
-    first: StateReading | None, last: StateReading | None, result: CheckResult, shown: str
+)  # fmt: skip
+def test_both_readings_are_whole_and_one_module_answers(
+    first: StateReading | None, last: StateReading | None, more: dict[str, Any], result: CheckResult, shown: str
 ) -> None:
-    found = finding("read_twice", first=first, last=last)
+    found = finding("read_twice", first=first, last=last, **more)
     assert (found.measured is True) is (result is PASS)
     assert (found.result, found.shown.in_english()) == (result, shown)
-
-
-def test_what_was_before_a_check_does_not_disturb_it() -> None:
-    evidence, rig = Evidence(port="sim"), Rig({"uptime": 60})
-    rig.run(read_everything())
-    rig.bench.module.memory.boot_count += 1  # a restart that nobody heard
-    rig.session._link.counters.rejected_bytes[Reason.NO_HEADER] = 5
-    rig.run(run_preflight(evidence))
-    assert (evidence.disturbance, evidence.rejected_bytes) == (None, 0)
-
-
-@pytest.mark.parametrize(
-    ("before", "error", "disturbance"),
-    [
-        (None, None, None),
-        (None, Cancelled(), Disturbance.INTERRUPTED),
-        (None, PortLost(), Disturbance.DISCONNECTED),
-        (None, Slept(9.0), Disturbance.SLEPT),
-        (Disturbance.SLEPT, PortLost(), Disturbance.SLEPT),
-    ],
-)
-def test_the_first_disturbance_stays(
-    before: Disturbance | None, error: Exception | None, disturbance: Disturbance | None
-) -> None:
-    evidence = Evidence(port="sim", disturbance=before)
-    evidence.note_error(error)
-    assert evidence.disturbance is disturbance
-
-
-@pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
-def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
-    evidence, rig = Evidence(port="sim"), Rig({"uptime": 60})
-    time = BY_NAME["freefall_time"]
-
-    def answers(report: Report) -> None:
-        if report.total == STEPS:
-            does_answer = first if report.done < STEPS - 1 else last
-            rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
-
-    rig.run(run_preflight(evidence), answers)
-    assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
-
-
-ENABLING = BY_NAME["attitude_trigger"].set(True)
-
-
-@pytest.mark.parametrize(
-    ("reply", "state", "outcome"),
-    [
-        (
-            Answered(ENABLING, (Acknowledgement(ENABLING, ENABLING.data),), 1, 0.01, 0.0),
-            FlagState.ENABLED,
-            Outcome.CONFIRMED,
-        ),
-        (
-            Answered(ENABLING, (Acknowledgement(ENABLING, 1 - ENABLING.data),), 1, 0.01, 0.0),
-            FlagState.REFUSED,
-            Outcome.REFUSED,
-        ),
-        (OutcomeUnknown(ENABLING, 1.0, 0.0), FlagState.UNANSWERED, Outcome.UNKNOWN),
-        (Unanswered(ENABLING, 0, 0.0, 0.0), FlagState.NOT_SENT, Outcome.NOT_SENT),
-    ],
-)
-def test_what_came_of_enabling_a_trigger_is_logged(
-    reply: object, state: FlagState, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(write_all, "_refusals", lambda *_asked: (yield from ()))
-    journal, asked = FakeJournal(), list[Ask]()
-    enabling = run._enable(ENABLING.command, write_all.WriteContext(journal=journal))
-    order = next(enabling)
-    flag = None
-    while flag is None:
-        if isinstance(order, Ask):
-            asked.append(order)
-        try:
-            order = enabling.send(reply if isinstance(order, Ask) else engine_view())
-        except StopIteration as ended:
-            flag = ended.value
-    assert [ask for ask in asked if not ask.request.is_repeatable] == [Ask(ENABLING)]
-    assert flag.state is state
-    assert journal.outcomes == {0: outcome}
-    assert journal.results[0]["acknowledged"] is (state is FlagState.ENABLED)
-
-
-def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:
-    evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
-    rig = Rig({"uptime": 60})
-    rig.run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
-    steps = [report for report in reports if report.total == STEPS]
-    assert sorted({report.done for report in steps}) == list(range(STEPS))
-    assert WAITING in {report.doing for report in steps}, "a person waits for late answers"
-    logged = [{key: value for key, value in detail.items() if "trigger" in key} for _, _, detail in journal.intents]
-    assert logged == [{"freefall_trigger": True}, {"attitude_trigger": True}]
-    assert evidence.last is not None
-    assert evidence.status == evidence.last.status
-    assert evidence.ended_at is not None
-    assert evidence.status is not None
-    assert evidence.status_age_s == evidence.ended_at - evidence.status.at

@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastAnswer, LastTested, Past
-from app.limits.service import DueService
-from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
+from app.modules.names import Remembered
+from app.modules.service import DueService
+from app.preflight.evidence import CANCELLED, FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD, Evidence, TriggerFlag
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding, Person
 from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint
 from app.preflight.verdict import CHECKS
@@ -73,13 +74,10 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
 @pytest.mark.parametrize(
     ("flag", "result", "shown"),
     [
-        (TriggerFlag(FlagState.ENABLED), PASS, "enabled"),
-        (TriggerFlag(FlagState.DISABLED), FAIL, "DISABLED"),
-        (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
-        (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "no reply"),
-        (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "not sent"),
-        (TriggerFlag(FlagState.NOT_SENT, UserMessage("why")), UNKNOWN, "why"),
-        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "not enabled in this connection"),
+        (TriggerFlag(True), PASS, "enabled"),
+        (TriggerFlag(False), FAIL, "DISABLED"),
+        (TriggerFlag(why=UserMessage("why")), UNKNOWN, "why"),
+        (TriggerFlag(), UNKNOWN, "not enabled in this conversation"),
         (None, UNKNOWN, "not asked"),
     ],
 )
@@ -90,9 +88,8 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
     for is_active in (False, True):
         found = finding("attitude_trigger", flags=flags, status=StatusSample(0.0, 0, 1.0, False, is_active))
         assert (found.result, found.shown.in_english()) == (result, shown)
-        is_enabled = {FlagState.ENABLED: True, FlagState.DISABLED: False}
-        assert found.measured is (None if flag is None else is_enabled.get(flag.state))
-        is_to_lock = is_active and flag is not None and flag.state in (FlagState.NEVER_SET, FlagState.NOT_SENT)
+        assert found.measured is (None if flag is None else flag.is_enabled)
+        is_to_lock = is_active and flag is not None and flag.is_enabled is None
         assert (found.do not in (None, CHECK_LINK)) is is_to_lock
 
 
@@ -100,8 +97,8 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
     ("before", "count", "more", "result", "shown"),
     [
         (7, 7, {}, PASS, "7"),
-        (7, 134, {}, PASS, "134"),
-        (7, 135, {}, FAIL, "135: another module?"),
+        (7, 135, {}, PASS, "135"),
+        (7, 136, {}, FAIL, "136: another module?"),
         (7, 6, {}, FAIL, "6: another module?"),
         (7, 6, {"is_same": True}, PASS, "6, confirmed by a person"),
         (255, 0, {}, PASS, "0"),
@@ -113,12 +110,11 @@ def test_a_boot_count_only_grows(
     before: int | None, count: int | None, more: dict[str, Any], result: CheckResult, shown: str
 ) -> None:
     values = {} if count is None else {"boot_count": count}
-    found = finding("boot_count", past=Past(module="M-07", boot_count=before), values=values, **more)
+    past = Past(module="M-07", remembered=Remembered("M-07", boot_count=before))
+    found = finding("boot_count", past=past, values=values, **more)
     assert (found.result, found.shown.in_english()) == (result, shown)
     assert found.limit.in_english().startswith("≥ last visit; " if before is None else f"≥ {before}; ")
-    other_records = finding(
-        "boot_count", past=Past(module="M-07", boot_count=before, do_records_follow=False), values=values, **more
-    )
+    other_records = finding("boot_count", past=replace(past, do_records_follow=False), values=values, **more)
     assert other_records.result is (FAIL if result is PASS and not more else result)
     is_why = other_records.shown.in_english().endswith("other trigger records, another module?")
     assert is_why is (result is PASS and not more)
@@ -179,12 +175,22 @@ def test_silence_counts_as_new_only_while_everything_else_is_answered_and_nothin
     past = Past(is_said_new=True)
     lost = finding("trigger_records", past=past, is_reviewed=True, history=History(), faults={"light_v": LOST})
     assert (lost.result, lost.shown.in_english()) == (UNKNOWN, "no reply")
-    for disturbance in Disturbance:
-        found = finding("trigger_records", past=past, is_reviewed=True, history=History(), disturbance=disturbance)
+    for void in (CANCELLED, FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD):
+        found = finding("trigger_records", past=past, is_reviewed=True, history=History(), void=void)
         assert found.result is UNKNOWN
     fired = finding("trigger_records", past=past, is_reviewed=True, history=History(),
-                    trials=[StatusSample(0.0, 0, 10, triggered=True, active=False)])  # fmt: skip
+                    reports=[StatusSample(0.0, 0, 10, triggered=True, active=False)])  # fmt: skip
     assert (fired.result, fired.shown.in_english()) == (FAIL, "no reply: triggered")
+
+
+@pytest.mark.parametrize("is_reviewed", [False, True])
+@pytest.mark.promise("f")
+def test_a_module_that_may_have_fired_before_it_restarted_is_not_ready_while_the_notice_is_open(
+    is_reviewed: bool,
+) -> None:
+    for history in (History(is_answered=True, is_confirmed=True), History()):
+        found = finding("trigger_records", is_reviewed=is_reviewed, history=history, may_have_fired=True)
+        assert (found.result, found.shown.in_english()) == (UNKNOWN, "may have fired before the restart")
 
 
 @pytest.mark.parametrize(
@@ -260,7 +266,7 @@ def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
 
 
 @pytest.mark.parametrize(("name", "is_by_option", "known"), [
-    ("M-07", False, "M-07, confirmed by a person on this connection"),
+    ("M-07", False, "M-07, named by a person in this conversation"),
     ("M-07", True, "M-07, given by --module"),
     (None, False, "module not named"),
 ])  # fmt: skip

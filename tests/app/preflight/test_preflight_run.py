@@ -1,23 +1,34 @@
-"""What a check goes on with while the line loses frames; its verdict outlives neither a sleep nor a silence."""
+"""A check is of one conversation: what ends that makes it void with its sentence, and the check says how it went."""
 
 import itertools
 from collections.abc import Callable
 
 import pytest
 
-from app.engine.device import How, Known
-from app.engine.procedure import Cancelled, PortLost
-from app.engine.session import Session
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Cancelled, Report
 from app.limits.past import Past
-from app.preflight.evidence import HEARTBEATS, Disturbance, Evidence
-from app.preflight.findings import Case
-from app.preflight.run import GIVE_UP_AFTER, run_preflight
-from app.preflight.verdict import Assessment, assess, void_reason
+from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
+from app.preflight.findings import Case, CheckResult
+from app.preflight.run import STEPS, TRIGGERS, run_preflight
+from app.preflight.verdict import Verdict, assess
+from app.procedures.read import read_everything
+from app.procedures.write import WAITING, WriteFault
+from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
-from app.system.sleep_detector import SleepDetector
-from protocol.catalogue import HEARTBEAT, STATUS, Request
-from tests.support.line.frames import at_each_frame
-from tests.support.line.sim_line import INSTANT_S, Rig
+from app.text.messages import message
+from app.text.user_error import UserError
+from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEARTBEAT, Request
+from protocol.events import EndReason
+from protocol.frame import Reason
+from tests.support.journals import FakeJournal
+from tests.support.line.exchange import ExchangedRig
+from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.records.preflight_rig import gather
+from tests.support.thorough import some
+
+FLAGS = [command.key for command in TRIGGERS]
 
 
 def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:
@@ -26,90 +37,198 @@ def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:
     at_each_frame(rig.bench, lambda sent: not (sent == request and is_lost(next(numbers))))
 
 
-@pytest.mark.parametrize(("answers_every", "disturbance"), [(8, None), (9, Disturbance.SILENT)])
-def test_it_is_given_up_after_eight_unanswered_heartbeats_in_a_row(
-    answers_every: int, disturbance: Disturbance | None
-) -> None:
-    rig, evidence = Rig(), Evidence(port="sim")
-    assert GIVE_UP_AFTER == 4
-    lose(rig, lambda number: number < HEARTBEATS and bool(number % answers_every), HEARTBEAT.query())
-    rig.run(run_preflight(evidence))
-    assert evidence.disturbance is disturbance
+def verdict_of(evidence: Evidence) -> Verdict:
+    return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).verdict
 
 
-def test_a_status_before_a_silence_is_not_said_of_what_answers_then() -> None:
-    """The final question for it is lost, and so long a silence may be an exchange."""
-    rig, evidence = Rig(), Evidence(port="sim")
-    rig.run(run_preflight(evidence))
-    asked = rig.line.requests.count(STATUS.query())
-    rig, evidence = Rig(), Evidence(port="sim")
-    lose(rig, lambda number: number >= asked, STATUS.query())
-    rig.run(run_preflight(evidence))
-    assert evidence.last is not None
-    assert evidence.disturbance is Disturbance.BROKEN
-    assert (evidence.last.status, evidence.status, evidence.trials) == (None, None, [])
+def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
+    rig = settled_rig()
+    lose(rig, lambda number: number % 5 == 0, HEARTBEAT.query())
+    evidence = gather(rig)
+    assert evidence.void is None
+    assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
 
 
 def test_a_value_to_which_the_module_never_replies_is_named() -> None:
-    rig, evidence = Rig({"mute_codes": "33"}), Evidence(port="sim")
-    rig.run(run_preflight(evidence))
-    assert {key: why.in_english() for key, why in evidence.faults.items()} == {"charging": "no reply"}
-    assert "charging" not in evidence.series
+    evidence = gather(settled_rig(mute_codes="14"))
+    assert {key: why.in_english() for key, why in evidence.faults.items()} == {"light_v": "no reply"}
+    assert "light_v" not in evidence.series
 
 
-# After the check
+@pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
+def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
+    evidence, rig = Evidence(port="sim"), settled_rig()
+    time = BY_NAME["freefall_time"]
+
+    def answers(report: Report) -> None:
+        if report.total == STEPS:
+            does_answer = first if report.done < STEPS - 1 else last
+            rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
+
+    rig.run(run_preflight(evidence), answers)
+    assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
 
 
-NIGHT_S = 8 * 3600.0
+def test_what_was_before_a_check_does_not_disturb_it() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    rig.session._link.counters.rejected_bytes[Reason.NO_HEADER] = 5
+    evidence = gather(rig)
+    assert (evidence.void, evidence.rejected_bytes) == (None, 0)
 
 
-class NightRig(Rig):
-    """A rig on a computer whose other clock goes on while `asleep_s` grows."""
+def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
+    evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
+    rig = settled_rig()
+    rig.run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
+    steps = [report for report in reports if report.total == STEPS]
+    assert sorted({report.done for report in steps}) == list(range(STEPS))
+    assert WAITING in {report.doing for report in reports}, "a person waits for late answers"
+    assert [dict(detail) for _, _, detail in journal.intents] == [
+        {"freefall_trigger": True},
+        {"attitude_trigger": True},
+    ]
+    assert journal.outcomes == {0: Outcome.CONFIRMED, 1: Outcome.CONFIRMED}
+    assert evidence.last is not None
+    assert evidence.status == evidence.last.status
+    assert evidence.ended_at is not None
 
-    def __init__(self) -> None:
-        super().__init__({"uptime": 60, "noise": 0})
-        self.asleep_s = 0.0
-        watch = SleepDetector(self.clock, lambda: self.clock.now_s + self.asleep_s)
-        self.session = Session(self.line, self.clock, asleep_s=watch.poll)
-        self.clock.now_s += INSTANT_S
 
-    def checked(self) -> Assessment:
-        evidence = Evidence(port="sim")
-        self.run(run_preflight(evidence, is_enabling=True))
-        assert evidence.is_complete
-        return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past()))
-
-
-MINIMUM_V = NO_PROFILE.limit("cell_voltage_min_v")
+# The triggers
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "reason"),
+    ("options", "flag", "outcome"),
     [
-        ("light_v", 1.7, None),
-        ("light_v", 1.8, Disturbance.CHANGED),
-        ("cell_voltage_v", MINIMUM_V, None),
-        ("cell_voltage_v", MINIMUM_V - 0.02, Disturbance.CHANGED),
+        ({}, TriggerFlag(True), Outcome.CONFIRMED),
+        ({"ack": "one"}, TriggerFlag(True), Outcome.CONFIRMED),
+        ({"refuses": True}, TriggerFlag(why=message(WriteFault.REFUSED.value)), Outcome.REFUSED),
+        ({"mute_codes": "16,17"}, TriggerFlag(why=message(WriteFault.NO_REPLY.value)), Outcome.UNKNOWN),
     ],
 )
-def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, reason: Disturbance | None) -> None:
-    rig = NightRig()
-    assessment = rig.checked()
-    assert assessment.case.evidence.values["light_threshold_v"] == 1.8
-    now = rig.clock.now_s
-    view = rig.session.device.view(now)
-    changed = view._replace(values={**view.values, key: Known(value, How.READ, now)})
-    found = void_reason(assessment, changed, now, opened_at=rig.session.opened_at)
-    assert (None if found is None else found.reason) is reason
+def test_what_came_of_enabling_the_triggers_is_known_and_logged(
+    options: dict[str, str], flag: TriggerFlag, outcome: Outcome
+) -> None:
+    evidence, journal, rig = Evidence(port="sim"), FakeJournal(), settled_rig(**options)
+    state_of_module = rig.bench.module.state
+    state_of_module.attitude_is_enabled = state_of_module.freefall_is_enabled = False
+    rig.run(run_preflight(evidence, is_enabling=True, journal=journal))
+    assert [evidence.flags[key] for key in FLAGS] == [flag, flag]
+    assert set(journal.outcomes.values()) == {outcome}
+    sets = [request for request in rig.line.requests if request.command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER)]
+    assert len(sets) == 2, "each is sent once"
 
 
-@pytest.mark.parametrize(
-    ("end", "disturbance"), [(PortLost(), Disturbance.DISCONNECTED), (Cancelled(), Disturbance.INTERRUPTED)]
-)
-def test_a_check_that_ends_early_has_no_result(end: Exception, disturbance: Disturbance) -> None:
-    rig, evidence = NightRig(), Evidence(port="sim")
-    run = rig.started(run_preflight(evidence))
+def test_nothing_is_enabled_on_an_active_module_and_it_says_why() -> None:
+    rig = settled_rig(active=True)
+    evidence = gather(rig, is_enabling=True)
+    refused = evidence.flags[FREEFALL_TRIGGER.key]
+    assert refused.is_enabled is None
+    assert refused.why.in_english() == "not sent: The module is ACTIVE: lock it first."
+    assert rig.acts == []
+
+
+@pytest.mark.promise("f")
+def test_on_a_line_that_repeats_answers_no_trigger_is_known() -> None:
+    rig = settled_rig(double_codes="16,17", double_ms=400)
+    evidence = gather(rig, is_enabling=True)
+    repeated = TriggerFlag(why=message(WriteFault.REPEATED.value))
+    assert [evidence.flags[key] for key in FLAGS] == [repeated, repeated]
+    assert verdict_of(evidence) is Verdict.NO_GO
+
+
+@pytest.mark.promise("f")
+def test_a_module_that_does_not_answer_the_question_for_its_records_stays_known() -> None:
+    evidence = gather(settled_rig(mute_codes="35"), is_enabling=True)
+    assert evidence.void is None
+    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag(True)] * 2
+
+
+# Its end
+
+
+def checking(rig: Rig) -> Evidence:
+    """A check that has been going on for a second."""
+    evidence = Evidence(port="sim")
+    rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
     rig.step_for(1.0)
-    rig.session.close(why=end)
-    assert (run.result, type(run.error)) == (None, type(end))
-    assert evidence.disturbance is disturbance
+    assert evidence.void is None
+    return evidence
+
+
+ENDS: dict[EndReason, Callable[[Rig], object]] = {
+    EndReason.RESTARTED: lambda rig: rig.bench.restart(),
+    EndReason.SILENT: lambda rig: rig.bench.change(mute=True),
+    EndReason.CONTRADICTED: lambda rig: setattr(rig.bench.module.memory, "freefall_time", 33),
+    EndReason.PORT_LOST: lambda rig: rig.session.close(EndReason.PORT_LOST),
+    EndReason.CLOSED: lambda rig: rig.session.close(EndReason.CLOSED),
+    EndReason.SLEPT: lambda rig: setattr(rig.clock, "now_s", rig.clock.now_s + 8 * 3600.0),
+    EndReason.ANOTHER: lambda rig: rig.session.treat_as_another(),
+}
+
+
+@pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.value)
+@pytest.mark.promise("f")
+def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason: EndReason) -> None:
+    rig = settled_rig()
+    evidence = checking(rig)
+    ENDS[reason](rig)
+    if not rig.line.is_closed:
+        rig.step_until(lambda: evidence.void is not None, limit_s=20.0)
+    ended = rig.conversation.ended
+    assert evidence.void is not None
+    assert evidence.void.word == reason.name.lower()
+    if ended is not None:
+        assert evidence.void.message == Interrupted(ended.reason, ended.contradiction).message
+    assert evidence.ended_at is None
+    assert verdict_of(evidence) is Verdict.NO_GO
+    assert not any(flag.is_enabled for flag in evidence.flags.values())
+
+
+def test_a_check_that_a_person_cancels_says_so() -> None:
+    rig, evidence = settled_rig(), Evidence(port="sim")
+    job = rig.job(run_preflight(evidence))
+    rig.step_for(1.0)
+    job.cancel()
+    rig.step_until(lambda: job.has_ended)
+    assert isinstance(job.error, Cancelled)
+    assert evidence.void is not None
+    assert evidence.void.message.in_english() == "It was cancelled."
+
+
+def test_the_first_reason_stays() -> None:
+    evidence = Evidence(port="sim")
+    evidence.note_error(Interrupted(EndReason.SLEPT))
+    first = evidence.void
+    evidence.note_error(Interrupted(EndReason.PORT_LOST))
+    assert evidence.void == first
+    for error, word in ((UserError("no"), "usage"), (Cancelled(), "cancelled"), (ValueError(), UNFINISHED.word)):
+        other = Evidence(port="sim")
+        other.note_error(error)
+        assert other.void is not None
+        assert other.void.word == word
+
+
+@pytest.mark.parametrize("boots", [37, 90], ids=["the same boot count", "a higher one"])
+@pytest.mark.promise("a")
+def test_another_module_in_its_place_ends_it_at_whatever_frame_and_gets_nothing(boots: int) -> None:
+    for frame in some(range(1, 120, 3), one_in=3, first=boots):
+        rig = ExchangedRig(frame, boots=boots)
+        evidence = gather(rig, is_enabling=True)
+        assert rig.is_exchanged
+        assert rig.to_second == [], frame
+        assert evidence.void is not None, frame
+        assert verdict_of(evidence) is Verdict.NO_GO, frame
+
+
+def test_the_check_that_follows_in_the_next_conversation_begins_empty() -> None:
+    rig = settled_rig()
+    assert gather(rig, is_enabling=True).is_complete
+    at_frame(rig.bench, 1, rig.bench.restart)
+    rig.step_for(3.0)
+    evidence = gather(rig)
+    assert evidence.is_complete
+    assert evidence.conversation == 2
+    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag()] * 2
+    found = assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result("attitude_trigger")
+    assert found is CheckResult.UNKNOWN

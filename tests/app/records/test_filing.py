@@ -1,13 +1,13 @@
 """Records are kept, also by several processes and after a kill; and the chain of the audit log."""
 
 import sys
-from collections.abc import Mapping
 from contextlib import closing
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from app.modules.names import remember
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
@@ -21,15 +21,14 @@ from app.stations.station import KEY_FILE
 from app.store.fact_store import Facts, Store
 from app.store.kinds import ModuleVisited, PreflightCheck
 from app.store.trouble import StoreFault, StoreTrouble
+from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers
 from app.trigger_records.history import record_of
 from app.trigger_records.kept import Visit
-from protocol.fields import Value
-from protocol.messages import TriggerRecord
 from tests.support.processes import running
-from tests.support.records.preflight_rig import FAULTS, Fault, check
-from tests.support.records.stored import checks_of, evidence_of, keep_evidence, open_store
+from tests.support.records.preflight_rig import Fault, check
+from tests.support.records.stored import checks_of, open_store, remembered_in
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
@@ -126,52 +125,26 @@ def test_a_fault_of_our_own_is_not_told_as_a_damaged_store(tmp_path: Path, monke
 # Trigger records
 
 
-@pytest.mark.parametrize(
-    ("boot_count", "more", "records", "is_filed"),
-    [
-        (9, {}, (RECORD,), True),
-        (8, {}, (RECORD,), False),
-        (9, {"attitude_threshold_deg": 45}, (RECORD,), False),
-        (9, {}, (), False),
-    ],
-)
-def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_so(
-    tmp_path: Path, boot_count: int, more: dict[str, Value], records: tuple[TriggerRecord, ...], is_filed: bool
-) -> None:
-    settings = {**DEFAULTS, "light_threshold_v": 1.0}
+def remember_boots(store: Store, boot_count: int) -> None:
+    store.write(lambda facts: remember(facts, "M-07", boot_count=boot_count)).result()
 
-    def reading(boots: int, settings: Mapping[str, Value], *found: TriggerRecord) -> TriggersReading:
-        return TriggersReading(History(found, is_confirmed=True, is_answered=True), boots, settings)
 
+def test_what_a_check_read_is_remembered_under_the_name_unless_it_speaks_against_it(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-
-        def file(reading: TriggersReading, *, is_same_module: bool) -> Visit | PossiblyOther:
-            work = partial(file_triggers, reading=reading, name="M-07", port="p", is_same_module=is_same_module)
-            return store.write(work).result()
-
-        for before in (reading(7, settings, RECORD), reading(9, {}, RECORD)):  # the settings were not read last time
-            assert isinstance(file(before, is_same_module=False), Visit)
-        now = reading(boot_count, {**settings, **more}, *records)
-        assert isinstance(file(now, is_same_module=False), Visit if is_filed else PossiblyOther)
-        assert isinstance(file(now, is_same_module=True), Visit)
-
-
-def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Path) -> None:
-    def boot_count(filed: Filed) -> CheckResult:
-        return filed.assessment.result("boot_count")
-
-    with closing(open_store(tmp_path)) as store:
-        keep_evidence(store, "M-07", (36, file_one(store, "M-07").assessment.case.evidence.values))
-        changed = partial(file_one, store, "M-07", FAULTS["free-fall time"])
-        assert boot_count(changed()) is CheckResult.FAIL, "other settings than last read"
-        assert boot_count(changed()) is CheckResult.FAIL, "what may be another one is not what was last read"
-        assert boot_count(changed(is_same_module=True)) is CheckResult.PASS
-        assert boot_count(changed()) is CheckResult.PASS
-        assert evidence_of(store, "M-07").settings["freefall_time_s"] == 0.2
+        remember_boots(store, 50)
+        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.FAIL
+        known = remembered_in(store, "M-07")
+        assert known is not None
+        assert (known.boot_count, dict(known.settings)) == (50, {})
+        assert file_one(store, "M-07", is_same_module=True).assessment.result("boot_count") is CheckResult.PASS
+        known = remembered_in(store, "M-07")
+        assert known is not None
+        assert (known.boot_count, known.settings["freefall_time_s"]) == (37, 1.6)
+        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.PASS
 
 
 def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_path: Path) -> None:
-    reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 7, DEFAULTS)
+    reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 1, 7, DEFAULTS)
     with closing(open_store(tmp_path)) as store:
 
         def file(name: str, *, port: str) -> Visit | PossiblyOther:
@@ -181,7 +154,7 @@ def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_pa
 
         for name, first, other in (("M-07", "sim://", "/dev/ttyUSB0"), ("M-08", "/dev/ttyUSB0", "sim://x?seed=1")):
             assert isinstance(file(name, port=first), Visit)
-            assert file(name, port=other) == PossiblyOther(("simulated",))
+            assert file(name, port=other) == PossiblyOther(UserMessage("simulated"))
             assert isinstance(file(name, port=first), Visit)
         for module in ("M-07", "M-08"):
             visits = len(store.read(partial(Facts.of_module, type_=ModuleVisited, module=module)))
@@ -194,7 +167,7 @@ def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: 
     """By the window, or with the trigger records: it is newer than that of the last visit."""
     with closing(open_store(tmp_path)) as store:
         assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.WARN, "no earlier visit"
-        keep_evidence(store, "M-07", (boots, {}))
+        remember_boots(store, boots)
         assert file_one(store, "M-07").assessment.result("boot_count") is result
 
 

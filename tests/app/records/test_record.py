@@ -1,6 +1,5 @@
-"""A record holds everything about a check; what is printed of it is escaped, whole and on one page; and the labels."""
+"""A record holds everything about a check; what is printed of it is escaped, whole and on one page."""
 
-import base64
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta, timezone
@@ -16,10 +15,10 @@ import pytest
 
 from app import version
 from app.engine.target import is_simulated
+from app.modules.labels import Paper
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.checks import measured_in
-from app.modules.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import report_html
 from app.records.report_files import check_target, suggested_name, write_report
@@ -76,7 +75,7 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert version() in record.program
     assert record.read["settings"]["attitude_trigger"] is True
     assert measured_in(record).items() >= {"cell_voltage_v": 3.9, "boot_count": 37, "heartbeats_lost": 0}.items()
-    assert (0.0, "out", "42 61 23 01 00 24") in record.frames
+    assert (0.0, "out", "42 61 01 A5 5A 00") in record.frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in record.frames)
     assert record.notes == list(NOTES)
     with pytest.raises(ValueError, match="zone"):
@@ -229,33 +228,3 @@ def test_settings_that_a_person_approved_just_now_are_their_own_limit() -> None:
     record = checked.record({"at": AT}, are_settings_approved=True)
     (limit,) = (one.limit for one in record.checks if one.id == "fingerprint")
     assert message_from_json(limit).translated() != "none approved"
-
-
-LABELLED_AT = datetime(2026, 11, 24, tzinfo=UTC)
-
-
-@pytest.mark.parametrize(
-    ("name", "shown"),
-    [
-        ("M-07", "M-07"),
-        ("伞仓 07", "伞仓 07"),
-        (" <b>&\x1b[31m\u202e ", "&lt;b&gt;&amp;[U+001B][31m[U+202E]"),
-        ("M" * MAX_NAME_LENGTH, "M" * MAX_NAME_LENGTH),
-    ],
-)
-def test_a_label_has_name_date_code_and_a_picture(name: str, shown: str) -> None:
-    body = label_body(Label(name, LABELLED_AT, "K7QF-3M2X"))
-    assert f"<b>{shown}</b>" in body
-    assert "<br>2026-11-24<br>K7QF-3M2X<" in body
-    picture = re.search(r'src="data:image/png;base64,([^"]+)"', body)
-    assert picture is not None
-    assert base64.b64decode(picture[1]).startswith(b"\x89PNG")
-    assert "<br>2026-11-24</td>" in label_body(
-        Label(name, LABELLED_AT)
-    )  # no code is better than one of half the settings
-
-
-@pytest.mark.parametrize("name", ["", "   ", "M" * (MAX_NAME_LENGTH + 1)])
-def test_a_name_that_no_scanner_reads_has_no_label(name: str) -> None:
-    with pytest.raises(UserError, match="at most 60"):
-        label_body(Label(name, LABELLED_AT))

@@ -6,8 +6,10 @@ from typing import Any
 import pytest
 
 from app.archive.module_history import _setting
-from app.engine.device import DeviceView, How, Known, StaleReason
-from app.procedures.write import SetReply, WriteFault, Written
+from app.engine.conversation import ConversationView, How, Known
+from app.procedures.read import read_everything
+from app.procedures.stream import StreamSwitch
+from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFault, Written, write_all
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.setting_texts import DEFAULTS
@@ -15,7 +17,10 @@ from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
+from protocol.events import Ended, EndReason
 from protocol.fields import Value
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import watched_rig
 
 NOW = 1000.0
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
@@ -23,15 +28,14 @@ BY_KEY = {command.key: command for command in SETTINGS}
 STANDS: dict[str, Value] = {TILT: 60, TIME: 1.6, LIGHT: 1.8, "freefall_acceleration_g": 0.5}
 
 
-def device(
-    how: How = How.READ, stale_reason: StaleReason | None = None, *, changes: dict[str, Value] | None = None
-) -> DeviceView:
-    values = {key: Known(value, how, NOW - 12, stale_reason) for key, value in (STANDS | (changes or {})).items()}
-    return DeviceView(MappingProxyType(values))
+def known(how: How = How.READ, *, ended: bool = False, changes: dict[str, Value] | None = None) -> ConversationView:
+    values = {key: Known(value, how, NOW - 12) for key, value in (STANDS | (changes or {})).items()}
+    end = Ended(EndReason.RESTARTED, NOW) if ended else None
+    return ConversationView(number=1, ended=end, values=MappingProxyType(values))
 
 
-def row(form: SettingsForm, key: str, view: DeviceView | None = None) -> FormRow:
-    return next(one for one in form.rows(view or device(), NOW) if one.command.key == key)
+def row(form: SettingsForm, key: str, view: ConversationView | None = None) -> FormRow:
+    return next(one for one in form.rows(view or known(), NOW) if one.command.key == key)
 
 
 def written(key: str, wanted: Value, **more: Any) -> Written:
@@ -40,9 +44,9 @@ def written(key: str, wanted: Value, **more: Any) -> Written:
     return Written(command=command, target=wanted, heard=SetReply.ECHO, **more)
 
 
-def write(form: SettingsForm, *results: Written, view: DeviceView | None = None) -> None:
-    form.begin_write(form.changes(view or device(), NOW))
-    form.on_written(results)
+def write(form: SettingsForm, *results: Written, after: ConversationView | None = None) -> None:
+    form.begin_write(form.changes(known(), NOW))
+    form.on_written(results, after or known(), NOW)
 
 
 def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
@@ -51,7 +55,7 @@ def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
 
 
 def test_unknown_values_are_never_replaced_by_defaults() -> None:
-    rows = SettingsForm().rows(DeviceView(), NOW)
+    rows = SettingsForm().rows(ConversationView(), NOW)
     assert {one.state for one in rows} == {RowState.UNKNOWN}
     assert all(one.edited is None and one.module_value is None and not one.is_pending for one in rows)
 
@@ -60,17 +64,17 @@ def test_an_edit_is_pending_until_the_module_has_it() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
-    assert [(change.command.key, change.value) for change in form.changes(device(), NOW)] == [(TILT, 70)]
+    assert [(change.command.key, change.value) for change in form.changes(known(), NOW)] == [(TILT, 70)]
     form.choose(TILT, 60)
-    assert not form.changes(device(), NOW)
-    # In doubt it is worth writing, although the number is the same.
-    assert [change.value for change in form.changes(device(stale_reason=StaleReason.RESTARTED), NOW)] == [60]
+    assert not form.changes(known(), NOW)
+    # Of a conversation that is over nothing is known, although the number is the same.
+    assert [change.value for change in form.changes(known(ended=True), NOW)] == [60]
 
 
 def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
     form = SettingsForm()
     form.fill(DEFAULTS)
-    wanted = {one.command.key: one.edited for one in form.rows(DeviceView(), NOW) if one.edited is not None}
+    wanted = {one.command.key: one.edited for one in form.rows(ConversationView(), NOW) if one.edited is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
     form.choose(LIGHT, 1.9)
@@ -83,84 +87,68 @@ def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
 def test_nothing_can_be_edited_while_writing() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
-    form.begin_write(form.changes(device(), NOW))
+    form.begin_write(form.changes(known(), NOW))
     form.choose(TILT, 80)
     form.revert()
     assert (row(form, TILT).state, row(form, TILT).edited) == (RowState.WRITING, 70)
-    assert not form.changes(device(), NOW)
+    assert not form.changes(known(), NOW)
 
 
-@pytest.mark.parametrize(
-    ("doubtful", "state"),
-    [
-        ({"stale_reason": StaleReason.RESTARTED}, RowState.STALE),
-        ({"how": How.STREAMED}, RowState.READ),
-        ({"how": How.ACKNOWLEDGED}, RowState.ACKNOWLEDGED),
-        ({"how": How.ACKNOWLEDGED, "stale_reason": StaleReason.LINK_LOST}, RowState.STALE),
-    ],
-)
-def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowState) -> None:
+def test_verified_is_what_was_read_back_and_stands_until_it_is_set_again() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
-    after = device(changes={TILT: 70})
-    write(form, written(TILT, 70, read_back=70))
+    after = known(changes={TILT: 70})
+    write(form, written(TILT, 70, read_back=70), after=after)
     assert row(form, TILT, after).state is RowState.VERIFIED
     assert not form.has_drafts
-    # Anything that casts doubt ends it, for good.
-    assert row(form, TILT, device(**doubtful, changes={TILT: 70})).state is state
-    assert row(form, TILT, after).state is RowState.READ
+    assert row(form, TILT, known(How.ACKNOWLEDGED, changes={TILT: 75})).state is RowState.ACKNOWLEDGED
+    assert row(form, TILT, known(changes={TILT: 75})).state is RowState.READ
 
 
-def test_while_another_module_may_answer_no_row_says_what_came_of_the_former_one() -> None:
-    is_in_doubt = False
-    fall = "freefall_acceleration_g"
-    form, before, after = (
-        SettingsForm(lambda: is_in_doubt),
-        device(changes={fall: 0.3}),
-        device(changes={LIGHT: 2, fall: 0.3}),
-    )
-    form.fill({TILT: 70, fall: 0.3})
-    write(form, written(TILT, 70, read_back=60, fault=WriteFault.NOT_RETAINED),
-          written(fall, 0.3, read_back=0.3))  # fmt: skip
-    row(form, LIGHT, before)
-    proven = form.rows(after, NOW)
-    assert {one.state for one in proven} >= {RowState.FAILED, RowState.CHANGED, RowState.VERIFIED}
-    is_in_doubt = True
-    rows = form.rows(after, NOW)
-    assert {one.state for one in rows} == {RowState.EDITED, RowState.READ, RowState.UNKNOWN}
-    assert not any(one.reason for one in rows)
-    is_in_doubt = False
-    assert form.rows(after, NOW) == proven
-
-
-@pytest.mark.parametrize("meanwhile", [{"restarts": 1}, {"presence_since": NOW}])
-def test_a_restart_or_an_absence_that_nobody_looked_at_ends_verified(meanwhile: dict[str, Any]) -> None:
-    form, after = SettingsForm(), device(changes={TILT: 70})
-    form.choose(TILT, 70)
-    write(form, written(TILT, 70, read_back=70))
-    assert row(form, TILT, after).state is RowState.VERIFIED
-    assert row(form, TILT, after._replace(**meanwhile)).state is RowState.READ
+@pytest.mark.promise("f")
+def test_what_reads_otherwise_later_ends_the_conversation_and_with_it_the_form() -> None:
+    rig, form = watched_rig(StreamSwitch()), SettingsForm()
+    rig.run(read_everything())
+    change = SettingChange(BY_KEY[TIME], 1.2)
+    form.begin_write([change])
+    report = rig.run(write_all([change], WriteContext(journal=FakeJournal())))
+    form.on_written(report.results, rig.conversation, rig.clock())
+    for _ in range(3):
+        rig.step_for(10.0)
+        found = next(one for one in form.rows(rig.conversation, rig.clock()) if one.command.key == TIME)
+        assert found.state is RowState.VERIFIED
+    rig.bench.module.memory.freefall_time = 20
+    number = rig.conversation.number
+    rig.step_until(lambda: rig.conversation.number != number or not rig.conversation.is_going, limit_s=12.0)
+    ended = rig.conversation.ended
+    assert ended is not None
+    assert ended.contradiction is not None
+    assert ended.contradiction.after.value == 0.2
+    stale = next(one for one in form.rows(rig.conversation, rig.clock()) if one.command.key == TIME)
+    assert stale.state is RowState.STALE
 
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
     form = SettingsForm()
     form.choose(FLAG, False)
     write(form, written(FLAG, False))
-    assert row(form, FLAG, device(How.ACKNOWLEDGED, changes={FLAG: False})).state is RowState.ACKNOWLEDGED
+    assert row(form, FLAG, known(How.ACKNOWLEDGED, changes={FLAG: False})).state is RowState.ACKNOWLEDGED
 
 
-@pytest.mark.parametrize("fault", [fault for fault in WriteFault if fault is not WriteFault.NOT_ALLOWED])
+@pytest.mark.parametrize(
+    "fault", sorted(set(WriteFault) - {WriteFault.NOT_ALLOWED, WriteFault.NOT_SENT}, key=lambda fault: fault.name)
+)
 def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
     write(form, written(TILT, 130, read_back=90, fault=fault, verified=False))
-    held = device(changes={TILT: 90})
+    held = known(changes={TILT: 90})
     for _ in range(3):
         red = row(form, TILT, held)
         assert (red.state, red.is_pending, red.edited) == (RowState.FAILED, True, 130)
         assert fault.value in red.reason
         assert red.reason.endswith("It holds 90°.")
-    assert row(form, TILT, device(changes={TILT: 130})).state is RowState.READ
+    assert row(form, TILT, known(changes={TILT: 130})).state is RowState.READ
     assert not form.has_drafts
 
 
@@ -168,18 +156,25 @@ def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> No
     form = SettingsForm()
     form.choose(TILT, 70)
     write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK, verified=False))
-    received = device(How.ACKNOWLEDGED, changes={TILT: 70})
+    received = known(How.ACKNOWLEDGED, changes={TILT: 70})
     assert (row(form, TILT, received).state, row(form, TILT, received).is_pending) == (RowState.FAILED, True)
-    assert row(form, TILT, device(changes={TILT: 70})).state is RowState.READ
+    assert row(form, TILT, known(changes={TILT: 70})).state is RowState.READ
 
 
 @pytest.mark.parametrize(
-    ("fault", "state"), [(WriteFault.REFUSED, RowState.FAILED), (WriteFault.NOT_ALLOWED, RowState.EDITED)]
+    ("fault", "heard", "state"),
+    [
+        (WriteFault.REFUSED, SetReply.OTHER, RowState.FAILED),
+        (WriteFault.NOT_ALLOWED, SetReply.NOT_SENT, RowState.EDITED),
+        (WriteFault.NOT_SENT, SetReply.NOT_SENT, RowState.EDITED),
+    ],
 )
-def test_what_was_not_written_stays_edited_until_it_is_reverted(fault: WriteFault, state: RowState) -> None:
+def test_what_was_not_written_stays_edited_until_it_is_reverted(
+    fault: WriteFault, heard: SetReply, state: RowState
+) -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
-    write(form, written(TILT, 130, read_back=60, fault=fault, verified=False))
+    write(form, written(TILT, 130, fault=fault, verified=False)._replace(heard=heard))
     assert row(form, TILT).state is state
     form.revert(TILT)
     assert row(form, TILT).state is RowState.READ
@@ -194,7 +189,7 @@ def test_what_was_not_written_stays_edited_until_it_is_reverted(fault: WriteFaul
 def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warned: bool) -> None:
     form = SettingsForm()
     form.choose(key, value)
-    (change,) = form.changes(device(), NOW)
+    (change,) = form.changes(known(), NOW)
     assert bool(change.risks) is is_warned
     assert row(form, key).consequences
 
@@ -204,7 +199,7 @@ def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     assert "12.6 m" in row(form, TIME).consequences[0].sentence
     form.choose(TIME, 0.8)
     assert "3.14 m" in row(form, TIME).consequences[0].sentence
-    assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences
+    assert not row(SettingsForm(), TIME, known(ended=True)).consequences
 
 
 def parsed(key: str, text: str) -> object:

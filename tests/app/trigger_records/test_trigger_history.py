@@ -10,12 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.engine.conversation import Interrupted
+from app.modules.names import remembered
 from app.store.fact_store import Facts
 from app.store.kinds import TriggerRecordSeen
 from app.trigger_records.csv_file import HEAD, write_archive
+from app.trigger_records.filing import PossiblyOther, file_triggers, read_triggers
 from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
-from app.trigger_records.kept import KeptTriggers
+from app.trigger_records.kept import KeptTriggers, Visit
 from protocol.frame import encode_long
+from tests.support.line.sim_line import settled_rig
 from tests.support.records.stored import plain_facts
 
 WORKED = bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E")
@@ -173,6 +177,44 @@ def test_modules_with_and_without_a_name_are_kept_apart(facts: Facts) -> None:
     assert [record.raw for record in store.records(other)] == [raw(2, 2)]
     assert not store.do_follow(one, [raw(9, 9)], is_confirmed=True)
     assert store.do_follow(one, [raw(1, 1), raw(9, 9)], is_confirmed=True)
+
+
+# Read from a module, and filed under the name that a person said
+
+
+@pytest.mark.promise("a")
+def test_records_that_do_not_follow_are_kept_under_a_name_only_by_a_persons_word(facts: Facts) -> None:
+    first = settled_rig(history=3).run(read_triggers())
+    assert (first.conversation, first.boot_count) == (1, 37)
+    visit = file_triggers(facts, first, "M-07", port="p", adapter="usb")
+    assert isinstance(visit, Visit)
+    assert len(visit.records) == 3
+    known = remembered(facts, "M-07")
+    assert known is not None
+    assert (known.boot_count, known.adapter, dict(known.settings)) == (37, "usb", dict(first.settings))
+    other = settled_rig(history=5, seed=9).run(read_triggers())
+    refused = file_triggers(facts, other, "M-07", port="p")
+    assert isinstance(refused, PossiblyOther)
+    assert refused.why.in_english() == "the records do not follow those of its last visit"
+    assert len(KeptTriggers(facts).records("M-07")) == 3
+    assert isinstance(file_triggers(facts, other, "M-07", port="p", is_same_module=True), Visit)
+
+
+def test_a_simulated_module_is_kept_apart_from_a_real_one(facts: Facts) -> None:
+    reading = settled_rig(history=3).run(read_triggers())
+    assert isinstance(file_triggers(facts, reading, "M-07", port="sim://x"), Visit)
+    refused = file_triggers(facts, reading, "M-07", port="/dev/ttyUSB0", is_same_module=True)
+    assert isinstance(refused, PossiblyOther)
+
+
+def test_an_interruption_while_they_are_read_keeps_nothing() -> None:
+    rig = settled_rig(history=3)
+    job = rig.job(read_triggers())
+    rig.step_for(0.1)
+    rig.bench.restart()
+    rig.step_until(lambda: job.has_ended)
+    with pytest.raises(Interrupted):
+        job.outcome()
 
 
 # CSV

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from app.limits.past import Past
+from app.modules.names import Remembered
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
@@ -14,7 +15,9 @@ from app.preflight.verdict import Assessment, assess
 from app.records.record import Record, make_record
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ManualLine, Profile
+from app.text.user_error import UserError
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
+from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
 
@@ -62,19 +65,29 @@ def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling:
         for name, value in fault.options.items():
             merged[name] = f"{merged[name]},{value}" if name == "mute_codes" and name in merged else value
     rig = Rig(merged)
+    rig.step_for(1.5)
     for fault in faults:
         if fault.arrange is not None:
             fault.arrange(rig)
+    return judged(rig, gather(rig, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)), *faults)
+
+
+def gather(rig: Rig, *, is_enabling: bool = False) -> Evidence:
+    """Run a check; one that is interrupted, or that nobody answers, is void."""
     evidence = Evidence(port="sim")
-    rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
-    return judged(rig, evidence, *faults)
+    job = rig.job(run_preflight(evidence, is_enabling=is_enabling, journal=FakeJournal()))
+    rig.step_until(lambda: job.has_ended)
+    if job.error is not None:
+        assert isinstance(job.error, UserError)
+        evidence.note_error(job.error)
+    return evidence
 
 
 def judged(rig: Rig, evidence: Evidence, *faults: Fault) -> Checked:
     """Judge the evidence by the expectations of these faults."""
     evidence.listen(rig.session.take_events())
     profile: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
-    past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
+    past: dict[str, Any] = {"module": "M-07", "remembered": Remembered("M-07", boot_count=36), "has_check": True}
     for fault in faults:
         profile |= fault.profile
         past |= fault.past
@@ -129,7 +142,7 @@ def _names(*names: str) -> frozenset[str]:
     return frozenset(names)
 
 
-_STATUS = _names("status", "triggered", "activation", "tilt", "tilt_spread", "acceleration", "acceleration_spread")
+_STATUS = _names("read_twice", "triggered", "activation", "tilt", "tilt_spread", "acceleration", "acceleration_spread")
 _FLAGS = _names("attitude_trigger", "freefall_trigger")
 
 FAULTS: Mapping[str, Fault] = {
@@ -162,15 +175,15 @@ FAULTS: Mapping[str, Fault] = {
     "no light": Fault(_names("light"), {"mute_codes": "14"}),
     "no charge state": Fault(_names("charging", "cell_voltage"), {"mute_codes": "33"}),
     "no voltage": Fault(_names("cell_voltage"), {"mute_codes": "34"}),
-    "no boot count": Fault(_names("boot_count"), {"mute_codes": "23"}),
+    "no boot count": Fault(_names("connection", "boot_count"), {"mute_codes": "23"}),
     "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
-    "restarted": Fault(_names("undisturbed"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
+    "restarted": Fault(_names("connection"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
     # Nothing of the module.
     "not as in the profile": Fault(
         _names("attitude_threshold"),
         profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
     ),
-    "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
+    "another module": Fault(_names("boot_count"), past={"remembered": Remembered("M-07", boot_count=100)}),
     "other records": Fault(_names("boot_count"), past={"do_records_follow": False}),
     "not approved": Fault(_names("fingerprint"), profile={"approved_fingerprint": "AAAA-AAAA"}),
     "canopy torn": Fault(_names("manual"), profile={"manual": (ManualLine("Canopy", is_done=False),)}),

@@ -1,0 +1,249 @@
+"""The check on the independent module: two on one line, one that contradicts itself, a line that repeats answers.
+
+What is judged stands beside the module's own log and state; the module shares nothing with the product.
+"""
+
+import itertools
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import pytest
+
+from app.engine.worker import Batch, Job, Worker
+from app.limits.past import Past
+from app.modules.names import Remembered
+from app.preflight.activation import activate_ready
+from app.preflight.evidence import Evidence
+from app.preflight.findings import Case, CheckResult, Person
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Assessment, Verdict, assess, void_reason
+from app.procedures.read import read_everything
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.settings.profiles import Profile
+from app.text.user_error import UserError
+from protocol.catalogue import BY_NAME
+from tests.module.options import Options
+from tests.support.journals import FakeJournal
+from tests.support.line.module_line import ModuleRig
+from tests.support.patience import PATIENCE_S
+from tests.support.thorough import some
+
+ACTIVATION, ATTITUDE, FREEFALL = 0x10, 0x16, 0x17
+KEYS = {ATTITUDE: "attitude_trigger", FREEFALL: "freefall_trigger"}
+SECOND_DELAYS_S = (0.0, 0.002, 0.02, 0.1, 0.3, 0.6, 0.9)
+DIFFERENCES: tuple[dict[str, int], ...] = (
+    {"boots": 12},
+    {"attitude_threshold": 85},
+    {"freefall_time": 90, "boots": 3},
+    {"light_threshold": 40},
+)
+
+
+def case_of(evidence: Evidence) -> Case:
+    person = Person(who="R. Tanaka", module="M-07", are_records_reviewed=True, are_settings_approved=True)
+    past = Past(module="M-07", remembered=Remembered("M-07", boot_count=1), has_check=True, is_said_new=True)
+    return Case(evidence=evidence, profile=Profile(settings={"light_threshold_v": 1.8}), past=past, person=person)
+
+
+def check(rig: ModuleRig) -> tuple[Evidence, Assessment]:
+    """With the triggers enabled; an interrupted one, too."""
+    evidence = Evidence(port="sim")
+    job = rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
+    rig.step_until(lambda: job.has_ended)
+    if job.error is not None:
+        assert isinstance(job.error, UserError)
+        evidence.note_error(job.error)
+    return evidence, assess(case_of(evidence))
+
+
+# Two on one line
+
+
+def two_modules(delay_s: float, **settings: int) -> ModuleRig:
+    """The second one stands at 80°, which fires, and answers so much later."""
+    rig = ModuleRig(Options(delay_s=0.001), Options(delay_s=0.001 + delay_s))
+    second = rig.modules[1]
+    second.readings.tilt_deg = 80
+    second.readings.boots = settings.pop("boots", 1)
+    for name, value in settings.items():
+        second.settings[BY_NAME[name].code] = value
+    return rig
+
+
+@pytest.mark.promise("f")
+def test_a_line_with_a_second_talker_gets_no_verdict() -> None:
+    for difference, delay_s in some(itertools.product(DIFFERENCES, SECOND_DELAYS_S), one_in=3):
+        evidence, assessment = check(two_modules(delay_s, **difference))
+        assert assessment.verdict is Verdict.NO_GO, (difference, delay_s)
+        assert evidence.void is not None or assessment.result("read_twice") is not CheckResult.PASS
+
+
+def test_a_second_answer_to_each_question_about_a_threshold_ends_the_check() -> None:
+    """First 60°, and 2 ms later the truth."""
+    rig = ModuleRig(Options(second={0x20: (0.002, "01 55"), 0x22: (0.002, "01 5a"), 0x21: (0.002, "01 03")}))
+    evidence, assessment = check(rig)
+    assert assessment.verdict is Verdict.NO_GO
+    assert evidence.void is not None
+    assert evidence.void.word == "contradicted"
+    connection = next(one for one in assessment.checks if one.check.id == "connection")
+    assert connection.finding.shown.in_english() == "Attitude threshold: 60°, then 85°. Two modules on this line?"
+
+
+@pytest.mark.parametrize(
+    ("code", "text"), [(0x14, "01 1e"), (0x33, "01 01"), (0x34, "01 64"), (0x32, "50 0a 00 00"), (0x30, "01 01")]
+)
+@pytest.mark.promise("f")
+def test_a_second_answer_about_what_drifts_blocks_ready(code: int, text: str) -> None:
+    for after_s in (0.001, 0.01, 0.1):
+        _evidence, assessment = check(ModuleRig(Options(second={code: (after_s, text)})))
+        assert assessment.verdict is Verdict.NO_GO, after_s
+
+
+@pytest.mark.promise("f")
+def test_a_verdict_is_void_when_a_second_module_answers() -> None:
+    rig = ModuleRig()
+    _evidence, ready = check(rig)
+    assert ready.verdict is Verdict.READY
+    permit = rig.permit(Act.ACTIVATE)
+    rig.module.options.second = {0x20: (0.002, "01 55")}
+    job = rig.job(read_everything())
+    rig.step_until(lambda: job.has_ended)
+    void = void_reason(ready, rig.conversation, rig.clock())
+    assert void is not None
+    rig.module.options.second = {}
+    rig.begin()
+    performed, after = rig.run(activate_ready(ready, FakeJournal(), permit))
+    assert performed.outcome is Outcome.NOT_SENT
+    assert after.void is not None
+    assert rig.module.log.acts() == []
+
+
+# 30 and 31
+
+
+LIES: tuple[tuple[dict[int, str], int, str], ...] = (
+    ({0x30: "01 01"}, 0, "activation"),
+    ({0x30: "01 00"}, 1, "activation"),
+    ({0x31: "01 01"}, 0, "triggered"),
+)
+
+
+@pytest.mark.parametrize(("instead", "is_active", "against"), LIES)
+@pytest.mark.promise("h")
+def test_a_status_that_30_or_31_contradicts_is_no_pass(instead: dict[int, str], is_active: int, against: str) -> None:
+    rig = ModuleRig(Options(instead=instead))
+    rig.module.settings[ACTIVATION] = is_active
+    _evidence, assessment = check(rig)
+    assert assessment.verdict is Verdict.NO_GO
+    finding = next(one.finding for one in assessment.checks if one.check.id == against)
+    assert finding.result is CheckResult.UNKNOWN
+    assert finding.shown.in_english().startswith("30: " if against == "activation" else "31: ")
+
+
+@pytest.mark.parametrize("code", [0x30, 0x31])
+def test_a_module_that_does_not_answer_one_of_them_is_not_ready(code: int) -> None:
+    _evidence, assessment = check(ModuleRig(Options(lost_queries={code: -1})))
+    assert assessment.verdict is Verdict.NO_GO
+
+
+def test_after_activating_30_has_to_agree_too() -> None:
+    rig = ModuleRig()
+    ready = check(rig)[1]
+    assert ready.verdict is Verdict.READY
+    rig.module.at_frame = lambda question: (
+        rig.module.options.instead.update({0x30: "01 00"}) if question.is_set else None
+    )
+    performed, evidence = rig.run(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
+    assert rig.module.settings[ACTIVATION] == 1
+    assert performed.outcome is Outcome.UNKNOWN
+    assert assess(case_of(evidence)).verdict is Verdict.NO_GO
+
+
+# Acknowledgements that come again (E4)
+
+
+# A copy comes within three seconds, or is taken for something else (docs/safety.md).
+DELAYS_S = (0.05, 0.25, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 2.9)
+LOST = ((ATTITUDE,), (FREEFALL,), (ATTITUDE, FREEFALL))
+
+
+def disabled(options: Options) -> ModuleRig:
+    """Its triggers are off, so that a set that did not arrive shows."""
+    rig = ModuleRig(options)
+    rig.module.settings |= {ATTITUDE: 1, FREEFALL: 1}
+    return rig
+
+
+@pytest.mark.parametrize("code", [0x16, 0x17])
+def test_on_a_good_line_both_are_enabled_and_it_is_ready(code: int) -> None:
+    rig = disabled(Options(freefall_code=code))
+    assessment = check(rig)[1]
+    assert [one.check.id for one in assessment.checks if one.blocks_go] == []
+    assert assessment.verdict is Verdict.READY
+    assert (rig.module.settings[ATTITUDE], rig.module.settings[FREEFALL]) == (0, 0)
+    times = [entry.at_s for entry in rig.module.log.sets() if entry.code in KEYS]
+    assert (times[1] - times[0] < 1.0) is (code == 0x17), "16 directly after a 17 that was answered under 17"
+
+
+@pytest.mark.parametrize("how", ["lost_sets", "lost_answers"])
+@pytest.mark.promise("f")
+def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> None:
+    """A line that repeats both acknowledgements, on which sets are lost or ignored without a word."""
+    for delay_s, lost, code in some(itertools.product(DELAYS_S, LOST, (0x16, 0x17)), one_in=6):
+        options = Options(freefall_code=code, copies={ATTITUDE: [delay_s], FREEFALL: [delay_s]})
+        setattr(options, how, dict.fromkeys(lost, -1))
+        assessment = check(disabled(options))[1]
+        where = (delay_s, [f"{one:02X}" for one in lost], f"{code:02X}")
+        for one in lost:
+            assert assessment.result(KEYS[one]) is not CheckResult.PASS, where
+        assert assessment.verdict is Verdict.NO_GO, where
+
+
+# In another process
+
+
+@contextmanager
+def module_process(*options: str) -> Iterator[tuple[str, IO[str]]]:
+    """The port, and where it takes its orders."""
+    words = [sys.executable, "-m", "tests.module", *options]
+    root = Path(__file__).parents[3]
+    with subprocess.Popen(words, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            yield process.stdout.readline().strip(), process.stdin
+        finally:
+            process.stdin.close()
+
+
+@pytest.mark.promise("f")
+def test_a_module_in_another_process_is_ready_until_it_restarts() -> None:
+    batches: list[Batch] = []
+    worker = Worker(batches.append)
+    worker.start()
+    try:
+        with module_process("delay_s=0.002") as (port, orders):
+            worker.open(port, 115200)
+            evidence = Evidence(port=port)
+            job = worker.submit(Job(run_preflight(evidence, is_enabling=True, journal=FakeJournal())))
+            assert job.wait(PATIENCE_S)
+            assert job.outcome() is evidence
+            ready = assess(case_of(evidence))
+            assert (ready.verdict, ready.open_checks) == (Verdict.READY, ())
+            print("restart", file=orders, flush=True)
+            again = Evidence(port=port)
+            job = worker.submit(Job(run_preflight(again), conversation=evidence.conversation))
+            assert job.wait(PATIENCE_S)
+            assert isinstance(job.error, UserError)
+            assert again.void is None or again.void.word in ("restarted", "silent", "contradicted")
+            ended = next(batch.conversation for batch in reversed(batches) if batch.conversation.ended is not None)
+            void = void_reason(ready, ended, batches[-1].at)
+            assert void is not None
+            assert ended.number == evidence.conversation
+    finally:
+        worker.stop()

@@ -1,0 +1,110 @@
+"""The fingerprint of the settings, and the comparison of a profile with a module."""
+
+from itertools import product
+from types import MappingProxyType
+
+import pytest
+
+from app.engine.conversation import ConversationView, How, Known
+from app.engine.setting_changes import READABLE_SETTINGS
+from app.procedures.read import read_everything
+from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
+from app.settings.profiles import Match, Profile, compare
+from protocol.catalogue import SETTINGS
+from protocol.events import Ended, EndReason
+from protocol.fields import Value
+from tests.support.line.sim_line import settled_rig
+
+USUAL: dict[str, Value] = {
+    "light_threshold_v": 1.8,
+    "attitude_threshold_deg": 60,
+    "freefall_acceleration_g": 0.5,
+    "freefall_time_s": 1.6,
+}
+
+
+def code(**changed: Value) -> str:
+    found = fingerprint({**USUAL, **changed}).code
+    assert found is not None
+    return found
+
+
+def test_the_code_never_changes_between_versions() -> None:
+    assert code() == "JFKY-2WSC"  # printed on stickers: never changes
+
+
+def test_only_the_covered_settings_decide_the_code() -> None:
+    assert code() == code(freefall_time_s=1.60, attitude_threshold_deg=60.0)
+    assert code() == code(attitude_trigger=True, serial_output=False, baud_rate=9600)
+    assert {command.name for command in set(SETTINGS) - set(READABLE_SETTINGS)} == {
+        "serial_output", "attitude_trigger", "freefall_trigger", "baud_rate",
+    }  # fmt: skip
+
+
+def test_every_setting_changes_the_code() -> None:
+    codes = {code()}
+    for command in READABLE_SETTINGS:
+        assert command.write is not None
+        for raw in range(256):
+            codes.add(code(**{command.key: command.write.decode(raw)}))
+    assert len(codes) == 1 + 4 * 255
+
+
+def test_missing_settings_are_reported_and_change_the_code() -> None:
+    partly = {key: value for key, value in USUAL.items() if key != "freefall_time_s"}
+    found = fingerprint(partly)
+    assert [command.key for command in found.missing] == ["freefall_time_s"]
+    assert not found.is_complete
+    assert found.code != code()
+    assert fingerprint({}).code is None
+
+
+@pytest.mark.promise("f")
+def test_the_check_finds_every_single_error() -> None:
+    spoken = code()
+    plain = spoken.replace("-", "")
+    assert is_fingerprint(spoken)
+    assert is_fingerprint(f" {spoken.lower()} ")
+    for place, wrong in product(range(8), ALPHABET):
+        damaged = plain[:place] + wrong + plain[place + 1 :]
+        assert is_fingerprint(damaged) is (damaged == plain)
+    for text in ("", plain[:-1], plain + "A", plain.replace(plain[0], "0"), "🪂" * 8):
+        assert not is_fingerprint(text)
+
+
+def test_the_code_of_a_module_and_its_profile() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    settings = rig.conversation.settings(rig.clock())
+    assert settings == {**USUAL, "baud_rate": 115200}
+    assert fingerprint(settings) == fingerprint(USUAL)
+
+
+@pytest.mark.promise("f")
+def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_snapshot() -> None:
+    known = {command.key: Known(True, How.ACKNOWLEDGED, 1.0) for command in SETTINGS}
+    others = {command.key for command in SETTINGS} - {"serial_output"}
+    assert ConversationView(number=1, values=MappingProxyType(known)).settings(2.0).keys() == others
+
+
+@pytest.mark.parametrize(
+    ("known", "ended", "match", "is_ticked"),
+    [
+        (Known(1.6, How.READ, 1.0), None, Match.SAME, False),
+        (Known(1.2, How.READ, 1.0), None, Match.DIFFERENT, True),
+        (Known(1.6, How.READ, 1.0), Ended(EndReason.RESTARTED, 1.5), Match.UNKNOWN, True),
+        (None, None, Match.UNKNOWN, True),
+    ],
+)
+def test_rows_of_the_comparison(known: Known | None, ended: Ended | None, match: Match, is_ticked: bool) -> None:
+    values = {} if known is None else {"freefall_time_s": known}
+    view = ConversationView(number=1, ended=ended, values=MappingProxyType(values))
+    rows = compare(Profile(name="p", settings={"freefall_time_s": 1.6}), view, 2.0)
+    assert len(rows) == 8
+    for row in rows:
+        if row.command.key == "freefall_time_s":
+            value = None if row.module_value is None else row.module_value.value
+            assert value == (None if known is None else known.value)
+            assert (row.target, row.match, row.is_worth_applying) == (1.6, match, is_ticked)
+        else:
+            assert (row.match, row.is_worth_applying) == (Match.NOT_IN_PROFILE, False)

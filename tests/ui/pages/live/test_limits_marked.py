@@ -1,0 +1,98 @@
+"""What is outside its limit is marked in the window, with its limit."""
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.text.i18n import CHINESE, ENGLISH, temporary_language
+from protocol.events import Counters
+from protocol.frame import Reason
+from tests.support.records.recordings_desk import made, record
+from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.live_bench import Bench, live_bench
+from ui.pages.live.page import LivePage
+from ui.style.painted_widget import Freshness
+from ui.style.theme import Meaning
+from ui.widgets.readout import Readout
+
+
+@pytest.mark.parametrize("is_chinese", [False, True])
+@pytest.mark.promise("g")
+def test_a_recording_marks_them_under_the_cursor(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
+) -> None:
+    made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
+    with temporary_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+        desk.storage.recordings.open(desk.library.entries()[0])
+        desk.until(lambda: desk.live.recording is not None)
+        plot, panel = desk.live.plot, desk.live.panel
+        plot.time_range.show_instant(1005.0)
+        desk.live.refresh()
+        bay_open, low = ("伞仓打开（假定）", "电压低") if is_chinese else ("bay open (assumed)", "low")
+        assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION
+        light, cell = panel.light.accessibleName(), panel.cell.accessibleName()
+        assert light.endswith(bay_open)
+        assert cell.endswith(low)
+        assert "1.8 V" in light
+        assert "3.80 V" in cell
+        comma = "，限值" if is_chinese else ", limit"
+        mark = "（!）" if is_chinese else " (!) "
+        assert f"3.52 V{mark}{low}{comma} 3.80 V" in plot.reading
+
+
+@pytest.fixture
+def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+    with live_bench(qtbot, qapp) as bench:
+        yield bench
+
+
+@pytest.mark.promise("g")
+def test_live_marks_cell_and_bay(live: Bench) -> None:
+    live.say()
+    cell, light = live.find(Readout, "live_cell"), live.find(Readout, "live_light")
+    assert (cell.accessibleName(), light.accessibleName()) == (
+        "Cell voltage: 3.94 V, not charging",
+        "Light: 0.3 V, limit 1.8 V, bay closed (assumed)",
+    )
+    live.say(cell_voltage_v=3.52, light_v=2.1)
+    assert cell.accessibleName() == "Cell voltage: 3.52 V, limit 3.80 V, low"
+    assert light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open (assumed)"
+    assert cell.meaning is Meaning.ATTENTION
+    assert light.meaning is Meaning.ATTENTION
+    live.pass_time(30.0)
+    assert cell.freshness is Freshness.STALE
+
+
+@pytest.mark.promise("g")
+def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
+        top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
+        connect(qtbot, assembly, "sim://weak")
+        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
+        assert top.cell.meaning is None
+        bench.set_cell(3.5)
+        qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low")
+        assert top.cell.meaning is Meaning.ATTENTION
+        assert "limit 3.80 V" in top.cell.accessibleName()
+        last = connector.current.last
+        assert last is not None
+        assert last.link is not None
+        statistics = connector.current.kept.statistics
+        statistics.last_invalid_at = None
+        sound = last._replace(at=connector.clock(), link=last.link._replace(lag_s=0.1, round_trip_median_s=0.02))
+        assert sound.link is not None
+        line.on_batch(sound)
+        assert line.fault.isHidden()
+        counters = last.link.counters + Counters(rejected_bytes=Counter({Reason.CHECKSUM: 7}))
+        damaged = sound._replace(link=sound.link._replace(counters=counters))
+        statistics.on_batch(damaged)
+        line.on_batch(damaged)
+        assert not line.fault.isHidden()
+        assert line.fault.text() == "invalid bytes"
+        assert not line.sign.pixmap().isNull()
+        line.on_batch(damaged._replace(at=connector.clock() + 11))
+        assert line.fault.isHidden()
