@@ -7,11 +7,12 @@ from typing import NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.conversation import How
-from app.safety.left_active import LeftActive, all_left, keep_left, note_locked, note_safe
+from app.safety.left_active import LeftActive, all_left
+from app.store.acts import Where, note_report, note_said_safe
 from app.store.fact_store import Facts, Store
-from app.store.rows import time_text
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
+from ui.services.storage import ORIGIN
 from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.style.theme import Meaning
@@ -23,8 +24,8 @@ class _Told(NamedTuple):
 
     run: str
     name: str
+    is_going: bool
     is_active: bool
-    is_lock_unconfirmed: bool
 
 
 class LeftActiveWatch(QObject):
@@ -53,14 +54,13 @@ class LeftActiveWatch(QObject):
         left = next((one for one in self._storage.left_active if one.known_as.run not in going), None)
         if left is None:
             return None
-        act = partial(self._update, partial(note_safe, left=left))
+        act = partial(self._update, partial(note_said_safe, left=left, origin=ORIGIN))
         safe = Choice("left_active_locked", tr("It is safe"), act, is_step=True)
         meaning = Meaning.ATTENTION if left.is_warning else Meaning.INFORMATION
         return Notice(meaning, left.sentence, (safe,))
 
     def _add(self, port: Port) -> None:
         port.changed.connect(partial(self._watch, port))
-        port.lock.changed.connect(partial(self._watch, port))
         port.module_changed.connect(self.changed)
 
     def _watch(self, port: Port) -> None:
@@ -69,15 +69,14 @@ class LeftActiveWatch(QObject):
         known = module.view.values.get("active")
         if known is None or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
             return
-        told = _Told(module.run_id, module.name, known.value is True, port.lock.failed is not None)
+        if known.value is not True and not module.is_going:
+            return  # what it reported last, before its conversation ended
+        told = _Told(module.run_id, module.name, module.is_going, known.value is True)
         if told == self._told.get(port):
             return
         self._told[port] = told
-        left = LeftActive(module.known_as, target.device, target.identity, is_lock_unconfirmed=told.is_lock_unconfirmed)
-        if told.is_active or told.is_lock_unconfirmed:
-            self._update(partial(_keep, left))
-        elif module.is_going:
-            self._update(partial(note_locked, run=module.run_id))
+        where = Where(target.device, ORIGIN, target.identity, module.known_as)
+        self._update(partial(note_report, where=where, is_active=told.is_active))
 
     def _update(self, note: Callable[[Facts], object]) -> None:
         """Do this in the store's thread, and take what is left ACTIVE then."""
@@ -89,10 +88,6 @@ class LeftActiveWatch(QObject):
     def _take(self, left: tuple[LeftActive, ...]) -> None:
         self._storage.left_active = left
         self.changed.emit()
-
-
-def _keep(left: LeftActive, facts: Facts) -> None:
-    keep_left(facts, left._replace(at=time_text(facts.now())))
 
 
 def _after(note: Callable[[Facts], object], facts: Facts) -> tuple[LeftActive, ...]:

@@ -278,6 +278,8 @@ class Port(QObject):
         was_going = self.module.is_going or view.is_going
         if view.number == self.module.number:
             self.module.take_in(batch)
+        else:  # of what was connected before; the bytes on the line are of now
+            self.module.take_in(batch._replace(conversation=self.module.view))
         if view.ended is not None and was_going:
             self._on_end(view, view.ended)
         self.lock.take_in(batch, self.module.activation, is_open=self.is_open)

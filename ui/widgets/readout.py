@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QApplication, QSizePolicy
 
-from app.engine.device import Known
+from app.engine.conversation import Known
 from app.safety.last_known import Activation, SeenActivation
 from app.safety.trigger_flags import TriggerFlags
 from app.text.durations import duration

@@ -48,7 +48,7 @@ class BundlePreview(QWidget):
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
-        self._connector, self._appearance = services.ports, services.appearance
+        self._ports, self._appearance = services.ports, services.appearance
         self._traffic, self._log, self._result = traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
@@ -105,13 +105,13 @@ class BundlePreview(QWidget):
 
     def _contents(self) -> Contents:
         """Copies what belongs to the window's thread; without the log."""
-        connection = self._connector.current.connection
+        connection = self._ports.current.connection
         return Contents(
             version=version(),
             connection=connection,
-            device=self._connector.current.device,
-            now=self._connector.clock(),
-            statistics=copy.copy(self._connector.current.kept.statistics),
+            conversation=self._ports.module.view,
+            now=self._ports.clock(),
+            statistics=copy.copy(self._ports.module.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
             capture=self._traffic.entries(),
             capture_started_at=self._traffic.started_at(),

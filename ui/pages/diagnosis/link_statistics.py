@@ -212,7 +212,7 @@ class LinkStatisticsView(ScrollArea):
         super().__init__()
         self.setObjectName("link_figures_view")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._connector = services.ports
+        self._ports = services.ports
         self.setAccessibleName(tr("Statistics"))
         self.totals = {key: Tile(f"figures_{key}", tr(title)) for key, title in _NUMBERS}
         self.trips, self.over_time = Histogram(), OverTime()
@@ -232,7 +232,7 @@ class LinkStatisticsView(ScrollArea):
         self._pair.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
 
     def refresh(self) -> None:
-        statistics = self._connector.current.kept.statistics
+        statistics = self._ports.module.statistics
         totals = statistics.totals
         shown = self.totals
         shown["sent"].show_figure(f"{totals.sent:,}")
@@ -242,8 +242,7 @@ class LinkStatisticsView(ScrollArea):
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = statistics.quantile_s(quantile)
             shown[key].show_figure("—" if trip_s is None else f"{trip_s * 1000:.1f} ms")
-        link = self._connector.current.last.link
-        lag_s = None if link is None else link.lag_s
+        lag_s = self._ports.module.view.lag_s
         shown["lag"].show_figure("—" if lag_s is None else f"{lag_s:.2f} s")
         shown["rejected"].show_figure(f"{totals.rejected:,}", needs_attention=totals.rejected > 0)
         shown["restarts"].show_figure(f"{totals.restarts:,}")
@@ -251,7 +250,7 @@ class LinkStatisticsView(ScrollArea):
         self.trips.show_classes(statistics.round_trips())
         counts = (labelled(tr(REASON_WORDS[why]), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
         self.reasons.setText("\n".join(counts) or tr("none"))
-        now, slices = self._connector.clock(), statistics.seconds
+        now, slices = self._ports.clock(), statistics.seconds
         # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
         length_s = min(float(MAX_SECONDS), max(SHORTEST_S, past_s))

@@ -71,7 +71,7 @@ class WhyPanel(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("why_panel")
-        self._connector, self._storage = services.ports, services.storage
+        self._ports, self._storage = services.ports, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -92,23 +92,22 @@ class WhyPanel(ScrollArea):
         self.setAccessibleName(tr("Connection"))
         self.seen = {key: Tile(f"why_seen_{key}", tr(english), is_long=key in _LONG) for key, english in _SEEN}
         self._lay_out()
-        self._connector.invalidated.connect(self._begin_again)
-        self._connector.ports.listed.connect(self._notice_ports)
+        self._ports.watcher.listed.connect(self._notice_ports)
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        self._connector.changed.connect(timer.refresh_seen)
+        self._ports.changed.connect(timer.refresh_seen)
         for label in (self.command, self.seen["noise"].figure):
             label.setFont(fixed_font())
-        self._begin_again()
+        self.begin_again()
         self._notice_ports()
 
     def on_batch(self, batch: Batch) -> None:
         self._evidence.on_batch(batch)
 
     def evidence(self) -> PortEvidence:
-        current, target = self._connector.current, self._connector.current.target
+        current, target = self._ports.current, self._ports.current.target
         port = "" if target is None else target.device
         facts = self._facts if self._facts_port == port else AdapterFacts()
-        visits = self._history.short_visits(port, self._connector.clock())
+        visits = self._history.short_visits(port, self._ports.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
@@ -119,7 +118,7 @@ class WhyPanel(ScrollArea):
     def refresh(self) -> None:
         self._ask_system()
         evidence = self.evidence()
-        state = self._connector.current.state
+        state = self._ports.current.state
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
         self.diagnosis = diagnose(evidence) if is_asked else None
         if self.diagnosis is not None:
@@ -135,39 +134,40 @@ class WhyPanel(ScrollArea):
 
     def _silence_text(self, evidence: PortEvidence) -> str:
         """What tells a silent module from a closed port; empty unless it has fallen silent."""
-        current = self._connector.current
+        current = self._ports.current
         if current.state.phase is not Phase.OFFLINE:
             return ""
-        last = max(known.at for known in current.device.values.values())
+        last = max(known.at for known in current.module.view.values.values())
         return tr(
             "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
-            time=clock_text(time.time() - self._connector.clock() + last),
+            time=clock_text(time.time() - self._ports.clock() + last),
             lost=f"{evidence.counters.time_outs:,}", asked=f"{evidence.counters.sent:,}",
         )  # fmt: skip
 
     def _show_without_cause(self, phase: Phase) -> None:
-        words = link_text(self._connector.current.state, self._connector.clock())
+        words = link_text(self._ports.current.state, self._ports.clock())
         meaning, step = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
         self._show(meaning, words.what, words.next_step, None)
         self._offer(step)
 
     # Evidence
 
-    def _begin_again(self) -> None:
-        target = self._connector.current.target
+    def begin_again(self) -> None:
+        """Another port was opened."""
+        target = self._ports.current.target
         if target is not None:
             self._evidence.begin(target.device)
         self._asking.cancel()
         self._facts_port = ""  # another adapter may have its name by now
 
     def _notice_ports(self) -> None:
-        ports = self._connector.ports
+        ports = self._ports.watcher
         if ports.is_current:  # an outdated list shows no changes
-            self._history.poll(ports.ports, self._connector.clock())
+            self._history.poll(ports.ports, self._ports.clock())
 
     def _ask_system(self) -> None:
         """Queries the system in the background, since it lists all processes."""
-        target, now = self._connector.current.target, time.monotonic()
+        target, now = self._ports.current.target, time.monotonic()
         if target is None or self._asking.is_running:
             return
         if target.device == self._facts_port and now - self._facts_at < FACTS_EVERY_S:
@@ -195,7 +195,7 @@ class WhyPanel(ScrollArea):
         if step is not None and step is not self._step:
             self.act.setText(tr(STEP_WORDS[step]))
         self._step = step
-        self.act.setEnabled(step is not NextStep.FIND_RATE or self._connector.current.is_open)
+        self.act.setEnabled(step is not NextStep.FIND_RATE or self._ports.current.is_open)
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
@@ -219,10 +219,10 @@ class WhyPanel(ScrollArea):
         match self._step:
             case NextStep.COPY_COMMAND if self.diagnosis is not None:
                 QGuiApplication.clipboard().setText(self.diagnosis.command or "")
-            case NextStep.CONNECT_AGAIN if self._connector.current.target is not None:
-                self.connect_wanted.emit(self._connector.current.target)
+            case NextStep.CONNECT_AGAIN if self._ports.current.target is not None:
+                self.connect_wanted.emit(self._ports.current.target)
             case NextStep.FIND_RATE:
-                self._connector.find_rate()
+                self._ports.current.find_rate()
             case _:
                 self.choose_wanted.emit()
 
@@ -258,7 +258,7 @@ class DiagnosisPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
-        self._connector = services.ports
+        self._ports = services.ports
         self.traffic_buffer = TrafficBuffer()
         self.traffic = TrafficPage()
         self.why = WhyPanel(services)
@@ -274,12 +274,16 @@ class DiagnosisPage(Page):
         self.result.changed.connect(self._refresh_strip)
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
-        self._connector.changed.connect(self._refresh_strip)
-        self._connector.invalidated.connect(self._begin_again)
+        self._ports.changed.connect(self._refresh_strip)
+        self._ports.chosen.connect(self._begin_again)
+        self._opening = 0
         self.go_to("why")
         VisibilityTimer(self, self._refresh_strip)
 
     def on_batch(self, batch: Batch) -> None:
+        if batch.connection.opening != self._opening:
+            self._opening = batch.connection.opening
+            self._begin_again()
         self.traffic_buffer.feed(batch.events)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)
@@ -295,6 +299,7 @@ class DiagnosisPage(Page):
         self.traffic.pause.setChecked(False)
         self.traffic_buffer.clear()
         self.bundle.begin_again()
+        self.why.begin_again()
 
     def _refresh_strip(self) -> None:
         self.strip.show_notice(self.result.result_notice())

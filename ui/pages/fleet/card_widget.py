@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
+from app.settings.identity_words import same_module_words
 from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
@@ -10,7 +11,6 @@ from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButt
 from app.diagnosis.link_state import link_text
 from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
-from app.settings.identity_words import same_module_words
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, labelled

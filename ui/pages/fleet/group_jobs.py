@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
+from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.worker import Job
@@ -14,12 +16,10 @@ from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
 from app.preflight.verdict import Void
 from app.procedures.write import Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import message
-from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services

@@ -7,6 +7,7 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
+from app.procedures.write_all import SettingChange
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
@@ -14,7 +15,6 @@ from app.fleet.card import Card, Need, by_need
 from app.fleet.check_set import SetMember, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
-from app.procedures.write_all import SettingChange
 from app.safety.last_known import Activation
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble

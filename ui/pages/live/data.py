@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from app.engine.device import DeviceView
-from app.engine.device import StatusSample as Status
+from app.engine.conversation import ConversationView
+from app.engine.conversation import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt, LimitSteps, Measured
@@ -19,6 +19,7 @@ from app.recordings.markers import (
     acting_limits,
     charging_at,
     last_limits,
+    limits_of,
 )
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
@@ -43,7 +44,6 @@ class LiveData(Measured):
     cell: Series
     light: Series
     markers: deque[Marker]
-    settled_s: deque[float]
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,7 +56,6 @@ class LiveData(Measured):
         self.unproven = LimitSteps()
         """What was last known of the others: stale, or of a trigger that is not known to be on."""
         self.markers = deque(maxlen=_MAX_MARKERS)
-        self.settled_s = deque(maxlen=_MAX_MARKERS)
         # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
@@ -75,7 +74,6 @@ class LiveData(Measured):
         self.acting.clear()
         self.unproven.clear()
         self.markers.clear()
-        self.settled_s.clear()
         self._first_s = None
         self._tracker = MarkerTracker()
 
@@ -85,18 +83,16 @@ class LiveData(Measured):
 
     def on_batch(self, batch: Batch) -> list[Mark]:
         """Adds a batch; returns its events as marks."""
-        count, was_settled = len(self.markers), self._tracker.is_settled
+        count = len(self.markers)
         new = self._tracker.on_batch(batch)
-        if self._tracker.is_settled and not was_settled:
-            self.settled_s.append(batch.at)
         if batch.samples:
             self._add_samples(batch.samples)
-        self._add_slow(batch.device)
-        fresh, known = self._tracker.limits, last_limits(batch.device)
-        acting = acting_limits(fresh, self._tracker.flags)
-        self.put(batch.at, fresh)
+        view = batch.conversation
+        self._add_slow(view)
+        acting = acting_limits(view, batch.at)
+        self.put(batch.at, limits_of(view, batch.at))
         self.acting.put(batch.at, acting)
-        self.unproven.put(batch.at, _without(known, acting))
+        self.unproven.put(batch.at, _without(last_limits(view), acting))
         self.markers.extend(new)
         # The first connection is the start of the time line, not an event.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
@@ -118,7 +114,7 @@ class LiveData(Measured):
         if self._first_s is None:
             self._first_s = float(times[0])
 
-    def _add_slow(self, device: DeviceView) -> None:
+    def _add_slow(self, device: ConversationView) -> None:
         for series, key in ((self.cell, "cell_voltage_v"), (self.light, "light_v")):
             known = device.values.get(key)
             if known is None or known.is_stale:

@@ -38,7 +38,7 @@ from ui.pages.live.data import LiveData, live_lanes, recorded_lanes
 from ui.pages.live.panel import LivePanel, origin_of, recorded_notice, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.page import Page, Page, WaysBack
+from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut, control, named, set_role
@@ -56,7 +56,7 @@ class EmptyPage(EmptyState):
 
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__("live_empty", Icon.LIVE)
-        self._connector = services.ports
+        self._ports = services.ports
         self._way = named(
             QLabel(
                 tr(
@@ -97,8 +97,8 @@ class EmptyPage(EmptyState):
         self.column.insertLayout(5, self._row)
 
     def refresh(self) -> None:
-        state = self._connector.current.state
-        state_text = link_text(state, self._connector.clock())
+        state = self._ports.current.state
+        state_text = link_text(state, self._ports.clock())
         is_idle = state.phase is Phase.CLOSED
         self.title.setText(tr("Not connected") if is_idle else state_text.word)
         self.text.setText(state_text.next_step)
@@ -126,7 +126,7 @@ class LivePage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("live")
-        self._services, self._connector = services, services.ports
+        self._services, self._ports = services, services.ports
         self._in_use = services.in_use
         self._recordings = services.storage.recordings
         self.wall = WallClock()
@@ -165,20 +165,19 @@ class LivePage(Page):
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
-        self._module = ""
-        """Its name, while the port was open: a name given later is of the one that is plugged in next."""
+        self._port = ""
+        """The curves are of this port. A conversation that ends there breaks them with a mark."""
         self._timer = VisibilityTimer(
             self,
             self._show_now,
             every_ms=DRAW_EVERY_MS,
             tick=self._tick_alone,
-            hidden=self._connector.set_drawing_interval,
+            hidden=self._ports.set_drawing_interval,
         )
-        self._connector.changed.connect(self._refresh_empty)
-        self._connector.invalidated.connect(self._begin_again)
+        self._ports.changed.connect(self._refresh_empty)
+        self._ports.chosen.connect(self._begin_again)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_deleted)
-        self.refresh()
 
     @property
     def is_empty(self) -> bool:
@@ -194,8 +193,9 @@ class LivePage(Page):
             self._process_waiting()
             self._refreshed_at = 0.0  # refresh the numbers at once
         self._last = batch
-        if batch.connection.state is PortState.OPEN:
-            self._module = self._connector.current.module.name
+        if batch.connection.state is PortState.OPEN and batch.connection.port != self._port:
+            self._begin_again()
+            self._port = batch.connection.port
         self._waiting.append(batch)
         if len(self._waiting) >= _MAX_WAITING:
             self._process_waiting()
@@ -206,8 +206,8 @@ class LivePage(Page):
     def draw(self) -> None:
         self._process_waiting()
         if not self.is_empty:
-            self.plot.draw(self._connector.clock())
-            self._connector.set_drawing_interval(self.plot.time_range.pixel_s)
+            self.plot.draw(self._ports.clock())
+            self._ports.set_drawing_interval(self.plot.time_range.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""
@@ -250,7 +250,7 @@ class LivePage(Page):
 
     def refresh(self) -> None:
         self._process_waiting()
-        now_s, data = self._connector.clock(), self.data
+        now_s, data = self._ports.clock(), self.data
         self._refreshed_at = now_s
         self.try_out.setEnabled(self._measured_file is not None)
         if self.recording is not None:
@@ -265,8 +265,8 @@ class LivePage(Page):
             self._refresh_empty()
             return
         self.panel.show_device(
-            self._connector.current.device, now_s, in_use=self._in_use, limits=data.at(), unproven=data.unproven.at(),
-            reports_per_s=data.reports_per_s(now_s), direction=self._connector.current.light_direction,
+            self.module.view, now_s, in_use=self._in_use, limits=data.at(), unproven=data.unproven.at(),
+            reports_per_s=data.reports_per_s(now_s), direction=self.module.light_direction,
         )  # fmt: skip
 
     def _show_now(self) -> None:
@@ -287,7 +287,7 @@ class LivePage(Page):
         window = cast("QWindow | None", self.window().windowHandle())
         if window is not None and not window.isExposed():
             return
-        now_s = self._connector.clock()
+        now_s = self._ports.clock()
         is_turn = now_s - self._refreshed_at >= REFRESH_EVERY_S
         if is_turn:
             self.refresh()
@@ -319,7 +319,7 @@ class LivePage(Page):
     @property
     def _measured_file(self) -> Path | None:
         """Of what is shown: the recording, or that of the session."""
-        return self._connector.current.recording.path if self.recording is None else self.recording.entry.path
+        return self._ports.current.recording.path if self.recording is None else self.recording.entry.path
 
     def _try_out(self) -> None:
         """The module's last thresholds are tried on what is shown, in the page where others can be, too."""
@@ -327,7 +327,7 @@ class LivePage(Page):
         known = zip(TriggerLimits._fields, (held.fires_deg, held.free_fall_g, held.free_fall_s), strict=False)
         self.page_wanted.emit("flights")
         values = {key: value for key, value in known if value is not None}
-        self._services.exchange.tried.emit(values, path, self._connector.current.recording.settle)
+        self._services.exchange.tried.emit(values, path, self._ports.current.recording.settle)
 
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
@@ -345,9 +345,8 @@ class LivePage(Page):
     def _origin(self) -> Origin:
         if self.recording is not None:
             return origin_of(self.recording)
-        port = self._connector.current
-        module = port.module.name if port.is_open else self._module
-        return Origin(port.connection.port, port.connection.baud_rate, self.wall.offset_s, module=module)
+        connection = self._ports.current.connection
+        return Origin(connection.port, connection.baud_rate, self.wall.offset_s, module=self.module.name)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()
@@ -386,8 +385,7 @@ class LivePage(Page):
 def _is_same_state(batch: Batch, other: Batch) -> bool:
     return (
         batch.connection == other.connection
-        and batch.device.presence is other.device.presence
-        and batch.device.restarts == other.device.restarts
-        and batch.device.reported == other.device.reported
-        and batch.identity.is_settled is other.identity.is_settled
+        and batch.conversation.number == other.conversation.number
+        and batch.conversation.is_going is other.conversation.is_going
+        and batch.conversation.reported == other.conversation.reported
     )

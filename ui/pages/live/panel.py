@@ -11,9 +11,9 @@ from typing import Final
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
-from app.engine.device import DeviceView, How, Known
+from app.engine.conversation import ConversationView, How, Known
 from app.limits.out_of_limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
-from app.procedures.light_calibration import LightDirection
+from app.procedures.light import LightDirection
 from app.recordings.entry_texts import remarks
 from app.recordings.markers import NO_LIMITS, ModuleLimits, charging_at
 from app.recordings.recording import Recording
@@ -25,7 +25,6 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.fields import Value
-from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.files.save_bar import Origin
 from ui.forms.field_editors import explain_setting
@@ -78,7 +77,7 @@ class LivePanel(QFrame):
         self.trigger = named(StateChip("", size=Size.SMALL), "live_trigger")
         for widget in (self.gauge, *self._tiles):
             widget.use_card_background()
-        self._stream_kind: tuple[bool, Presence, str] | None = None
+        self._stream_kind: tuple[bool, bool, str] | None = None
         self._counted_at = 0.0
         self._is_recorded = False
         self._cell_caption = _CELL
@@ -124,7 +123,7 @@ class LivePanel(QFrame):
         self._row.setSpacing(max(int(Space.S), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
-        self, device: DeviceView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
+        self, device: ConversationView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
         unproven: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0, direction: LightDirection | None = None,
     ) -> None:  # fmt: skip
         """Shows all values as known at a monotonic time. Those of the limits that are `unproven` are not drawn as what
@@ -181,15 +180,15 @@ class LivePanel(QFrame):
             return Meaning.ATTENTION, tr(TRIGGER_OFF)
         return None, "" if is_on or self._is_recorded else tr(TRIGGER_NOT_KNOWN)
 
-    def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
+    def _show_stream(self, device: ConversationView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
         age = "" if tilt is None else age_of(tilt, now_s)
-        kind = device.is_streaming, device.presence, age
+        kind = device.is_streaming, device.is_going, age
         if kind == self._stream_kind and now_s - self._counted_at < _COUNT_EVERY_S:
             return
         self._stream_kind, self._counted_at = kind, now_s
         if device.is_streaming:
             self.stream.show_value(f"{device.stream_hz:.0f}", note=age or tr(_STREAMED))
-        elif device.presence is Presence.ONLINE and reports_per_s > 0:
+        elif device.is_going and reports_per_s > 0:
             self.stream.show_value(f"{reports_per_s:.0f}", note=age or tr(_POLLED))
         else:
             self.stream.show_value("0", note=tr(_NO_STREAM))
@@ -330,7 +329,7 @@ def origin_of(recording: Recording) -> Origin:
     return Origin(entry.port, entry.baud_rate, recording.wall_offset_s, entry.started_at, entry.module)
 
 
-def device_at(recording: Recording, time_s: float) -> DeviceView:
+def device_at(recording: Recording, time_s: float) -> ConversationView:
     """What a recording knows of the module at a time in its monotonic seconds."""
     tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
     # One report contains both the tilt and the flags.
@@ -347,12 +346,12 @@ def device_at(recording: Recording, time_s: float) -> DeviceView:
         "triggered": bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
     }
     known = {key: Known(value, How.READ, time_s) for key, value in values.items() if value is not None}
-    return DeviceView(MappingProxyType(known))
+    return ConversationView(number=1, values=MappingProxyType(known))
 
 
 def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in_use: LimitsInUse) -> None:
     """Shows the values of `recording` at a time in the panel; None: there is no cursor."""
-    text, device, limits, now_s = tr("point at the plots"), DeviceView(), NO_LIMITS, 0.0
+    text, device, limits, now_s = tr("point at the plots"), ConversationView(), NO_LIMITS, 0.0
     if time_s is not None:
         text, device, now_s = clock_text(time_s + recording.wall_offset_s, 1), device_at(recording, time_s), time_s
         limits = recording.at(time_s)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
 from app.diagnosis.link_state import Phase, link_text
@@ -10,7 +11,6 @@ from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
 from app.records.record import SignedRecord
 from app.settings.profiles import ActivatedBy, Profile
-from protocol.link_states import Presence
 from ui.services.port import Ports
 from ui.services.port_check import ENTRIES, PortCheck, Standing, reported_active
 

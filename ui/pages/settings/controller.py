@@ -4,15 +4,16 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from app.engine.identity import Trust
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
+from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Trust
 from app.engine.procedure import Cancelled, TwoModules
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.write import Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import FORM_COMMANDS, RowState, SettingsForm
@@ -21,7 +22,6 @@ from app.text.sentences import join_names, join_sentences
 from protocol.catalogue import Command
 from protocol.events import Received
 from protocol.fields import Value
-from protocol.link_states import Presence
 from protocol.messages import Reading
 from protocol.translatable import marked
 from ui.services.context import Services

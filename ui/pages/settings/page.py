@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
@@ -23,7 +24,6 @@ from app.text.i18n import tr
 from app.text.sentences import labelled
 from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
-from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.forms.field_editors import VALUE_PX
 from ui.pages.settings.controller import SettingsController

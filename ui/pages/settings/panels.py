@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedL
 
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.light_calibration import Band, CalibrationFault, Proposal, measure_light, propose
+from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
 from app.safety.acts import TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit

@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from app.engine.device import DeviceView
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QMenu, QPushButton, QWidget
 
-from app.engine.device import DeviceView
 from app.engine.snapshots import fresh_settings
 from app.settings.form import FORM_COMMANDS
 from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not

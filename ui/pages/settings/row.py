@@ -5,10 +5,10 @@ The reason has all the width beside its state, or in a narrow table a line of it
 
 from typing import Final
 
+from app.engine.device import How
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QToolButton, QWidget
 
-from app.engine.device import How
 from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import advice_text

@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from enum import Enum
 from functools import partial
 
+from app.store.modules import register_module
+from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
 from app import version
@@ -24,11 +26,9 @@ from app.guided.status_watch import Measure, PersonSteps
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.fact_store import Facts, Store
-from app.store.modules import register_module
 from app.store.trouble import StoreTrouble
 from app.text.messages import message
 from app.text.user_error import UserError
-from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services

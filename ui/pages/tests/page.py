@@ -28,8 +28,8 @@ from PySide6.QtWidgets import (
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
-from app.procedures.lock import SENTENCES
 from app.modules.labels import A4
+from app.procedures.lock import SENTENCES
 from app.records.report import guided_html
 from app.records.report_files import check_target, is_report
 from app.safety.acts import Act
@@ -58,8 +58,8 @@ from ui.pages.tests.widgets import (
 )
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.session.module_field import ModuleField
 from ui.services.page import Page, WaysBack
+from ui.session.module_field import ModuleField
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named, set_role
