@@ -182,12 +182,9 @@ HOW_WORDS: Final[Mapping[How, str]] = {
     How.STREAMED: marked("seen {time} ago"),
 }
 STALE_WORDS: Final[Mapping[StaleReason, str]] = {
-    StaleReason.RESTARTED: marked("before the restart"),
-    StaleReason.LINK_LOST: marked("before link loss"),
-    StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
     StaleReason.AGED: marked("too old"),
     StaleReason.LATE: marked("late"),
-    StaleReason.CONTRADICTED: marked("before contradictory answers"),
+    StaleReason.ENDED: marked("of the interrupted conversation"),
 }
 
 

@@ -42,8 +42,8 @@ class ModuleField(QComboBox):
         self.label.setText(tr("Print labels"))
         for button in edit.findChildren(QToolButton):
             named(button, f"{name}_label_button").setAccessibleName(tr("Print labels"))
-        edit.editingFinished.connect(self._apply)
-        self.activated.connect(self._apply)
+        edit.editingFinished.connect(self.apply)
+        self.activated.connect(self.apply)
         self.setAccessibleName(tr("Module"))
         edit.setAccessibleName(tr("Module"))
         edit.setPlaceholderText(tr("not named"))
@@ -83,7 +83,8 @@ class ModuleField(QComboBox):
             self.setEditText(module.name)
             self.label.setVisible(bool(module.name))
 
-    def _apply(self) -> None:
+    def apply(self) -> None:
+        """Say the name that stands in the field."""
         text = self.currentText().strip()
         self._edit.setModified(False)
         if text != self._ports.module.name:

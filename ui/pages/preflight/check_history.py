@@ -24,7 +24,7 @@ from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
-from ui.services.port_check import VERDICT_STYLES
+from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, Theme, scaled
 from ui.widgets.controls import control, named
@@ -173,8 +173,9 @@ class CheckHistory(QWidget):
 
     def open(self) -> None:
         """Reload everything and select the named module."""
-        module = self._services.ports.current.module
-        self._reload(("module", next((known.name for known in module.known if known.name == module.name), None)))
+        ports = self._services.ports
+        name = ports.module.name
+        self._reload(("module", name if name in ports.known_names() else None))
 
     def refresh_rows(self) -> None:
         self._reload(self.filter.currentData() or ("module", None))
@@ -196,8 +197,8 @@ class CheckHistory(QWidget):
     def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
         aircraft, checks = read
         self.filter.clear()
-        for known in self._services.ports.current.module.known:
-            self.filter.addItem(labelled(tr("Module"), known.name), ("module", known.name))
+        for known in self._services.ports.known_names():
+            self.filter.addItem(labelled(tr("Module"), known), ("module", known))
         for name in aircraft:
             self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))
         self.filter.addItem(tr("Unnamed"), ("module", None))

@@ -8,12 +8,11 @@ from PySide6.QtWidgets import QFrame, QLabel, QToolButton, QWidget
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import CHECKS, VALID_FOR_S
 from app.settings.profiles import NO_PROFILE, Profile
-from app.text import i18n
 from app.text.i18n import tr
 from ui.pages.preflight.controller import PreflightController
 from ui.pages.preflight.row import CheckRow, ManualRow, remedy
 from ui.services.context import Services
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
@@ -29,7 +28,7 @@ class CheckList(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "preflight_scroll")
-        self._connector = services.ports
+        self._ports = services.ports
         self._profile: Profile | None = None
         self._ticks: dict[int, tuple[bool, float]] = {}
         """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""
@@ -90,15 +89,15 @@ class CheckList(ScrollArea):
 
     def clear_old_ticks(self) -> bool:
         """Remove ticks that were made for an earlier flight; whether there were any."""
-        before, now = len(self._ticks), self._connector.clock()
+        before, now = len(self._ticks), self._ports.clock()
         self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}
         return len(self._ticks) < before
 
     def show_work(self, work: PreflightController) -> None:
         """Show the results, unless they are shown already: signals come many times during a check."""
         assessment, standing = work.assessment, work.standing
-        looked_at = self._connector.current.looked_at
-        shown = (assessment, standing, work.needs_lock, self._profile, self._ticks.copy(), i18n.language(), looked_at)
+        looked_at = self._ports.module.looked_at
+        shown = (assessment, standing, work.needs_lock, self._profile, self._ticks.copy(), looked_at.copy())
         if shown == self._shown:
             return
         self._shown = shown
@@ -150,7 +149,7 @@ class CheckList(ScrollArea):
     def _tick(self, number: int, state: bool | None) -> None:
         self._ticks.pop(number, None)
         if state is not None:
-            self._ticks[number] = (state, self._connector.clock())
+            self._ticks[number] = (state, self._ports.clock())
         self.ticked.emit()
 
 

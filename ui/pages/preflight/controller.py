@@ -1,9 +1,6 @@
-"""Controller of the Pre-flight page: begins checks, and says what can be done with the module that the pages show."""
+"""What can be done with the check of the module that the pages show."""
 
 from dataclasses import replace
-
-from protocol.link_states import Presence
-from PySide6.QtCore import QObject, Signal
 
 from app.diagnosis.link_state import Phase, link_text
 from app.preflight.findings import Person
@@ -11,23 +8,22 @@ from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
 from app.records.record import SignedRecord
 from app.settings.profiles import ActivatedBy, Profile
-from ui.services.port import Ports
-from ui.services.port_check import ENTRIES, PortCheck, Standing, reported_active
+from ui.session.check import ENTRIES, ModuleCheck, Standing
+from ui.session.ports import Ports
 
 
-class PreflightController(QObject):
-    """`changed`: the standing or the findings are different."""
+class PreflightController:
+    """Keeps nothing: the check belongs to the module."""
 
-    changed = Signal()
-
-    def __init__(self, connector: Ports, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._connector = connector
-        self.last: PortCheck | None = None
-        """The last check begun here, of this module."""
-        connector.leaving.connect(self.cancel)
+    def __init__(self, ports: Ports) -> None:
+        self._ports = ports
 
     # What is known
+
+    @property
+    def last(self) -> ModuleCheck | None:
+        """The last check of this module, whoever began it."""
+        return self._ports.module.check
 
     @property
     def standing(self) -> Standing:
@@ -45,24 +41,24 @@ class PreflightController(QObject):
 
     @property
     def can_check(self) -> bool:
-        port = self._connector.current
+        port, check = self._ports.current, self.last
         is_settled = port.state.phase not in (Phase.OPENING, Phase.FINDING)
-        return port.is_open and is_settled and (port.check is None or not port.check.is_busy)
+        return port.is_open and is_settled and port.module.is_going and (check is None or not check.is_busy)
 
     @property
     def can_enable(self) -> bool:
-        """Nothing is written to an active module, nor before a person has said which module it is."""
+        """Nothing is written to an active module."""
         is_locked = self.is_answering and not self.may_fire
-        return self.can_check and self._connector.current.identity.is_settled and (is_locked or self.needs_lock)
+        return self.can_check and (is_locked or self.needs_lock)
 
     @property
     def is_answering(self) -> bool:
-        return self._connector.current.device.presence is Presence.ONLINE
+        return self._ports.module.is_going
 
     @property
     def link_sentence(self) -> str:
         """In the language in use."""
-        return link_text(self._connector.current.state, self._connector.clock()).what
+        return link_text(self._ports.current.state, self._ports.clock()).what
 
     @property
     def needs_lock(self) -> bool:
@@ -72,18 +68,14 @@ class PreflightController(QObject):
     @property
     def are_triggers_known(self) -> bool:
         """Whether the module has acknowledged the state of both automatic triggers in this conversation."""
-        device, now = self._connector.current.device, self._connector.clock()
-        known = [device.known(command.key, now) for command in TRIGGERS]
+        view, now = self._ports.module.view, self._ports.clock()
+        known = [view.known(command.key, now) for command in TRIGGERS]
         return all(trigger is not None and not trigger.is_stale for trigger in known)
 
     @property
     def may_fire(self) -> bool:
         """It reports ACTIVE, or did so last."""
-        return self._connector.current.is_active
-
-    @property
-    def reported_active(self) -> bool | None:
-        return reported_active(self._connector.current)
+        return self._ports.current.is_active
 
     @property
     def leads_to_activation(self) -> bool:
@@ -96,10 +88,7 @@ class PreflightController(QObject):
     def check(self, profile: Profile, person: Person, *, is_enabling: bool = False) -> None:
         """Start a check; nothing of the previous one is kept on screen."""
         if self.can_check:
-            self.last = None  # what becomes of the former one is no news
-            self.last = self._connector.current.begin_check(profile, person, is_enabling=is_enabling)
-            self.last.changed.connect(self.changed)
-            self.changed.emit()
+            self._ports.module.begin_check(profile, person, is_enabling=is_enabling)
 
     def cancel(self) -> None:
         if self.last is not None:
@@ -112,14 +101,8 @@ class PreflightController(QObject):
             if profile != self.last.profile:
                 self.last.set_void(ENTRIES)
             self.last.state_again(replace(self.last.person, who=who, aircraft=aircraft))
-        self.changed.emit()
 
     def poll(self) -> None:
         """Void the verdict if it no longer holds."""
         if self.last is not None:
             self.last.poll()
-
-    def reset(self) -> None:
-        """Another module may be connected."""
-        self.last = None
-        self.changed.emit()

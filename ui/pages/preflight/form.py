@@ -50,7 +50,7 @@ class PreflightForm(QWidget):
         preferences = services.preferences
         self.who = control(QLineEdit(preferences.who), "preflight_who", says=tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("preflight_module", services.ports)
+        self.name_field = ModuleField("preflight_module", services.ports)
         self.aircraft = control(QComboBox(), "preflight_aircraft", says=tr("Aircraft"))
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -81,7 +81,7 @@ class PreflightForm(QWidget):
         self.setLayout(
             captioned_row(
                 (tr("Checked by"), self.who),
-                (tr("Module"), self.module),
+                (tr("Module"), self.name_field),
                 (tr("Aircraft"), self.aircraft),
                 (tr("Profile"), self.choose),
             )
@@ -96,7 +96,7 @@ class PreflightForm(QWidget):
 
     def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
-        self._services.ports.current.module.choose(self.module.currentText())
+        self.name_field.apply()
         self._commit()
 
     def clear_aircraft(self, module: str) -> None:
@@ -108,7 +108,7 @@ class PreflightForm(QWidget):
 
     def enter_aircraft(self) -> None:
         """What was entered for the module before, else that of its last check."""
-        store, module = self._services.storage.store, self._services.ports.current.module.name
+        store, module = self._services.storage.store, self._services.ports.module.name
         if not module or self.aircraft.currentText():
             return
         aircraft = self._aircraft_of.pop(module, "")

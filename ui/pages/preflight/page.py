@@ -30,7 +30,8 @@ from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announc
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, PageHeader, WaysBack
-from ui.services.port_check import PASSED, Standing
+from ui.session.check import PASSED, Standing
+from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.accessible_roles import announce
 from ui.style.icons import Icon
@@ -94,8 +95,8 @@ class PreflightPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
-        self._services, self._connector = services, services.ports
-        self.work = PreflightController(services.ports, self)
+        self._services, self._ports = services, services.ports
+        self.work = PreflightController(services.ports)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner()
@@ -109,8 +110,9 @@ class PreflightPage(Page):
         self.strip = named(NoticeBar(), "preflight_notice")
         self.header = self.make_header(tr("Pre-flight"))
         self.buttons = PreflightButtons(self.header)
-        self._named = services.ports.current.module.name
-        self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
+        self._named = ""
+        """For which module ticks and aircraft were entered, by its name."""
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
         self._is_print_wanted = False
         """Once the record with the last entries is kept."""
         self._announced = Standing.NOT_CHECKED
@@ -122,7 +124,6 @@ class PreflightPage(Page):
             self._stack.currentWidget() is self.editor and self.editor.is_edited
         )
         self._wire()
-        self.refresh()
 
     def open_file(self, path: Path) -> None:
         """Verify a record or a report that was dropped on the window."""
@@ -164,10 +165,10 @@ class PreflightPage(Page):
 
     def enable_and_check(self) -> None:
         """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
-        connection = self._connector.current
+        module = self.module
 
         def check_locked() -> None:
-            if self._connector.current is connection and not self.work.may_fire:
+            if self.module is module and not self.work.may_fire:
                 self.check(is_enabling=True)
 
         if self.work.needs_lock:
@@ -184,7 +185,7 @@ class PreflightPage(Page):
             case Mend.ENABLE:
                 self.enable_and_check()
             case Mend.NAME:
-                self.form.module.setFocus()
+                self.form.name_field.setFocus()
             case Mend.APPROVE:
                 self._approve()
             case Mend.WRITE:
@@ -266,29 +267,27 @@ class PreflightPage(Page):
         who, aircraft = self.form.committed
         self.work.enter(self.list.answered(), who=who, aircraft=aircraft)
 
-    def _reset_module(self) -> None:
-        """Ticks and aircraft are those of another module, unless this one only got its name."""
+    def show_module(self, module: ShownModule) -> None:
+        """Ticks and aircraft are those of the former module; a name that is said again brings its aircraft back."""
+        if self._module is not None:
+            self._module.named.disconnect(self._on_named)
+            self._module.check_changed.disconnect(self._on_work)
+        self.list.clear_ticks()
+        self.form.clear_aircraft(self._named)
+        self._named = ""
+        self._announced = Standing.NOT_CHECKED
+        module.named.connect(self._on_named)
+        module.check_changed.connect(self._on_work)
+        super().show_module(module)
+
+    def _on_named(self) -> None:
         if self._named:
             self.list.clear_ticks()
             self.form.clear_aircraft(self._named)
-        self._named = self._connector.current.module.name
+        self._named = self.module.name
         self.form.enter_aircraft()
-        self._timer.refresh_seen()
-
-    def _reset_check(self) -> None:
-        self.list.clear_ticks()
-        self.work.reset()
-        self.form.clear_aircraft(self._named)
-        self._named = ""
-
-    def _forget_entries(self) -> None:
-        """Made while nobody had said for which module."""
-        self.list.clear_ticks()
-        self.form.clear_aircraft("")
-        self._timer.refresh_seen()
 
     def _on_work(self) -> None:
-        self._timer.refresh_seen()
         self._announce()
         if self._is_print_wanted and self.work.signed is not None:
             self.print()
@@ -310,7 +309,7 @@ class PreflightPage(Page):
     def _offer_level(self) -> None:
         assessment = self.work.assessment
         against = () if assessment is None else assessment.open_checks
-        offer = rest_offer(self._connector.current.target, against, self.check)
+        offer = rest_offer(self._ports.current.target, against, self.check)
         if offer is not None and self.strip.notice is None:
             self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
@@ -333,11 +332,6 @@ class PreflightPage(Page):
         self.result.changed.connect(self._show_result)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._export_stored)
-        work.changed.connect(self._on_work)
-        self._connector.renamed.connect(self._reset_module)
-        self._connector.changed.connect(self._timer.refresh_seen)
-        self._connector.invalidated.connect(self._reset_check)
-        self._connector.broke_in_doubt.connect(self._forget_entries)
         Shortcut(buttons.run, "Ctrl+Return", buttons.press_main, holder=buttons)
 
     def _lay_out(self) -> QWidget:

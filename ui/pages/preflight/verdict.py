@@ -19,7 +19,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController
-from ui.services.port_check import LOUD, PortCheck, Standing
+from ui.session.check import LOUD, PortCheck, Standing
 from ui.style.icons import themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Size, Space, current, font, scaled
