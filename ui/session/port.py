@@ -93,8 +93,8 @@ class Port(QObject):
         self.stream = StreamSwitch(is_wanted=False)
         self.recording = SessionRecording(self.stream, storage.recordings)
         storage.note_recording(self.recording)
-        self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
-        self.interruptions = Interruptions(time.time, parent=self)
+        self._lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
+        self._interruptions = Interruptions(time.time, parent=self)
         self._firing_doubt = FiringDoubt()
         self.target: Target | None = None
         self.connection = Connection()
@@ -136,6 +136,15 @@ class Port(QObject):
     def now_s(self) -> float:
         """By the clock of the engine."""
         return self._clock()
+
+    @property
+    def lock(self) -> PortLock:
+        return self._lock
+
+    @property
+    def interruptions(self) -> Interruptions:
+        """What stays of the conversations that ended here."""
+        return self._interruptions
 
     @property
     def firing_doubt(self) -> FiringDoubt:

@@ -37,12 +37,15 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.events import Ended, EndReason
+from ui.session.interruptions import Interruptions, RemainderKind
+from ui.session.lock import PortLock
 
 if TYPE_CHECKING:
     from app.preflight.findings import Person
     from app.settings.profiles import Profile
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
+    from ui.session.guided import Guided
     from ui.session.running_job import RunningJob
     from ui.session.trigger_reading import TriggerReading
 
@@ -60,6 +63,12 @@ class PortOfModule(Protocol):
 
     @property
     def firing_doubt(self) -> FiringDoubt: ...
+
+    @property
+    def lock(self) -> PortLock: ...
+
+    @property
+    def interruptions(self) -> Interruptions: ...
 
     def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]: ...
 
@@ -101,6 +110,7 @@ class ShownModule(QObject):
         """The last one, whoever began it."""
         self._running: dict[str, RunningJob] = {}
         self._triggers: TriggerReading | None = None
+        self._guided: Guided | None = None
         self._jobs: set[Job[Any]] = set()
         self._lasting_jobs: set[Job[Any]] = set()
         """They go on while another module is shown."""
@@ -208,6 +218,20 @@ class ShownModule(QObject):
             self._triggers = TriggerReading(self, self._storage)
             self._triggers.changed.connect(self.changed)
         return self._triggers
+
+    @property
+    def guided(self) -> "Guided":
+        """Its guided tests."""
+        if self._guided is None:
+            from ui.session.guided import Guided
+
+            self._guided = Guided(self, self._storage, self._port.lock)
+            self._guided.changed.connect(self.changed)
+        return self._guided
+
+    def keep_report(self, text: UserMessage) -> None:
+        """What was interrupted with its conversation; stays as a notice until a person closes it."""
+        self._port.interruptions.keep(RemainderKind.REPORT, self.name, text=text)
 
     @property
     def is_busy(self) -> bool:

@@ -78,6 +78,12 @@ class PreflightController:
         return self._ports.current.is_active
 
     @property
+    def reported_active(self) -> bool | None:
+        """What the module reports now; None while unknown."""
+        active = self._ports.module.view.fresh("active", self._ports.clock())
+        return None if active is None else active is True
+
+    @property
     def leads_to_activation(self) -> bool:
         """READY, and it is a person who activates the module."""
         last = self.last

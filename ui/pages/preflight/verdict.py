@@ -19,7 +19,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController
-from ui.session.check import LOUD, PortCheck, Standing
+from ui.session.check import LOUD, ModuleCheck, Standing
 from ui.style.icons import themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Size, Space, current, font, scaled
@@ -84,14 +84,14 @@ def _not_checked(work: PreflightController) -> Announcement:
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))
 
 
-def _checking(check: PortCheck) -> Announcement:
+def _checking(check: ModuleCheck) -> Announcement:
     report = check.progress
     doing = tr("Link") if report is None else tr(report.doing)
     share = 0.0 if report is None or not report.total else report.done / report.total
     return Announcement(Standing.CHECKING, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
 
 
-def _passed(check: PortCheck, assessment: Assessment, *, is_active: bool | None) -> Announcement:
+def _passed(check: ModuleCheck, assessment: Assessment, *, is_active: bool | None) -> Announcement:
     verdict = assessment.verdict
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
     if verdict is Verdict.READY and is_active is not False:
@@ -106,7 +106,7 @@ def _passed(check: PortCheck, assessment: Assessment, *, is_active: bool | None)
     return Announcement(check.standing, tr(verdict.value), head, (*filter(None, (caveat,)), what, signature))
 
 
-def _failed(check: PortCheck, assessment: Assessment) -> Announcement:
+def _failed(check: ModuleCheck, assessment: Assessment) -> Announcement:
     names = [title.translated() for title in assessment.titles_against]
     listed = join_names(names[:MAX_NAMED])
     if len(names) > MAX_NAMED:
@@ -118,7 +118,7 @@ def _failed(check: PortCheck, assessment: Assessment) -> Announcement:
     return Announcement(Standing.NO_GO, tr(Verdict.NO_GO.value), head, lines)
 
 
-def _footer(check: PortCheck) -> tuple[str, str]:
+def _footer(check: ModuleCheck) -> tuple[str, str]:
     """Caveats of the record, may be empty; then whose record it is, and how long a GO or READY holds."""
     if check.filed is None:
         return "", ""

@@ -29,6 +29,7 @@ from PySide6.QtWidgets import (
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.modules.labels import A4
+from app.procedures.act import Performed
 from app.procedures.lock import SENTENCES
 from app.records.report import guided_html
 from app.records.report_files import check_target, is_report
@@ -45,7 +46,6 @@ from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.files.report_printer import print_pages
-from ui.pages.tests.controller import FAILED, GuidedController, Stage
 from ui.pages.tests.widgets import (
     VERDICT_MEANINGS,
     GuidedPicture,
@@ -59,7 +59,9 @@ from ui.pages.tests.widgets import (
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
+from ui.session.guided import FAILED, Guided, Stage
 from ui.session.module_field import ModuleField
+from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named, set_role
@@ -81,15 +83,14 @@ _FIELD_PX: Final = 148
 class TestsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("tests")
-        self._services, self._connector = services, services.ports
-        self.work = GuidedController(services, self)
+        self._services, self._ports = services, services.ports
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
         self.list = control(QListWidget(), "tests_list", says=tr("Guided tests"))
         self.who = control(QLineEdit(), "tests_who", says=tr("Tested by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("tests_module", services.ports)
-        self.module.setMinimumContentsLength(10)
+        self.name_field = ModuleField("tests_module", services.ports)
+        self.name_field.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps = GuidedPicture(), StepList()
@@ -105,7 +106,7 @@ class TestsPage(Page):
             "tests_cancel",
             tip=tr("Locks an activated module"),
             key="Esc",
-            slot=self.work.cancel,
+            slot=self._cancel,
         )
         self.primary = control(
             StepButton(tr("Start"), is_safe=True), "tests_run", keys="Ctrl+Return", role="primary", slot=self._continue
@@ -116,12 +117,28 @@ class TestsPage(Page):
         )
         self.exporting = self.export
         self.exported = JobNotice(self)
-        self._timer = VisibilityTimer(
-            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self.work.cancel
-        )
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self._cancel)
         self._lay_out()
         self._wire()
-        self.refresh()
+
+    @property
+    def work(self) -> Guided:
+        """Of the module shown."""
+        return self.module.guided
+
+    def show_module(self, module: ShownModule) -> None:
+        if self._module is not None:
+            self._module.guided.cancel()
+            self._module.guided.changed.disconnect(self._on_work)
+        module.guided.who = self._services.preferences.who
+        module.guided.changed.connect(self._on_work)
+        module.guided.load_last()
+        super().show_module(module)
+        self._on_work()
+
+    def _cancel(self) -> None:
+        if self._module is not None:
+            self.work.cancel()
 
     # Display
 
@@ -134,7 +151,7 @@ class TestsPage(Page):
         """Update what changes by itself."""
         work = self.work
         if work.is_running:
-            show_live(self.live, work, self._connector)
+            show_live(self.live, work, self._ports)
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
         self.notice_bar.show_notice(self._notice())
@@ -159,7 +176,7 @@ class TestsPage(Page):
             self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
         self.list.setEnabled(not self.work.is_running)
         self.export.setEnabled(bool(self.work.last) and not self.work.is_running)
-        self.known_by.setText(self._connector.current.module.known_by)
+        self.known_by.setText(self.module.known_by.translated())
 
     def _show_stage(self) -> None:
         work, test = self.work, self.work.test
@@ -187,7 +204,7 @@ class TestsPage(Page):
         self.result.setVisible(is_done)
         self.result.show_outcome(work.outcome)
         self._name_buttons()
-        for field in (self.who, self.module):
+        for field in (self.who, self.name_field):
             field.setEnabled(not work.is_running)
 
     def _on_work(self) -> None:
@@ -195,7 +212,8 @@ class TestsPage(Page):
             self._guard.begin()
         elif not self.work.is_running:
             self._guard.end()
-        self._timer.refresh_seen()
+        if self.isVisible():
+            self.refresh()
 
     def _show_safety(self) -> None:
         test = self.work.test
@@ -218,11 +236,11 @@ class TestsPage(Page):
             self.primary.setFocus()
 
     def _notice(self) -> Notice | None:
-        work, lock = self.work, self._connector.current.lock
+        work, lock = self.work, self._ports.current.lock
         locking = lock.notice()
         if locking is not None:
             return locking
-        if self._connector.current.activation.state is Activation.ACTIVE and not work.is_running:
+        if self.module.activation.state is Activation.ACTIVE and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         exported = None if work.is_running else self.exported.result_notice()
         if exported is not None:
@@ -234,10 +252,8 @@ class TestsPage(Page):
             return Notice(Meaning.ATTENTION, work.trouble)
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
-        if not work.tested_as:
+        if not self.module.name:
             return Notice(Meaning.ATTENTION, tr("Without a name the result counts for no check."))
-        if work.tested_as != self._connector.current.module.name:
-            return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
         return None
 
     # What a person does
@@ -245,6 +261,15 @@ class TestsPage(Page):
     def _choose(self, row: int) -> None:
         if 0 <= row < len(GUIDED_TESTS):
             self.work.choose(GUIDED_TESTS[row].kind)
+
+    def _state_safe(self, is_safe: bool) -> None:
+        self.work.state_safe(is_safe)
+
+    def _act_begun(self) -> None:
+        self.work.act_begun()
+
+    def _act_ended(self, done: Performed | None) -> None:
+        self.work.act_ended(done)
 
     def _continue(self) -> None:
         if self.work.stage is Stage.DONE and self.work.test.statement:
@@ -257,7 +282,7 @@ class TestsPage(Page):
 
     def _export(self) -> None:
         """The last result of each test of this module."""
-        module = self.work.last_of
+        module = self.module.name
         tests = [test.plain() for test in self.work.last.values()]
         suggested = Path.home() / default_name(module, ".pdf", datetime.now().astimezone())
         self.ask_path(self, tr("Export report…"), suggested, "*.pdf", partial(self._write_report, module, tests))
@@ -272,8 +297,8 @@ class TestsPage(Page):
         self.exported.write_file(path, write, beside=".json")
 
     def _commit_names(self) -> None:
-        self._connector.current.module.choose(self.module.currentText())
-        self._services.preferences.who = clean(self.who.text().strip())
+        self.name_field.apply()
+        self._services.preferences.who = self.work.who = clean(self.who.text().strip())
 
     def go_to(self, view: str) -> None:
         """`view`: the name of a test."""
@@ -311,14 +336,12 @@ class TestsPage(Page):
     # Construction
 
     def _wire(self) -> None:
-        work = self.work
         self.list.currentRowChanged.connect(self._choose)
-        self.made_safe.toggled.connect(work.state_safe)
+        self.made_safe.toggled.connect(self._state_safe)
         self.who.editingFinished.connect(self._commit_names)
-        self.activate.begun.connect(work.act_begun)
-        self.activate.ended.connect(work.act_ended)
+        self.activate.begun.connect(self._act_begun)
+        self.activate.ended.connect(self._act_ended)
         self._guard.broken.connect(self._on_broken)
-        work.changed.connect(self._on_work)
 
     def _lay_out(self) -> None:
         set_icon_size(self.list, 18)
@@ -327,7 +350,7 @@ class TestsPage(Page):
         for _test in GUIDED_TESTS:
             self.list.addItem(QListWidgetItem())
         header = self.make_header(tr("Tests"))
-        for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.module)):
+        for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.name_field)):
             label = named(QLabel(tr(caption)), f"{field.objectName()}_caption", "small")
             label.setBuddy(field)
             field.setMinimumWidth(_FIELD_PX)

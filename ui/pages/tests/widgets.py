@@ -17,8 +17,8 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
-from ui.pages.tests.controller import GuidedController, Stage
-from ui.services.port import Ports
+from ui.session.guided import Guided, Stage
+from ui.session.ports import Ports
 from ui.style.icons import MEANING_ICONS, Icon, icon, themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
@@ -118,7 +118,7 @@ VERDICT_MEANINGS = {
 }
 
 
-def instruction(work: GuidedController) -> str:
+def instruction(work: Guided) -> str:
     if work.stage in (Stage.PREPARING, Stage.MEASURING):
         if work.report is None:
             return tr("Asking the module…")
@@ -156,7 +156,7 @@ def live_caption(kind: GuidedKind) -> str:
     return tr(_WATCHED[kind].caption if kind in _WATCHED else _LOST)
 
 
-def show_live(live: Readout, work: GuidedController, connector: Ports) -> None:
+def show_live(live: Readout, work: Guided, ports: Ports) -> None:
     """The current value beside its limit; of the link how many requests were lost."""
     watched = _WATCHED.get(work.kind)
     if watched is None:
@@ -168,13 +168,13 @@ def show_live(live: Readout, work: GuidedController, connector: Ports) -> None:
         else:
             live.show_value(f"{lost} / {asked}")
         return
-    device, now = connector.current.device, connector.clock()
+    view, now = ports.module.view, ports.clock()
     shown = [
         "" if value is None else f"{float(value):.{watched.decimals}f}{watched.unit}"
-        for value in (device.fresh(watched.key, now), device.fresh(watched.limit_key, now))
+        for value in (view.fresh(watched.key, now), view.fresh(watched.limit_key, now))
     ]
     live.set_limit(shown[1])
-    has_fired = device.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
+    has_fired = view.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
     note = "" if has_fired is None else tr("TRIGGERED") if has_fired else tr("not triggered")
     if shown[0]:
         live.show_value(shown[0], note=note)

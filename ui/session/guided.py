@@ -1,8 +1,8 @@
-"""Controller of the Tests page: runs a guided test, locks the module in any case, keeps the result.
+"""The guided tests of one module: run step by step, lock the module in any case, keep the result.
 
     READY -> PREPARING -> (CONFIRMING the act) -> MEASURING -> DONE
 
-Once an activation is confirmed, LOCK is pressed when the test ends, is cancelled, is aborted or loses the link, and
+Once an activation is confirmed, LOCK is pressed when the test ends, is cancelled, is aborted or is interrupted, and
 when the page or the window is left.
 """
 
@@ -10,34 +10,32 @@ from collections.abc import Mapping
 from enum import Enum
 from functools import partial
 
-from app.store.modules import register_module
-from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
 from app import version
-from app.engine.procedure import Cancelled, PortLost, Report, Slept
-from app.engine.transport import PortError
-from app.engine.worker import Batch, Job
+from app.engine.job import Job
+from app.engine.procedure import Cancelled, Report
+from app.engine.worker import Batch
 from app.guided.bay import light_direction
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest
 from app.guided.guided_store import keep_test, last_tests
-from app.guided.results import GuidedKind, GuidedResult, StoredTest
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, StoredTest
 from app.guided.status_watch import Measure, PersonSteps
+from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.fact_store import Facts, Store
 from app.store.trouble import StoreTrouble
-from app.text.messages import message
+from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.services.context import Services
-from ui.services.module_name import not_kept
-from ui.session.running_job import RunningJob
+from ui.services.storage import Storage
+from ui.session.lock import PortLock
+from ui.session.shown_module import ShownModule, not_kept
 
 CANCELLED = marked("cancelled")
 LOST = marked("link lost")
-SLEPT = marked("computer slept")
 FAILED = marked("program error")
 UNPROVEN = marked("not confirmed")
 BECAME_ACTIVE = marked("ACTIVE during the test")
@@ -54,40 +52,38 @@ class Stage(Enum):
 RUNNING = (Stage.PREPARING, Stage.CONFIRMING, Stage.MEASURING)
 
 
-class GuidedController(QObject):
-    """`changed`: the stage, the step or the earlier results are different."""
+class Guided(QObject):
+    """Of one module. Its result stays as a notice of the port where the test ended with the conversation."""
 
     changed = Signal()
+    """The stage, the step or the earlier results are different."""
 
-    def __init__(self, services: Services, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._services, self._connector = services, services.ports
+    def __init__(self, module: ShownModule, storage: Storage, lock: PortLock) -> None:
+        super().__init__(module)
+        self._module, self._storage, self._lock = module, storage, lock
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
         self.is_stated_safe = False
         """The person's statement, for the next test."""
+        self.who = ""
+        """Who tests."""
         self.steps = PersonSteps()
-        self._measuring: Measure | None = None
-        """What is measured once it is prepared."""
         self.outcome: GuidedResult | UserError | None = None
-        self.tested_as = ""
-        """The name under which the last result is kept."""
         self.trouble: str | None = None
-        """Says why a result was not kept, and whose."""
+        """Says why a result was not kept."""
         self.owes_lock = False
         self.last: Mapping[GuidedKind, StoredTest] = {}
-        """The last results of the module `last_of`."""
-        self.last_of = ""
+        """The last result of each test, as it is kept under the module's name."""
+        self._measuring: Measure | None = None
+        """What is measured once it is prepared."""
         self._shown: Report | None = None
-        self._job = RunningJob(services.ports, self)
+        self._job = module.job("guided")
+        self._job.changed.connect(self.changed)
         self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
-        self._connector.changed.connect(self._watch)
-        self._connector.batch.connect(self._on_batch)
-        self._connector.invalidated.connect(self._reset)
-        self._connector.broke_in_doubt.connect(partial(self.state_safe, False))
-        self._connector.leaving.connect(self.cancel)
-        services.ports.lock_changed.connect(self._on_lock)
-        services.ports.renamed.connect(self.load_last)
+        module.batch.connect(self._on_batch)
+        module.ended.connect(self._on_ended)
+        module.named.connect(self.load_last)
+        lock.changed.connect(self._on_lock)
 
     # What is known
 
@@ -112,10 +108,9 @@ class GuidedController(QObject):
 
     @property
     def can_start(self) -> bool:
-        port = self._connector.current
-        is_there = port.is_open and port.device.presence is Presence.ONLINE
         is_safe = self.is_stated_safe or not self.test.statement
-        return is_there and is_safe and not self.is_running and not self.owes_lock and not port.is_active
+        is_free = not self.is_running and not self.owes_lock
+        return self._module.is_going and is_safe and is_free and not self._module.activation.may_fire
 
     @property
     def confirm_words(self) -> str:
@@ -176,8 +171,8 @@ class GuidedController(QObject):
                 self._finish(_broken_off(UNPROVEN))
 
     def _end_preparing(self, job: Job[Measure]) -> None:
-        if job.run.error is not None:
-            self._finish(_why(job.run.error))
+        if job.error is not None:
+            self._finish(_why(job.error))
             return
         self._measuring = job.outcome()
         if self.test.is_active:
@@ -190,99 +185,96 @@ class GuidedController(QObject):
         if self._measuring is not None:
             self.steps = PersonSteps()
             self.stage = Stage.MEASURING
-            self._connector.current.kept.is_fired_by_test = self.test.is_active
-            self._job.run(self._measuring(self.steps), self._end_measuring)
+            self._module.is_fired_by_test = self.test.is_active
+            self._job.run(self._measuring(self.steps), self._end_measuring, expects=self.test.expects)
             self.changed.emit()
 
     def _end_measuring(self, job: Job[GuidedResult]) -> None:
-        self._finish(job.outcome() if job.run.error is None else _why(job.run.error))
+        self._finish(job.outcome() if job.error is None else _why(job.error))
 
     def _finish(self, outcome: GuidedResult | UserError) -> None:
+        if self.stage is Stage.DONE:
+            return
+        is_measuring = self.stage is not Stage.PREPARING
         self._job.cancel()
         self._job.drop()
-        self._connector.current.kept.is_fired_by_test = False
-        if self.stage is not Stage.PREPARING and self._connector.current.device.fresh(
-            "active", self._connector.clock()
-        ):
+        self._module.is_fired_by_test = False
+        if is_measuring and self._module.view.fresh("active", self._module.now_s):
             self.owes_lock = True  # whoever activated it: somebody is holding it
         self.stage, self.outcome, self.is_stated_safe = Stage.DONE, outcome, False
         if self.owes_lock:
-            self._connector.current.lock.ensure_locked()
+            self._lock.press()
         if isinstance(outcome, GuidedResult):
             direction = light_direction(outcome)
             if direction is not None:
-                self._connector.current.keep_light_direction(direction)
-            self._store_result(outcome)
+                self._module.light_direction = direction
+            self._keep_result(outcome)
+        if not self._module.is_going:
+            self._module.keep_report(self._report_of(outcome))
         self.changed.emit()
 
-    # The lock
+    def _report_of(self, outcome: GuidedResult | UserError) -> UserMessage:
+        word = message(VERDICT_WORDS[outcome.verdict]) if isinstance(outcome, GuidedResult) else outcome.message
+        return message(marked("{name}: {value}"), name=message(TITLES[self.kind]), value=word)
+
+    # What happens
 
     def _on_lock(self) -> None:
-        lock = self._connector.current.lock
+        lock = self._lock
         if lock.confirmed is not None or (lock.failed is not None and not self.is_running):
             self.owes_lock = False  # that it failed is on every page until the module reports that it is locked
         self.changed.emit()
 
-    # What happens
-
     def _on_batch(self, batch: Batch) -> None:
-        if self.is_running and not self.test.is_active and batch.device.fresh("active", batch.at) is True:
+        is_active = batch.conversation.fresh("active", batch.at) is True
+        if self.is_running and not self.test.is_active and is_active:
             self.cancel(BECAME_ACTIVE)
         elif self.report is not self._shown:
             self._shown = self.report
             self.changed.emit()
 
-    def _watch(self) -> None:
-        if not self._connector.current.is_open:
-            self.cancel(LOST)
-        self.changed.emit()
-
-    def _reset(self) -> None:
-        """Another module: nothing of the former one, and no LOCK that was meant for it."""
-        self._loading.cancel()
-        self.last, self.owes_lock = {}, False
-        self.cancel(LOST)
-        self.choose(self.kind)
+    def _on_ended(self) -> None:
+        """What measures ends with its job, which may have expected that."""
+        if self.stage is Stage.CONFIRMING:
+            self._finish(_broken_off(LOST))
 
     # The store
 
     def load_last(self) -> None:
-        store, name = self._services.storage.store, self._connector.current.module.name
-        if name != self.last_of:
-            self.last_of, self.last = name, {}
-            self.changed.emit()  # before the store has answered
-        if not isinstance(store, Store) or not name:
-            self._loading.cancel()
-            self._on_last_tests({})
-            return
-        work = partial(last_tests, module=name, counts_simulated=self._is_simulated)
-        self._loading.run_in(store, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
+        store, name = self._store, self._module.name
+        self.last = {}
+        self._loading.cancel()
+        self.changed.emit()  # before the store has answered
+        if store is not None and name:
+            work = partial(last_tests, module=name, counts_simulated=self._is_simulated)
+            self._loading.run_in(store, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
 
     def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
         self.changed.emit()
 
     @property
+    def _store(self) -> Store | None:
+        store = self._storage.store
+        return store if isinstance(store, Store) else None
+
+    @property
     def _is_simulated(self) -> bool:
-        target = self._connector.current.target
+        target = self._module.target
         return target is not None and target.is_simulated
 
-    def _store_result(self, result: GuidedResult) -> None:
-        store, target = self._services.storage.store, self._connector.current.target
-        name = self.tested_as = self._connector.current.module.name
+    def _keep_result(self, result: GuidedResult) -> None:
+        store, target, name = self._storage.store, self._module.target, self._module.name
         if not isinstance(store, Store):
             self.trouble = not_kept(store, name)
             return
         adapter = "" if target is None else target.key
-        work = partial(
-            _store, result=result, name=name, adapter=adapter,
-            who=self._services.preferences.who, is_simulated=self._is_simulated,
-        )  # fmt: skip
-        storing: BackgroundTask[None] = BackgroundTask("dps-s guided test", self, for_once=True)
-        storing.run_in(store, work, lambda _none: self.load_last(), partial(self._show_trouble, name))
+        work = partial(_keep, result=result, name=name, adapter=adapter, who=self.who, is_simulated=self._is_simulated)
+        keeping: BackgroundTask[None] = BackgroundTask("dps-s guided test", self, for_once=True)
+        keeping.run_in(store, work, lambda _none: self.load_last(), self._show_trouble)
 
-    def _show_trouble(self, name: str, trouble: StoreTrouble) -> None:
-        self.trouble = not_kept(trouble, name)
+    def _show_trouble(self, trouble: StoreTrouble) -> None:
+        self.trouble = not_kept(trouble, self._module.name)
         self.changed.emit()
 
 
@@ -291,22 +283,14 @@ def _broken_off(why: str) -> UserError:
 
 
 def _why(error: BaseException) -> UserError:
-    match error:
-        case UserError():
-            return error
-        case Slept():
-            return _broken_off(SLEPT)
-        case Cancelled():
-            return _broken_off(CANCELLED)
-        case PortLost() | PortError():
-            return _broken_off(LOST)
-        case _:
-            return _broken_off(FAILED)
+    if isinstance(error, UserError):
+        return error
+    return _broken_off(CANCELLED if isinstance(error, Cancelled) else FAILED)
 
 
-def _store(facts: Facts, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> None:
+def _keep(facts: Facts, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> None:
     if name:
-        register_module(facts, name)
+        remember(facts, name)
     keep_test(
         facts, result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
     )
