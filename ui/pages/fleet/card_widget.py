@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from app.settings.identity_words import same_module_words
 from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
@@ -14,8 +13,8 @@ from app.fleet.check_set import word_of
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, labelled
-from ui.services.port import Port
-from ui.services.port_check import VERDICT_STYLES
+from ui.session.check import VERDICT_STYLES
+from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
@@ -23,7 +22,6 @@ from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import Readout, StateChip, show_activation, show_known_trigger
-from ui.widgets.step_button import StepButton
 
 CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""
@@ -33,12 +31,13 @@ NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
     Need.WAS_ACTIVE: Meaning.ATTENTION,
-    Need.IDENTITY: Meaning.ATTENTION,
     Need.LINK: Meaning.ATTENTION,
     Need.NO_GO: Meaning.DANGER,
     Need.OUTSIDE: Meaning.ATTENTION,
     Need.ACTIVE: Meaning.ATTENTION,
     Need.VOID: Meaning.ATTENTION,
+    Need.ACTIVE_READY: Meaning.ATTENTION,
+    Need.NAME: Meaning.INFORMATION,
     Need.CHECK: Meaning.INFORMATION,
     Need.ACTIVATE: Meaning.INFORMATION,
     Need.WAIT: Meaning.UNKNOWN,
@@ -77,17 +76,10 @@ class CardWidget(QFrame):
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell = named(Readout("", unit="V", template="0.00", size=Size.TITLE), "fleet_cell")
-        self.tilt = named(Readout("", unit="°", template="0.00", size=Size.TITLE), "fleet_tilt")
-        for number in (self.cell, self.tilt):
-            number.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.cell.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.need_icon = IconLabel("fleet_need_icon", 18)
         self.need = text_label("fleet_need", "strong")
         self.need.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-        self.new = control(StepButton(tr("New module")), "fleet_identity_new", slot=port.module.treat_as_new)
-        self.same = control(StepButton(), "fleet_identity_same", slot=port.module.confirm_identity)
-        self.question = named(QWidget(), "fleet_identity")
-        in_row(self.new, self.same, 1, of=self.question, spacing=Space.S, margins=0)
-        self.question.hide()
         self._lay_out()
 
     @property
@@ -101,46 +93,40 @@ class CardWidget(QFrame):
             age = tr("{time} ago", time=duration(now - ended_at))
         link = link_text(card.link, now).word
         shown = (card, need, age, link, tr("Activation"))
-        if shown == self._shown and not card.has_age:
+        if shown == self._shown and card.conversation.is_going:
             return
         self._shown, self.card = shown, card
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
         self.verdict.set_caption(tr("Verdict"))
         self.cell.set_caption(tr("Cell"))
-        self.tilt.set_caption(tr("Tilt"))
         self.title.setText(card.title)
         where = f"{link} · {card.port}"
         self.port.setText(f"{tr('Shown')} · {where}" if card.is_shown else where)
         show_activation(self.activation, card.activation, now)
-        show_known_trigger(self.trigger, card.trigger, now)
-        self._show_numbers(card)
+        show_known_trigger(self.trigger, card.conversation.known("triggered", now), now)
+        self._show_cell(card, now)
         self._show_verdict(card, age)
         self.lock.setEnabled(card.can_lock)
         set_role(self.lock, "primary" if card.activation.may_fire else "")
-        self.lock.setAccessibleName(labelled(tr("LOCK"), card.label))
-        self.more.setAccessibleName(labelled(tr("More"), card.label))
+        self.lock.setAccessibleName(labelled(tr("LOCK"), _label(card)))
+        self.more.setAccessibleName(labelled(tr("More"), _label(card)))
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
         self.need.setText(need)
         self.need.setToolTip(need)
-        self.question.setVisible(card.identity.is_for_a_person and not card.is_shown)  # the window asks about that
-        self.same.setText(same_module_words(card.expected))
         self.show_action.setEnabled(not card.is_shown)
         self.setAccessibleName(f"{card.title}, {card.port}: {need}")
         self.update()
 
-    def _show_numbers(self, card: Card) -> None:
-        if card.cell_v is None:
+    def _show_cell(self, card: Card, now: float) -> None:
+        voltage = card.conversation.fresh("cell_voltage_v", now)
+        if voltage is None:
             self.cell.show_unknown()
-        else:
-            meaning = None if card.cell_outside is None else Meaning.ATTENTION
-            note = tr("charging") if card.is_charging else ""
-            note = note if card.cell_outside is None else tr(card.cell_outside.fault.value)
-            self.cell.show_value(f"{card.cell_v:.2f}", meaning=meaning, note=note)
-        if card.tilt_deg is None:
-            self.tilt.show_unknown()
-        else:
-            self.tilt.show_value(str(card.tilt_deg))
+            return
+        meaning = None if card.cell_outside is None else Meaning.ATTENTION
+        note = tr("charging") if card.conversation.fresh("charging", now) else ""
+        note = note if card.cell_outside is None else tr(card.cell_outside.fault.value)
+        self.cell.show_value(f"{float(voltage):.2f}", meaning=meaning, note=note)
 
     def _show_verdict(self, card: Card, age: str) -> None:
         held = card.verdict
@@ -160,11 +146,11 @@ class CardWidget(QFrame):
         left = Qt.AlignmentFlag.AlignLeft
         chips = ((self.activation, left), (self.verdict, left), (self.trigger, left))
         states = in_column(*chips, 1, spacing=Space.S)
-        numbers = in_column(self.cell, self.tilt, 1, spacing=Space.S)
+        numbers = in_column(self.cell, 1, spacing=Space.S)
         values = in_row(states, 1, numbers, spacing=Space.M)
         need = in_row(self.need_icon, (self.need, 1), spacing=Space.S)
         need.setAlignment(self.need_icon, Qt.AlignmentFlag.AlignTop)
-        in_column(head, values, (need, 1), self.question, of=self, spacing=Space.S,
+        in_column(head, values, (need, 1), of=self, spacing=Space.S,
                   margins=(Space.M + _STRIPE_PX, Space.S, Space.S, Space.S))  # fmt: skip
 
     # Qt
@@ -199,6 +185,11 @@ class CardWidget(QFrame):
             self.chosen.emit()
         else:
             super().keyPressEvent(event)
+
+
+def _label(card: Card) -> str:
+    """Its name, or its port where it has none."""
+    return card.name or card.port
 
 
 class Board(QWidget):

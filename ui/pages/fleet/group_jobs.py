@@ -1,33 +1,29 @@
 """Checks and profiles for several modules at once; no module waits for another."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import chain
 
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
-from protocol.link_states import Presence
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.worker import Job
+from app.engine.job import Job
 from app.fleet.check_set import SetMember
-from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
-from app.preflight.evidence import Disturbance
+from app.fleet.profile_table import Applied, AppliedProfile, Column, column, outcome_of
+from app.preflight.evidence import OVER
 from app.preflight.findings import Person
-from app.preflight.verdict import Void
-from app.procedures.write import Written
+from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import Act
-from app.safety.interlocks import Interlock, interlock_inputs, refusals
+from app.safety.interlocks import Interlock, inputs_at, refusals
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
-from ui.services.port import Port
-from ui.services.port_check import PortCheck
+from ui.session.check import ModuleCheck
+from ui.session.port import Port
 
 SILENT = message(marked("The module does not answer."))
-GONE = Void(Disturbance.DISCONNECTED)
 
 
 class GroupChecks(QObject):
@@ -39,7 +35,7 @@ class GroupChecks(QObject):
     def __init__(self, services: Services, members: FleetMembers, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._members = members
-        self._running: dict[Port, PortCheck] = {}
+        self._running: dict[Port, ModuleCheck] = {}
         self.profile: Profile | None = None
         self._ended: dict[Port, Callable[[], SetMember]] = {}
         """Of the last set."""
@@ -58,7 +54,7 @@ class GroupChecks(QObject):
 
     def check(self, connections: Sequence[Port], *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded. `is_enabling`: the triggers, of what is locked."""
-        if self.is_running or any(connection.is_checking for connection in connections):
+        if self.is_running or any(connection.module.is_checking for connection in connections):
             return
         self._ended = {}
         self.total = len(connections)
@@ -66,11 +62,14 @@ class GroupChecks(QObject):
         for connection in connections:
             if connection in reachable:
                 profile = self.profile or NO_PROFILE
-                check = self._running[connection] = connection.begin_check(profile, Person(), is_enabling=is_enabling)
+                check = self._running[connection] = connection.module.begin_check(
+                    profile, Person(), is_enabling=is_enabling
+                )
                 check.changed.connect(partial(self._on_check, connection, check))
         for connection in connections:
             if connection not in reachable:
-                silent = partial(SetMember, port_text(connection.target), connection.module.name, None, SILENT)
+                name = connection.module.name
+                silent = partial(SetMember, port_text(connection.target), name, None, SILENT)
                 self._finish(connection, silent)
         self.changed.emit()
 
@@ -78,7 +77,7 @@ class GroupChecks(QObject):
         for check in self._running.values():
             check.cancel()
 
-    def _on_check(self, connection: Port, check: PortCheck) -> None:
+    def _on_check(self, connection: Port, check: ModuleCheck) -> None:
         if self._running.get(connection) is not check or check.is_running:
             return
         self._finish(connection, partial(_member, connection, check))
@@ -94,14 +93,16 @@ class GroupChecks(QObject):
         """The port was disconnected, or has another module; the other checks go on."""
         check = self._running.get(connection)
         if check is not None:
-            check.set_void(GONE)
-            check.cancel()
-            self._finish(connection, partial(_member, connection, check))
+            member = SetMember(port_text(check.target), check.person.module or "", None, OVER.message)
+            self._finish(connection, lambda: member)
+        elif connection in self._ended:
+            last = self._ended[connection]()
+            self._ended[connection] = lambda: last._replace(filed=None, trouble=OVER.message)
 
 
-def _member(connection: Port, check: PortCheck) -> SetMember:
-    """What is void by now, or was of another module, is not checked."""
-    void = check.void or (None if connection.check is check else GONE)
+def _member(connection: Port, check: ModuleCheck) -> SetMember:
+    """As it stands now: what is void by now is not checked."""
+    void = check.void or (None if connection.module.check is check else OVER)
     trouble = check.trouble.message if check.trouble is not None else None if void is None else void.message
     filed = check.filed if void is None else None
     return SetMember(port_text(check.target), check.person.module or "", filed, trouble)
@@ -117,8 +118,6 @@ class GroupProfile(QObject):
         self._services, self._members = services, members
         self.profile: Profile | None = None
         self.applied: dict[Port, AppliedProfile] = {}
-        self._applied_in: dict[Port, tuple[int, int]] = {}
-        """In which conversation."""
         self._jobs: dict[Port, Job[WriteReport]] = {}
         services.ports.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
@@ -135,29 +134,25 @@ class GroupProfile(QObject):
     def column(self, connection: Port) -> Column:
         """The profile compared with what is known of the module."""
         profile = self.profile or Profile(name="", settings={})
-        return column(
-            profile, connection.device, self._services.ports.clock(), port=port_text(connection.target),
-            title=connection.module.name, is_reachable=connection in self._members.reachable,
-        )  # fmt: skip
+        module = connection.module
+        return column(profile, module.view, module.now_s, port=port_text(connection.target), title=module.name)
 
     def result(self, connection: Port) -> AppliedProfile | None:
-        """Of the last writing. After a break of the conversation none is said: another module may answer."""
-        applied = self.applied.get(connection)
-        is_over = self._applied_in.get(connection) != connection.conversation
-        return None if applied is not None and applied.state is not Applied.WRITING and is_over else applied
+        """Of the last writing to this module."""
+        return self.applied.get(connection)
 
     def foreseen(self, connection: Port) -> AppliedProfile | None:
         """Why nothing may be written to this module now; None where it may be, or where nothing differs."""
         if not self.column(connection).changes:
             return None
-        if connection.device.presence is not Presence.ONLINE:
+        module = connection.module
+        if not module.is_going:
             return AppliedProfile(Applied.UNREACHABLE)
-        if not connection.activation.may_fire:
+        if not module.activation.may_fire:
             return None
-        inputs = interlock_inputs(connection.device, self._services.ports.clock(), must_be_proven=False)
-        unmet = refusals(Act.WRITE, replace(inputs, is_identity_settled=True))
-        locked = tuple(refusal for refusal in unmet if refusal.condition is Interlock.MAY_WRITE)
-        return AppliedProfile(Applied.REFUSED, refusals=locked)
+        unmet = refusals(Act.WRITE, inputs_at(module.view, module.now_s))
+        locked = tuple(refusal.message for refusal in unmet if refusal.condition is Interlock.MAY_WRITE)
+        return AppliedProfile(Applied.REFUSED, locked)
 
     @property
     def writable(self) -> tuple[Port, ...]:
@@ -192,7 +187,6 @@ class GroupProfile(QObject):
 
     def _begin(self, connection: Port, accepted: frozenset[SettingChange]) -> None:
         changes = self.column(connection).changes
-        self._applied_in[connection] = connection.conversation
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
             return
@@ -203,29 +197,30 @@ class GroupProfile(QObject):
         if foreseen is not None:
             self.applied[connection] = foreseen
             return
-        heard: list[Written] = []
+        module = connection.module
         context = WriteContext(
-            journal=connection.journal(),
+            journal=module.journal,
             armed=self._services.armed,
             accepted_risks=accepted,
-            store_snapshot=connection.keep_as_found(),
-            on_written=heard.append,
+            store_snapshot=module.keep_as_found(),
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
-        self._jobs[connection] = connection.run(write_all(changes, context), partial(self._end, connection, heard))
+        job = module.run(write_all(changes, context), partial(self._end, connection), goes_on=True)
+        self._jobs[connection] = job
 
-    def _end(self, connection: Port, heard: list[Written], job: Job[WriteReport]) -> None:
+    def _end(self, connection: Port, job: Job[WriteReport]) -> None:
         if self._jobs.get(connection) is not job:
             return
         del self._jobs[connection]
-        error, self._applied_in[connection] = job.run.error, connection.conversation
-        self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
+        if isinstance(job.error, UserError):
+            self.applied[connection] = AppliedProfile(Applied.FAILED, (job.error.message,))
+        elif job.error is not None:
+            self.applied[connection] = AppliedProfile(Applied.FAILED)
+        else:
+            self.applied[connection] = outcome_of(job.outcome())
         self.changed.emit()
 
     def _on_removed(self, connection: Port) -> None:
-        job = self._jobs.pop(connection, None)
-        if job is not None:
-            job.cancel()
-        self._applied_in.pop(connection, None)
-        if self.applied.pop(connection, None) is not None:
+        """The port was disconnected, or has another module; what was being written is reported when it has ended."""
+        if connection not in self._jobs and self.applied.pop(connection, None) is not None:
             self.changed.emit()

@@ -9,14 +9,16 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.ports import PortInfo
 from app.engine.target import Target
-from app.fleet.card import Card, card_of
-from app.records.filing import local_now, service_due
+from app.fleet.card import Card
+from app.limits.out_of_limits import value_outside
+from app.modules.service import service_due
+from app.records.filing import local_now
 from app.store.fact_store import Facts, Store
 from app.text.messages import UserMessage
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
-from ui.services.port import Port
+from ui.session.port import Port
 
 _log = logging.getLogger(__name__)
 DUE_EVERY_S: Final = 10.0
@@ -28,30 +30,32 @@ class FleetMembers(QObject):
     """Adds and removes ports and makes their cards. `changed`: other ports, or another one is current."""
 
     changed = Signal()
+    leaving_wanted = Signal(object, object)
+    """A person wants to leave this `Port`; what to call once that is settled."""
     replaced = Signal(object)
     """Another module, or another connection, behind this `Port`."""
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector = services, services.ports
+        self._services, self._ports = services, services.ports
         self._due: Due = {}
         self._due_of: object = None
         self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)
-        self._connector.chosen.connect(self.changed)
-        self._connector.added.connect(self._watch)
-        self._connector.removed.connect(self.changed)
-        for connection in self._connector.connections:
+        self._ports.chosen.connect(self.changed)
+        self._ports.added.connect(self._watch)
+        self._ports.removed.connect(self.changed)
+        for connection in self._ports.all:
             self._watch(connection)
 
     @property
     def connections(self) -> tuple[Port, ...]:
         """All that a person connected."""
-        return tuple(connection for connection in self._connector.connections if connection.is_requested)
+        return tuple(connection for connection in self._ports.all if connection.is_requested)
 
     @property
     def reachable(self) -> tuple[Port, ...]:
         """Those whose module answers."""
-        return tuple(connection for connection in self.connections if connection.is_open and connection.device.values)
+        return tuple(connection for connection in self.connections if connection.is_open and connection.module.is_going)
 
     def is_connected(self, port: PortInfo) -> bool:
         targets = [connection.target for connection in self.connections if connection.target is not None]
@@ -64,37 +68,38 @@ class FleetMembers(QObject):
         for existing in self.connections:
             if existing.target is not None and existing.target.key == target.key:
                 return existing
-        current = self._connector.current
+        current = self._ports.current
         is_free = not current.is_requested and not current.is_open
-        port = current if is_free else self._connector.add()
+        port = current if is_free else self._ports.add()
         port.connect_to(target)
         self.changed.emit()
         return port
 
     def connect_all(self) -> None:
-        for port in self._connector.ports.ports:
+        for port in self._ports.watcher.ports:
             if not self.is_connected(port):
                 self.connect_port(target_of(port))
 
     def disconnect_port(self, connection: Port) -> None:
         """Disconnect a port; a person is asked first where edits would be lost or an ACTIVE module be left."""
-        self._connector.before_leaving(connection, partial(self._disconnect, connection))
+        self.leaving_wanted.emit(connection, partial(self._disconnect, connection))
 
     def _disconnect(self, connection: Port) -> None:
         """Another one becomes current if this one was."""
-        if connection is not self._connector.current:
-            self._connector.remove(connection)
+        if connection is not self._ports.current:
+            self._ports.remove(connection)
             return
         other = next((other for other in self.connections if other is not connection), None)
         if other is None:
             connection.disconnect_port()
         else:
-            self._connector.choose(other, then=partial(self._connector.remove, connection))
+            self._ports.choose(other)
+            self._ports.remove(connection)
 
     def read_due(self) -> None:
         """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
         names = {connection.module.name for connection in self.connections} - {""}
-        due_of = (names, self._connector.clock() // DUE_EVERY_S)
+        due_of = (names, self._ports.clock() // DUE_EVERY_S)
         if not names or due_of == self._due_of:
             return
         self._due_of, store = due_of, self._services.storage.store
@@ -110,29 +115,28 @@ class FleetMembers(QObject):
             self.changed.emit()
 
     def card(self, connection: Port) -> Card:
-        now, device = self._connector.clock(), connection.device
-        lock, check = connection.lock, connection.check
+        now, module = self._ports.clock(), connection.module
+        lock, check = connection.lock, module.check
         port = port_text(connection.target)
-        card = Card(
+        return Card(
             port=port,
             link=connection.state._replace(port=port),
-            device=device,
-            activation=connection.activation,
-            name=connection.module.name,
-            expected=connection.module.expected_name,
-            identity=connection.identity,
+            conversation=module.view,
+            activation=module.activation,
+            name=module.name,
+            expected=connection.last_name,
             verdict=None if check is None else check.held,
-            is_checking=connection.is_checking,
+            is_checking=module.is_checking,
             lock_sent=lock.sent,
             lock_failed=lock.failed,
             can_lock=lock.is_possible,
-            is_shown=connection is self._connector.current,
-            due=self._due.get(connection.module.name, ()),
+            is_shown=connection is self._ports.current,
+            due=self._due.get(module.name, ()),
+            cell_outside=value_outside("cell_voltage_v", module.view, now, self._services.in_use),
         )
-        return card_of(card, now, self._services.in_use)
 
     def _watch(self, connection: Port) -> None:
-        connection.invalidated.connect(partial(self.replaced.emit, connection))
+        connection.module_changed.connect(partial(self.replaced.emit, connection))
 
 
 def _due_by_name(facts: Facts, names: Iterable[str]) -> Due:

@@ -7,14 +7,14 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-from app.procedures.write_all import SettingChange
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
-from app.fleet.card import Card, Need, by_need
+from app.fleet.card import Card, Need
 from app.fleet.check_set import SetMember, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
+from app.procedures.write import SettingChange
 from app.safety.last_known import Activation
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
@@ -32,7 +32,7 @@ from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page, WaysBack
-from ui.services.port import Port
+from ui.session.port import Port
 from ui.session.running_job import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
@@ -58,12 +58,12 @@ class FleetPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("fleet")
-        self._services, self._connector = services, services.ports
+        self._services, self._ports = services, services.ports
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
         self.result = JobNotice(self)
         self.members = FleetMembers(services, self)
-        for is_over in (self.members.replaced, self._connector.removed):
+        for is_over in (self.members.replaced, self._ports.removed):
             is_over.connect(self.result.dismiss)  # before a check that ends with it says what came of the others
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
@@ -76,7 +76,7 @@ class FleetPage(Page):
             self.members.changed,
             self.checks.changed,
             self.result.changed,
-            self._connector.ports.listed,
+            self._ports.watcher.listed,
         ):
             changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._on_finished)
@@ -88,7 +88,7 @@ class FleetPage(Page):
     def _make_controls(self) -> None:
         self.summary = text_label("fleet_summary", "strong")
         self.summary.setWordWrap(False)
-        self.add = AddPort(self._connector.ports, self.members)
+        self.add = AddPort(self._ports.watcher, self.members)
         self.check = control(QPushButton(tr("Check all")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
         self.open_profile = control(
             QPushButton(tr("Profile for all…")), "fleet_profile", picture=Icon.SETTINGS, slot=self._choose_profile
@@ -129,7 +129,7 @@ class FleetPage(Page):
         for gone in [widget for widget in self._widgets if widget not in connections]:
             self._widgets.pop(gone).deleteLater()
         cards = {connection: self.members.card(connection) for connection in connections}
-        now = self._connector.clock()
+        now = self._ports.clock()
         for connection, card in cards.items():
             self._widget(connection).show_card(card, now)
         self._order(cards)
@@ -149,9 +149,9 @@ class FleetPage(Page):
         if self._turn % ALL_EVERY == 0 or self.stack.currentWidget() is not self.view:
             self.refresh()
             return
-        now = self._connector.clock()
+        now = self._ports.clock()
         for connection, widget in self._widgets.items():
-            if not widget.visibleRegion().isEmpty() and connection in self._connector.connections:
+            if not widget.visibleRegion().isEmpty() and connection in self._ports.all:
                 widget.show_card(self.members.card(connection), now)
 
     def _widget(self, connection: Port) -> CardWidget:
@@ -164,12 +164,13 @@ class FleetPage(Page):
 
     def _order(self, cards: dict[Port, Card]) -> None:
         """Sort the cards by urgency, but not under a hand."""
-        by_card = {id(card): self._widgets[connection] for connection, card in cards.items()}
-        self.board.arrange([by_card[id(card)] for card in by_need(cards.values())], is_held=self._is_held())
+        order = list(Need)
+        ports = sorted(cards, key=lambda port: order.index(cards[port].need))
+        self.board.arrange([self._widgets[port] for port in ports], is_held=self._is_held())
 
     def _is_held(self) -> bool:
         """Whether the pointer or the focus is on the board, or was a moment ago."""
-        now, focus = self._connector.clock(), QApplication.focusWidget()
+        now, focus = self._ports.clock(), QApplication.focusWidget()
         if self.board.underMouse() or (focus is not None and self.board.isAncestorOf(focus)):
             self._pointed_at = now
         return now - self._pointed_at < HELD_S
@@ -189,7 +190,7 @@ class FleetPage(Page):
 
     def _show_controls(self) -> None:
         connections = self.members.connections
-        has_members, is_checking = bool(connections), any(connection.is_checking for connection in connections)
+        has_members, is_checking = bool(connections), any(connection.module.is_checking for connection in connections)
         is_free = not (is_checking or self.profile.is_running)
         has_reachable = bool(self.members.reachable)
         self.check.setEnabled(has_reachable and is_free)
@@ -200,7 +201,7 @@ class FleetPage(Page):
         for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
         self.summary.setVisible(has_members)
-        self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
+        self.first.setVisible(any(not self.members.is_connected(port) for port in self._ports.watcher.ports))
 
     def _notice(self, cards: list[Card]) -> Notice | None:
         locking = self._lock_notice(cards)
@@ -223,17 +224,22 @@ class FleetPage(Page):
         locked = sum(card.activation.state is Activation.LOCKED for card in cards)
         parts = [tr("{count} report LOCKED", count=locked)]
         if going:
-            parts.append(tr("LOCK goes on: {names}", names=join_names(card.label for card in going)))
+            parts.append(tr("LOCK goes on: {names}", names=_names(going)))
         if failed:
-            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(card.label for card in failed)))
+            parts.append(
+                tr(
+                    "NOT reported, treat as ACTIVE: {names}",
+                    names=join_names(card.name or card.port for card in failed),
+                )
+            )
         return Notice(Meaning.DANGER if failed else Meaning.ATTENTION, " · ".join(parts))
 
     # What a person does
 
     def _choose(self, connection: Port) -> None:
         """Show this module on the other pages; a person is asked first if edits would be lost."""
-        if connection is not self._connector.current:
-            self._connector.before_new(partial(self._connector.choose, connection))
+        if connection is not self._ports.current:
+            self.members.leaving_wanted.emit(self._ports.current, partial(self._ports.choose, connection))
 
     def _lock_all(self) -> None:
         self._services.lock.press_all()
@@ -329,6 +335,11 @@ class FleetPage(Page):
     def fit(self) -> None:
         self.board.place()
         self.stack.setMinimumHeight(scaled(_LOWEST_PX))
+
+
+def _names(cards: Sequence[Card]) -> str:
+    """By name, or by port where there is none."""
+    return join_names(card.name or card.port for card in cards)
 
 
 _URGENT: Final = (Meaning.DANGER, Meaning.ATTENTION)
