@@ -96,7 +96,7 @@ class BatchRow(NamedTuple):
     why: UserMessage | None = None
 
 
-class Bench:
+class BatchRun:
     """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
     risk a person was shown and accepted."""
 

@@ -22,7 +22,7 @@ from app.fleet.batch import (
     TAKEN,
     UNPLUG,
     BatchRow,
-    Bench,
+    BatchRun,
     batch_of,
     check_labels_target,
     write_batch_labels,
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
     accepted = frozenset(batch.changes if args.accept_risk else ())
     # After the last module a signal keeps nothing from being told.
     with Interruption(), opened_store() as (store, troubles):
-        bench = Bench(
+        bench = BatchRun(
             batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
         )
         trouble: BaseException | None = None
@@ -125,7 +125,7 @@ class _Turns:
 
     def __init__(
         self,
-        bench: Bench,
+        bench: BatchRun,
         store: Store,
         troubles: list[UserMessage],
         args: argparse.Namespace,

@@ -14,7 +14,7 @@ import pytest
 
 from app.cli.commands import BY_NAME
 from app.cli.settings import provision
-from app.fleet.batch import Bench
+from app.fleet.batch import BatchRun
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts
 from app.store.kinds import Content, ModuleProvisioned, PreflightCheck
@@ -184,14 +184,14 @@ def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
 def test_what_is_being_kept_when_it_is_interrupted_is_in_the_list(
     batch: Batch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep = Bench.keep
+    keep = BatchRun.keep
 
     def interrupted(*args: Any) -> UserMessage | None:
         signal.raise_signal(signal.SIGINT)
         sleep(0.5)  # a slow disk
         return keep(*args)
 
-    monkeypatch.setattr(Bench, "keep", interrupted)
+    monkeypatch.setattr(BatchRun, "keep", interrupted)
     lines = batch(*ALLOWED, code=130)
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
 

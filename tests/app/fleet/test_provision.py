@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.fleet.batch import OPEN, READY, SET_ASIDE, Bench, ModuleBatch, batch_of, write_batch_labels
+from app.fleet.batch import OPEN, READY, SET_ASIDE, BatchRun, ModuleBatch, batch_of, write_batch_labels
 from app.fleet.batch_names import counted_names
 from app.fleet.provision import GONE, await_gone
 from app.modules.labels import PAPERS, Paper
@@ -48,93 +48,93 @@ def batch(tmp_path: Path) -> ModuleBatch:
     return batch_of(path, names, 115200)
 
 
-def bench_of(batch: ModuleBatch, store: Store) -> Bench:
+def run_of(batch: ModuleBatch, store: Store) -> BatchRun:
     person = Person(who="Li Wei", are_records_reviewed=True, is_named_by_option=True)
-    return Bench(batch, store, person, is_enabling=True, are_all_new=False, accepted=frozenset(batch.changes))
+    return BatchRun(batch, store, person, is_enabling=True, are_all_new=False, accepted=frozenset(batch.changes))
 
 
-def turn(bench: Bench, store: Store, name: str, rig: Rig) -> str:
+def turn(run: BatchRun, store: Store, name: str, rig: Rig) -> str:
     """The turn of one module; why it was set aside, or "" where it got the name."""
     evidence, done = Evidence(port="sim"), None
-    job = rig.job(bench.provision(evidence, WriteContext(journal=FakeJournal())))
+    job = rig.job(run.provision(evidence, WriteContext(journal=FakeJournal())))
     rig.step_until(lambda: job.has_ended)
     if job.error is None:
         done = job.outcome()
     else:
         assert isinstance(job.error, UserError)
-    why = store.write(lambda facts: bench.keep(facts, name, evidence, done, "usb")).result()
+    why = store.write(lambda facts: run.keep(facts, name, evidence, done, "usb")).result()
     return "" if why is None else why.in_english()
 
 
-def states(bench: Bench, store: Store) -> list[tuple[str, str]]:
-    return [(row.name, row.result) for row in store.read(bench.rows)]
+def states(run: BatchRun, store: Store) -> list[tuple[str, str]]:
+    return [(row.name, row.result) for row in store.read(run.rows)]
 
 
 @pytest.mark.promise("i")
 def test_what_is_ready_gets_the_name_and_what_was_read_is_kept_under_it(batch: ModuleBatch, store: Store) -> None:
-    bench = bench_of(batch, store)
-    assert turn(bench, store, "M-001", settled_rig()) == ""
-    assert states(bench, store) == [("M-001", READY), ("M-002", OPEN), ("M-003", OPEN)]
+    run = run_of(batch, store)
+    assert turn(run, store, "M-001", settled_rig()) == ""
+    assert states(run, store) == [("M-001", READY), ("M-002", OPEN), ("M-003", OPEN)]
     known = store.read(lambda facts: remembered(facts, "M-001"))
     assert known is not None
     assert (known.boot_count, known.settings["freefall_time_s"], known.settings["light_threshold_v"]) == (37, 1.2, 2.0)
     assert [check.verdict for check in checks_of(store, "M-001")] == ["READY"]
-    assert store.read(bench_of(batch, store).left) == (["M-002", "M-003"], [])
+    assert store.read(run_of(batch, store).left) == (["M-002", "M-003"], [])
 
 
 def test_a_name_that_is_taken_is_left_out(batch: ModuleBatch, store: Store) -> None:
     store.write(lambda facts: remember(facts, "M-002")).result()
-    bench = bench_of(batch, store)
-    assert store.read(bench.left) == (["M-001", "M-003"], ["M-002"])
-    assert turn(bench, store, "M-002", settled_rig()) == "M-002 is the name of another module: left out."
-    assert states(bench, store)[1] == ("M-002", OPEN)
+    run = run_of(batch, store)
+    assert store.read(run.left) == (["M-001", "M-003"], ["M-002"])
+    assert turn(run, store, "M-002", settled_rig()) == "M-002 is the name of another module: left out."
+    assert states(run, store)[1] == ("M-002", OPEN)
 
 
 @pytest.mark.promise("i")
 def test_a_module_that_is_plugged_in_again_gets_no_second_name(batch: ModuleBatch, store: Store) -> None:
-    bench, rig = bench_of(batch, store), settled_rig()
-    assert turn(bench, store, "M-001", rig) == ""
+    run, rig = run_of(batch, store), settled_rig()
+    assert turn(run, store, "M-001", rig) == ""
     rig.bench.restart()
     rig.step_for(3.0)
     sent = len(rig.acts)
-    assert turn(bench, store, "M-002", rig) == "It may be M-001: boot count and settings fit."
+    assert turn(run, store, "M-002", rig) == "It may be M-001: boot count and settings fit."
     assert len(rig.acts) == sent, "nothing was written"
     other = settled_rig(boots=3)
-    assert turn(bench, store, "M-002", other) == "", "it started less often than M-001, and holds other settings"
+    assert turn(run, store, "M-002", other) == "", "it started less often than M-001, and holds other settings"
 
 
 def test_nothing_is_written_to_an_active_module(batch: ModuleBatch, store: Store) -> None:
     rig = settled_rig(active=True)
-    assert turn(bench_of(batch, store), store, "M-001", rig) == "The module is ACTIVE: lock it first."
+    assert turn(run_of(batch, store), store, "M-001", rig) == "The module is ACTIVE: lock it first."
     assert rig.acts == []
 
 
 def test_a_setting_that_the_module_refuses_sets_it_aside_and_is_named(batch: ModuleBatch, store: Store) -> None:
-    bench = bench_of(batch, store)
-    why = turn(bench, store, "M-001", settled_rig(refuses=True))
+    run = run_of(batch, store)
+    why = turn(run, store, "M-001", settled_rig(refuses=True))
     assert why.startswith(("Free-fall time: ", "Light threshold: "))
-    rows = store.read(bench.rows)
+    rows = store.read(run.rows)
     assert (rows[-1].name, rows[-1].result) == ("", SET_ASIDE)
 
 
 def test_what_stands_against_ready_sets_it_aside(batch: ModuleBatch, store: Store) -> None:
-    bench = bench_of(batch, store)
-    assert turn(bench, store, "M-001", settled_rig(cell=3.4)) == "Cell voltage"
+    run = run_of(batch, store)
+    assert turn(run, store, "M-001", settled_rig(cell=3.4)) == "Cell voltage"
     assert checks_of(store, "M-001") == ()
     assert len(checks_of(store, None)) == 1, "the record is kept, without the name"
 
 
 @pytest.mark.promise("i")
 def test_another_module_in_its_place_gets_neither_settings_nor_the_name(batch: ModuleBatch, store: Store) -> None:
-    bench = bench_of(batch, store)
+    run = run_of(batch, store)
     for frame in some(range(1, 170, 5), one_in=4):
         rig = ExchangedRig(frame, boots=37)
-        why = turn(bench, store, "M-001", rig)
+        why = turn(run, store, "M-001", rig)
         assert rig.is_exchanged
         assert rig.to_second == [], frame
         assert why == "The module was silent for a moment.", frame
     assert store.read(lambda facts: remembered(facts, "M-001")) is None
-    assert {state for _name, state in states(bench, store)} == {OPEN, SET_ASIDE}
+    assert {state for _name, state in states(run, store)} == {OPEN, SET_ASIDE}
 
 
 ENDS: dict[EndReason, Callable[[Rig], object]] = {
@@ -159,7 +159,7 @@ def test_the_next_one_is_waited_for_until_this_one_has_gone(reason: EndReason) -
 
 def test_a_turn_that_broke_off_says_why(batch: ModuleBatch, store: Store) -> None:
     rig, evidence = settled_rig(), Evidence(port="sim")
-    job = rig.job(bench_of(batch, store).provision(evidence, WriteContext(journal=FakeJournal())))
+    job = rig.job(run_of(batch, store).provision(evidence, WriteContext(journal=FakeJournal())))
     rig.step_for(0.1)
     rig.session.close(EndReason.PORT_LOST)
     assert isinstance(job.error, Interrupted)
@@ -168,15 +168,15 @@ def test_a_turn_that_broke_off_says_why(batch: ModuleBatch, store: Store) -> Non
 
 
 def test_the_labels_of_what_is_given_are_ours_to_replace(batch: ModuleBatch, store: Store, tmp_path: Path) -> None:
-    bench, path = bench_of(batch, store), tmp_path / "labels.pdf"
-    assert turn(bench, store, "M-001", settled_rig()) == ""
+    run, path = run_of(batch, store), tmp_path / "labels.pdf"
+    assert turn(run, store, "M-001", settled_rig()) == ""
     for _ in range(2):
-        write_batch_labels(path, store.read(bench.rows), PAPERS["62"], _printed)
+        write_batch_labels(path, store.read(run.rows), PAPERS["62"], _printed)
     assert b"M-001" in path.read_bytes()
     assert b"M-002" not in path.read_bytes()
     path.write_bytes(b"a thesis")
     with pytest.raises(UserError):
-        write_batch_labels(path, store.read(bench.rows), PAPERS["62"], _printed)
+        write_batch_labels(path, store.read(run.rows), PAPERS["62"], _printed)
 
 
 @pytest.mark.parametrize(

@@ -197,7 +197,7 @@ def test_read_marks_them() -> None:
     page = reading_of(0.15, cell_voltage_v=3.52, charging=False, light_v=2.1, light_threshold_v=1.8)
     assert "150.0 ms (!) line slow, limit 100 ms" in page
     assert "3.52 V (!) low, limit 3.80 V" in page
-    assert "2.1 V (!) bay open, limit 1.8 V" in page
+    assert "2.1 V (above the threshold, direction unknown)" in page
     assert "(!)" not in reading_of(cell_voltage_v=3.9, charging=False, light_v=0.3, light_threshold_v=1.8)
     damaged = Findings(port="P", baud_rate=115200, round_trip_s=0.003, has_damaged=True)
     assert "invalid bytes" in "\n".join(page_of(damaged))
