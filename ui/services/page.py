@@ -77,6 +77,8 @@ class Page(QWidget):
     """To this `Target`; the window asks first where that is risky."""
     ports_wanted = Signal()
     """To choose one."""
+    leave_wanted = Signal(object, object)
+    """To leave this `Port`; what to call once the window has asked where that is risky."""
     page_wanted = Signal(str)
     """The key of a page."""
     shows_link: bool = False

@@ -213,6 +213,7 @@ class MainWindow(QMainWindow):
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.panel.show)
+        page.leave_wanted.connect(lambda port, act: self.attention.leave_port(act, port=port))
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 

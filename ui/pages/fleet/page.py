@@ -63,6 +63,7 @@ class FleetPage(Page):
         self.ask_report: AskPath = ask_path
         self.result = JobNotice(self)
         self.members = FleetMembers(services, self)
+        self.members.leaving_wanted.connect(self.leave_wanted)
         for is_over in (self.members.replaced, self._ports.removed):
             is_over.connect(self.result.dismiss)  # before a check that ends with it says what came of the others
         self.checks = GroupChecks(services, self.members, self)
@@ -237,9 +238,8 @@ class FleetPage(Page):
     # What a person does
 
     def _choose(self, connection: Port) -> None:
-        """Show this module on the other pages; a person is asked first if edits would be lost."""
-        if connection is not self._ports.current:
-            self.members.leaving_wanted.emit(self._ports.current, partial(self._ports.choose, connection))
+        """Show this module on the other pages. What was edited for the one shown before stays with it."""
+        self._ports.choose(connection)
 
     def _lock_all(self) -> None:
         self._services.lock.press_all()
