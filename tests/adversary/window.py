@@ -20,7 +20,7 @@ from tests.adversary.program import Ran
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.truth import settings_keys
 from ui.acts.confirm import Confirm
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 
 LOOK_EVERY_S: Final = 0.5
 NO_TIME_S: Final = 1e-9
@@ -72,7 +72,7 @@ class Session:
     def look(self) -> None:
         """Compare every value that is shown as certain."""
         case, view, now = self.case, self.bench.device, self.bench.clock()
-        is_linked = self.bench.assembly.connector.current.is_open and view.presence is not Presence.OFFLINE
+        is_linked = self.bench.assembly.ports.current.is_open and view.presence is not Presence.OFFLINE
         for row in self.rows():
             if row.state not in SURE or row.module_value is None:
                 continue

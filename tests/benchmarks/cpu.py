@@ -77,10 +77,10 @@ def measure(port: str) -> dict[str, float]:
     traffic, watch = Traffic(), LoopWatch()
     options = WindowOptions(port=port, language="en", offscreen_seconds=SECONDS)
     with window_apart(options) as (_app, assembly):
-        connector = assembly.connector
+        connector = assembly.ports
         connector.batch.connect(traffic.on_batch)
         start(assembly, options)
-        assert turn_until(lambda: connector.current.device.is_streaming, LIMIT_S), "the module did not stream"
+        assert turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S), "the module did not stream"
         turn_for(WARM_UP_S)
         before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
         turn_for(SECONDS)

@@ -40,7 +40,7 @@ def measure() -> dict[str, list[float]]:
         with window_apart(options) as (_app, assembly):
             start(assembly, options)
             button, store = assembly.window.top_bar.lock, assembly.storage.store
-            opened = turn_until(lambda: button.isEnabled() and assembly.connector.current.is_open, LIMIT_S)
+            opened = turn_until(lambda: button.isEnabled() and assembly.ports.current.is_open, LIMIT_S)
             assert opened, "the port did not open"
             assert isinstance(store, Store)
             turn_for(WARM_UP_S)

@@ -64,8 +64,8 @@ class Hours:
     def __init__(self, assembly: Assembly) -> None:
         self.now_s = 100_000.0
         self.frames = 0
-        self._port, self._page = assembly.connector.current, live_page(assembly)
-        assembly.connector.clock = self._port.clock = lambda: self.now_s
+        self._port, self._page = assembly.ports.current, live_page(assembly)
+        assembly.ports.clock = self._port.clock = lambda: self.now_s
         self._session = Session(_CannedLine(), lambda: self.now_s)
         self._source = np.random.default_rng(1)
         reserve(self._page)

@@ -97,8 +97,8 @@ def window_apart(options: WindowOptions, ports: PortWatcher | None = None) -> It
                 yield app, assembly
         finally:
             assembly.window.close_now()
-            assembly.connector.stop(THREAD_LIMIT_S)
             assembly.ports.stop(THREAD_LIMIT_S)
+            assembly.watcher.stop(THREAD_LIMIT_S)
             storage.close()
             app.processEvents()
 

@@ -52,12 +52,12 @@ class Accidents:
 
     @property
     def is_reachable(self) -> bool:
-        port = self.bench.assembly.connector.current
+        port = self.bench.assembly.ports.current
         return port.is_open and self.bench.bench.plug_number == self.bench.line.plug and self.bench.bench.is_plugged_in
 
     @property
     def is_in_order(self) -> bool:
-        module, port = self.bench.bench.module, self.bench.assembly.connector.current
+        module, port = self.bench.bench.module, self.bench.assembly.ports.current
         return self.is_reachable and module.is_on and not module.is_triggered and port.identity.is_settled
 
     def happen(self) -> str:
@@ -137,8 +137,8 @@ class Accidents:
         ends_at_s = bench.clock() + ONLINE_WITHIN_S
         while bench.clock() < ends_at_s and bench.device.presence is not Presence.ONLINE:
             wait(0.4)
-        if bench.assembly.connector.current.identity.is_for_a_person:
-            bench.assembly.connector.current.module.confirm_identity()
+        if bench.assembly.ports.current.identity.is_for_a_person:
+            bench.assembly.ports.current.module.confirm_identity()
             wait(0.4)
 
     def look(self) -> Iterator[str]:

@@ -252,7 +252,7 @@ class Clumsy:
 
     def _guided_test(self) -> None:
         """Run a guided test up to the activation, which takes a whole gesture, too."""
-        if self._is_down or self._key is not None or not self.bench.assembly.connector.current.is_open:
+        if self._is_down or self._key is not None or not self.bench.assembly.ports.current.is_open:
             return
         if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
             return

@@ -40,7 +40,7 @@ from ui.pages.settings.page import SettingsPage
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.page import TestsPage
 from ui.services.page import Page
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.services.storage import Storage
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
@@ -133,18 +133,18 @@ class GestureBench:
         return self.line
 
     def connect(self, rate: int = 115200) -> None:
-        self.assembly.connector.connect_to(Target(PORT, rate))
+        self.assembly.ports.connect_to(Target(PORT, rate))
         self.wait(0.0)
 
     def disconnect(self) -> None:
         """Close the port, and end all that is asked, chosen or under way."""
         self.reset()
-        self.assembly.connector.current.disconnect_port()
+        self.assembly.ports.current.disconnect_port()
         self.wait(TICK_S)
 
     @property
     def device(self) -> DeviceView:
-        return self.assembly.connector.current.device
+        return self.assembly.ports.current.module.view
 
     @property
     def handle(self) -> QWindow:

@@ -21,7 +21,7 @@ from app.procedures.write_all import SettingChange
 from protocol.catalogue import LOCK, Request
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.truth import flag_in
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.widgets.gestures import gestures
 
 DEAD_S: Final = 0.5

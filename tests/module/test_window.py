@@ -83,7 +83,7 @@ def is_read_back(module: Module, code: int) -> bool:
 
 def reported_active(assembly: Assembly) -> object:
     """What the window knows of the activation, None for nothing."""
-    reading = assembly.connector.current.device.known("active", assembly.connector.clock())
+    reading = assembly.ports.current.module.view.known("active", assembly.ports.clock())
     return None if reading is None else reading.value
 
 

@@ -48,7 +48,7 @@ from tests.support.confined import confined_home
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly, WindowOptions, start
-from ui.services.port import Ports
+from ui.session.ports import Ports
 
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
@@ -106,8 +106,8 @@ class Mistakes(logging.Handler):
 def _is_back(connector: Ports) -> bool:
     return (
         connector.current.is_open
-        and connector.current.device.presence is Presence.ONLINE
-        and connector.current.device.is_streaming
+        and connector.current.module.view.presence is Presence.ONLINE
+        and connector.current.module.view.is_streaming
     )
 
 
@@ -149,16 +149,16 @@ def _fill(assembly: Assembly) -> None:
 
 
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:
-    connector = assembly.connector
+    connector = assembly.ports
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
     connector.batch.connect(traffic.on_batch)
-    naming = assembly.connector.current.module
+    naming = assembly.ports.current.module
     connector.changed.connect(lambda: naming.confirm_identity() if connector.current.identity.is_for_a_person else None)
     beats, measures = watch.timer(), QTimer()
     measures.setInterval(_MEASURE_EVERY_MS)
     measures.timeout.connect(lambda: memory.append(resident_mb()))
     connector.connect_to(_target(module))
-    if not turn_until(lambda: connector.current.device.is_streaming, LIMIT_S):
+    if not turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S):
         outcome.say("stream", "none", "the module did not begin to stream")
     _fill(assembly)  # a module that connects begins with new plots
     turn_for(0.5)
@@ -206,7 +206,7 @@ def _watch_healed_line(connector: Ports, module: StreamingModule, outcome: Outco
     traffic, before = Traffic(), module.frames_sent
     connector.batch.connect(traffic.on_batch)
     connector.connect_to(_target(module))
-    turn_until(lambda: connector.current.device.is_streaming, LIMIT_S)
+    turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S)
     turn_for(CLEAN_S)
     connector.current.disconnect_port()
     turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)

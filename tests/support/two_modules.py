@@ -22,7 +22,7 @@ from tests.support.window.spoken import texts_of
 from ui.help.help_actions import explain
 from ui.main import Assembly
 from ui.services.job_notice import JobNotice
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.style.theme import Meaning
 
 NAME_A: Final = "ALPHA"
@@ -45,12 +45,12 @@ class Rig:
     ports: FakePorts
 
     def __post_init__(self) -> None:
-        self.connector: Ports = self.assembly.connector
+        self.connector: Ports = self.assembly.ports
         self.pages: dict[str, Any] = self.assembly.window._pages
 
     @property
     def worker(self) -> FakeWorker:
-        return self.ports.workers[self.connector.connections.index(self.connector.current)]
+        return self.ports.workers[self.connector.all.index(self.connector.current)]
 
     def settle(self) -> None:
         for _ in range(3):
@@ -70,7 +70,7 @@ class Rig:
         self.connector.connect_to(PORT_A)
         self.connector._switch()  # what was chosen before is not waited for
         self.answer(A)
-        self.assembly.connector.current.module.choose(NAME_A)
+        self.assembly.ports.current.module.choose(NAME_A)
         self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0))
         request = BY_NAME["light_threshold"].set(7.9)
         self.worker.hand_over(events=(Sent(request.encode(), request, 1, self.ports.now_s),))
@@ -97,7 +97,7 @@ class Rig:
     def _visible(self) -> Iterator[tuple[str, str]]:
         cards = self.pages["fleet"]._widgets
         others = [card for port, card in cards.items() if port is not self.connector.current]
-        if len(self.connector.connections) > 1:
+        if len(self.connector.all) > 1:
             others.append(self.pages["fleet"].panel)  # a column for each module
         roots = QApplication.topLevelWidgets()
         # Another module's card shows that one's, under its name.

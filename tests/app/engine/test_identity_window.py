@@ -46,7 +46,7 @@ class Desk(Rig):
 
     @property
     def naming(self) -> ModuleName:
-        return self.assembly.connector.current.module
+        return self.assembly.ports.current.module
 
     @property
     def changes(self) -> list[Request]:
@@ -83,7 +83,7 @@ def connected(
     name = f"identity{folder.name}"
     with on_fake_time(Desk, qtbot, qapp, folder, name, EMPTY_PAGE, boots=boots, uptime=60) as one:
         one.bench.module.memory.attitude_threshold = threshold_deg
-        one.assembly.connector.current.stream.is_wanted = True
+        one.assembly.ports.current.stream.is_wanted = True
         one.connect()
         yield one
         one.assembly.storage.close()
@@ -100,7 +100,7 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 @pytest.mark.parametrize(("answer", "name"), [("identity_new", ""), ("identity_same", NAME)])
 @pytest.mark.promise("a")
 def test_another_module_that_comes_back_on_the_same_port_is_asked_about(one: Desk, answer: str, name: str) -> None:
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     whose = connector.current.adapter_key
     one.bench.unplug()
     one.until(lambda: not connector.current.is_open)
@@ -126,7 +126,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(one: Des
 def test_a_name_given_while_the_port_is_lost_is_of_the_one_that_is_plugged_in_next(
     one: Desk, before: IdentityEvidence, asked: str
 ) -> None:
-    store, port = one.assembly.storage.store, one.assembly.connector.current
+    store, port = one.assembly.storage.store, one.assembly.ports.current
     assert isinstance(store, Store)
     register(store, "M-12")
     keep_evidence(store, "M-12", before)
@@ -151,7 +151,7 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
 ) -> None:
     """The usual batch: the adapter stays plugged in, and each module has been started more often than the last."""
     with connected(qtbot, qapp, tmp_path, boots=5) as one:
-        port = one.assembly.connector.current
+        port = one.assembly.ports.current
         one.until(lambda: evidence_of(port.device.values, is_fresh=True).is_complete)
         first = port.kept
         port.kept.as_found = Snapshot(settings={"light_threshold_v": 1.8})
@@ -172,7 +172,7 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
 
 
 def test_while_none_answers_it_is_said_what_helps_and_nobody_is_asked_which_one_it_is(one: Desk) -> None:
-    port, bar = one.assembly.connector.current, one.assembly.window.notice_bar
+    port, bar = one.assembly.ports.current, one.assembly.window.notice_bar
     one.bench.power_off()
     one.until(lambda: port.device.presence is Presence.OFFLINE)
     one.wait(8.0)
@@ -184,8 +184,8 @@ def test_while_none_answers_it_is_said_what_helps_and_nobody_is_asked_which_one_
 
 @pytest.mark.promise("a")
 def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(one: Desk) -> None:
-    one.assembly.connector.current.disconnect_port()
-    one.until(lambda: not one.assembly.connector.current.is_open)
+    one.assembly.ports.current.disconnect_port()
+    one.until(lambda: not one.assembly.ports.current.is_open)
     one.requests.clear()
     one.connect()
     one.until(lambda: one.asked.startswith("M-07? Read its label."))
@@ -197,8 +197,8 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
     one.answer("identity_same")
     one.until(lambda: one.naming.name == NAME and one.asked == "")
     one.until(lambda: page.known_by.text() == "M-07, confirmed by a person on this connection")
-    one.assembly.connector.current.disconnect_port()
-    one.until(lambda: not one.assembly.connector.current.is_open)
+    one.assembly.ports.current.disconnect_port()
+    one.until(lambda: not one.assembly.ports.current.is_open)
     one.until(lambda: page.known_by.text() == "")
     one.exchange(12)
     one.requests.clear()
@@ -220,7 +220,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
 @pytest.mark.promise("a")
 def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named: bool) -> None:
     """Whoever presses "Enable triggers and check" takes the focus from the field."""
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     if not is_named:
         one.naming.choose("")
         one.until(lambda: not connector.current.identity.is_named)
@@ -241,7 +241,7 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named
 
 
 def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_other_one(one: Desk, qtbot: QtBot) -> None:
-    field = ModuleField("module", one.assembly.connector)
+    field = ModuleField("module", one.assembly.ports)
     qtbot.addWidget(field)
     edit = find(field, QLineEdit)
     for boots in (12, 7):  # a third one comes before a person has said which the second is
@@ -258,7 +258,7 @@ def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_othe
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
     one: Desk, qtbot: QtBot
 ) -> None:
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     field, other = ModuleField("module", connector), QLineEdit()
     for widget in (field, other):
         qtbot.addWidget(widget)
@@ -330,7 +330,7 @@ def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, f
         one.naming.choose("M-38" if first == "a name that fits" else "M-90")
     one.naming.choose(last)
     if fits:
-        one.until(lambda: one.naming.name == last and one.assembly.connector.current.identity.is_settled)
+        one.until(lambda: one.naming.name == last and one.assembly.ports.current.identity.is_settled)
         one.wait(0.3)
         assert (one.naming.name, one.asked) == (last, "")
     else:
@@ -357,7 +357,7 @@ def test_a_name_that_was_a_mistake_expects_what_it_did_before(one: Desk, is_kept
 
 def test_what_a_command_read_of_it_since_is_what_is_expected(one: Desk) -> None:
     """Its threshold was written and checked by dps-s meanwhile, and was asked about as another module's."""
-    store, port = one.assembly.storage.store, one.assembly.connector.current
+    store, port = one.assembly.storage.store, one.assembly.ports.current
     assert isinstance(store, Store)
     one.until(lambda: one.naming._stored.get(NAME, UNKNOWN).is_complete)
     port.disconnect_port()

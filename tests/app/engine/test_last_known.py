@@ -154,14 +154,14 @@ def test_shut_down_by_its_button_it_is_told_calmly(qtbot: QtBot, qapp: QApplicat
         one.click(row.confirm.ask)
         one.until(row.confirm.go.isVisible)
         one.click(row.confirm.go)
-        one.until(lambda: one.assembly.connector.current.state.phase is Phase.SWITCHED_OFF, 15_000)
+        one.until(lambda: one.assembly.ports.current.state.phase is Phase.SWITCHED_OFF, 15_000)
         notice = one.assembly.window.notice_bar
         one.until(lambda: notice.notice is not None)
         assert notice.notice is not None
         assert notice.notice.meaning is Meaning.INFORMATION
         assert one.assembly.window.top_bar.port.word.text().startswith("Switched off at ")
         one.bench.press_switch()
-        one.until(lambda: one.assembly.connector.current.state.phase is Phase.ONLINE, 15_000)
+        one.until(lambda: one.assembly.ports.current.state.phase is Phase.ONLINE, 15_000)
 
 
 # How long a value counts as current: by the stream's own rate, and one restart is one

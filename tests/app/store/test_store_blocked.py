@@ -162,7 +162,7 @@ def test_the_window_connects_and_locks_though_the_store_does_not_open(
     monkeypatch.setattr("app.store.fact_store.open_file", open_slowly)
     monkeypatch.setattr("tests.support.window.fakes_ui.Storage.open_store", lambda _storage: None)
     with simulated("beside", active=True), window(qapp, tmp_path) as assembly:
-        port = assembly.connector.current
+        port = assembly.ports.current
         try:
             turns = Turns()
             assembly.window.connect_to(Target("sim://beside", 115200))

@@ -10,26 +10,27 @@ from unittest.mock import patch
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
-from app.engine.identity import NO_EXPECTATION, Identity
+from app.engine.conversation import ConversationView, How, Interrupted, Known, StatusSample
+from app.engine.job import Job
 from app.engine.ports import PortInfo
-from app.engine.procedure import LinkView, PortLost
+from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, Connection, Job, PortState
+from app.engine.worker import Batch, Connection, OwedLock, PortState
 from app.records.filing import Filed
 from app.safety.journal import NoJournal
 from app.store.trouble import StoreFault, StoreTrouble
-from protocol.events import Event
+from protocol.events import Ended, EndReason, Event
 from protocol.fields import Value
-from protocol.link_states import Presence
 from tests.support.window.fakes_ui import ListedPorts, window
 from ui.core.port_watcher import PortWatcher
 from ui.main import PAGES, Assembly
 from ui.services.context import Services
-from ui.services.port import Port, Ports
-from ui.services.port_check import PortCheck
+from ui.services.page import Page
 from ui.services.storage import Storage
+from ui.session.check import ModuleCheck
+from ui.session.port import Port
+from ui.session.ports import Ports
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
 
@@ -45,6 +46,15 @@ VALUES: dict[str, Value] = {
 }
 
 
+SETTINGS: dict[str, Value] = {
+    "light_threshold_v": 1.0,
+    "attitude_threshold_deg": 60,
+    "freefall_acceleration_g": 0.5,
+    "freefall_time_s": 1.0,
+}
+"""Everything that can be read of the settings."""
+
+
 class FakeWorker:
     """Stands in for `Worker`; `jobs` holds all submitted jobs, each with whether it was urgent."""
 
@@ -53,11 +63,13 @@ class FakeWorker:
         self.jobs: list[tuple[Job[Any], bool]] = []
         self.opened: list[str] = []
         self.connection = Connection()
+        self.number = 0
+        """Of the conversation that goes on, or ended last."""
+        self.began_at = 0.0
         self.values: dict[str, Known] = {}
-        self.presence = Presence.UNKNOWN
-        self.identity = NO_EXPECTATION
+        self.ended: Ended | None = None
         self.publish_every_s = self.stream_hz = 0.0
-        self.restarts = self.breaks = 0
+        self.owed_lock: OwedLock | None = None
         self.is_stopped = False
 
     # Called by the window
@@ -71,17 +83,14 @@ class FakeWorker:
 
     def close(self) -> None:
         self.connection = self.connection._replace(state=PortState.CLOSED)
+        self.end(EndReason.CLOSED)
 
     def submit(self, job: Job[Any], *, is_urgent: bool = False) -> Job[Any]:
         self.jobs.append((job, is_urgent))
         return job
 
-    def confirm_identity(self, _seen: Identity | None = None, **_said: object) -> None: ...
-
-    def treat_as_new(self, **_said: object) -> int:
-        self.opened.append(self.connection.port)
-        self.connection = self.connection._replace(opening=len(self.opened))
-        return len(self.opened)
+    def treat_as_another(self) -> None:
+        self.end(EndReason.ANOTHER)
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
         self.is_stopped = True
@@ -89,56 +98,75 @@ class FakeWorker:
 
     # Called by the test
 
-    def say(self, **values: Value) -> None:
-        """Publish these values of a module that is online."""
+    def begin(self, **values: Value) -> None:
+        """Another conversation begins, in which this is read."""
+        self.number += 1
+        self.values, self.ended, self.began_at = {}, None, self._clock()
         self.connection = self.connection._replace(state=PortState.OPEN)
-        self.presence = Presence.ONLINE
+        self.say(**values)
+
+    def say(self, **values: Value) -> None:
+        """Publish these values of the module; the first ones begin a conversation."""
+        if self.number == 0 or self.ended is not None:
+            self.begin(**values)
+            return
+        self.connection = self.connection._replace(state=PortState.OPEN)
         now = self._clock()
         self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
         self.hand_over()
 
+    def read_all(self, **values: Value) -> None:
+        """As after everything that can be read was read."""
+        self.say(**SETTINGS | values)
+
+    def end(self, reason: EndReason, *, error: Exception | None = None) -> None:
+        """The conversation ends, and with it every job but LOCK."""
+        if self.number > 0 and self.ended is None:
+            self.ended = Ended(reason, self._clock())
+        self.end_jobs(error or Interrupted(reason))
+
     def unplug(self) -> None:
         trouble = PortError(PortTrouble.LOST, self.connection.port, "unplugged")
         self.connection = self.connection._replace(state=PortState.CLOSED, trouble=trouble)
-        self.values = {
-            key: Known(one.value, one.how, one.at, StaleReason.LINK_LOST) for key, one in self.values.items()
-        }
-        self.end_jobs()
+        self.end(EndReason.PORT_LOST)
 
     def end_jobs(self, error: Exception | None = None) -> None:
         """End all submitted jobs with an error."""
         ended = tuple(job for job, _ in self.jobs if not job.is_done)
         for job in ended:
-            job.run.throw(error or PortLost(), self._clock())
-            if not job.run.is_done:
-                job.run.throw(error or PortLost(), self._clock())
+            job.stop(error or Interrupted(EndReason.SILENT), self._clock())
             job.finish()
         self.hand_over(finished=ended)
+
+    def finish(self, job: Job[Any], result: object) -> None:
+        """This is what came of a job."""
+        job.has_ended = True
+        job._result = result
+        job.finish()
+        self.hand_over(finished=(job,))
+
+    @property
+    def view(self) -> ConversationView:
+        return ConversationView(
+            number=self.number,
+            began_at=self.began_at,
+            ended=self.ended,
+            values=MappingProxyType(dict(self.values)),
+            is_streaming=self.stream_hz > 0 and self.ended is None,
+            stream_hz=self.stream_hz,
+        )
 
     def hand_over(
         self,
         *,
         finished: tuple[Job[Any], ...] = (),
-        identity: Identity | None = None,
         samples: tuple[StatusSample, ...] = (),
         events: tuple[Event, ...] = (),
         link: LinkView | None = None,
     ) -> None:
-        view = DeviceView(
-            MappingProxyType(dict(self.values)), self.presence, self._clock(), self.stream_hz > 0, self.stream_hz,
-            restarts=self.restarts, breaks=self.breaks,
-        )  # fmt: skip
-        batch = Batch(
-            self._clock(),
-            self.connection,
-            view,
-            link,
-            samples,
-            events=events,
-            finished=finished,
-            identity=identity or self.identity,
+        self.callback(
+            Batch(self._clock(), self.connection, self.view, link, samples, events, finished, self.owed_lock)
         )
-        self.callback(batch)
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
         return [job for job, urgent in self.jobs if urgent is is_urgent]
@@ -168,8 +196,8 @@ class FakePorts:
     def serve(self, watcher: PortWatcher, storage: Storage) -> Ports:
         """In place of `Ports`, whoever makes them."""
         self.watcher = watcher
-        self.connector = Ports(watcher, storage, make_worker=self.make, clock=lambda: self.now_s)
-        return self.connector
+        self.ports = Ports(watcher, storage, make_worker=self.make, clock=lambda: self.now_s)
+        return self.ports
 
     def make(self, callback: Callable[[Batch], None]) -> Any:
         self.workers.append(FakeWorker(callback, lambda: self.now_s))
@@ -177,17 +205,17 @@ class FakePorts:
 
     def plug_in(self, device: str, **values: Value) -> tuple[Port, FakeWorker]:
         """Connect a module to the first port that is free, and publish its values."""
-        first = self.connector.connections[0]
-        connection = first if not first.is_requested else self.connector.add(self.make)
-        worker = self.workers[self.connector.connections.index(connection)]
+        first = self.ports.all[0]
+        connection = first if not first.is_requested else self.ports.add(self.make)
+        worker = self.workers[self.ports.all.index(connection)]
         connection.connect_to(Target(device, 115200))
-        worker.say(**VALUES | values)
+        worker.say(**VALUES | SETTINGS | values)
         return connection, worker
 
     def stop(self) -> None:
-        self.connector.stop(1.0)
+        self.ports.stop(1.0)
         self.watcher.stop(1.0)
-        self.connector.deleteLater()  # its connections would keep it alive
+        self.ports.deleteLater()  # its all would keep it alive
 
 
 def ports_alone(storage: Storage | None = None) -> FakePorts:
@@ -201,7 +229,7 @@ def ports_alone(storage: Storage | None = None) -> FakePorts:
 def fake_window(qapp: QApplication, folder: Path, *ports: PortInfo) -> Iterator[tuple[FakePorts, Assembly]]:
     """The program's own with all its pages, on fake ports, while the system lists these ports."""
     fake = FakePorts()
-    with patch("ui.main.Ports", fake.serve), window(qapp, folder, ports=ListedPorts(*ports), entries=PAGES) as assembly:
+    with patch("ui.main.Ports", fake.serve), window(qapp, folder, listed=ListedPorts(*ports), entries=PAGES) as assembly:
         yield fake, assembly
 
 
@@ -209,14 +237,14 @@ def fake_window(qapp: QApplication, folder: Path, *ports: PortInfo) -> Iterator[
 def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterator[tuple[FakePorts, Services]]:
     """What a page without a main window is given."""
     ports, appearance = ports_alone(storage), Appearance(qapp, Choice.LIGHT)
-    yield ports, Services(ports.connector, appearance)
+    yield ports, Services(ports.ports, appearance)
     appearance.choose(Choice.LIGHT)
     appearance.deleteLater()
     ports.stop()
-    ports.connector.storage.close()
+    ports.ports.storage.close()
 
 
-def stand(check: PortCheck, filed: Filed) -> None:
+def stand(check: ModuleCheck, filed: Filed) -> None:
     """This is what came of a check that runs on a fake port."""
     check._job = None
     check._use(filed)
@@ -225,5 +253,8 @@ def stand(check: PortCheck, filed: Filed) -> None:
 def show_alone(qtbot: QtBot, services: Services, page: QWidget, width: int, height: int) -> None:
     qtbot.addWidget(page)
     services.appearance.apply_theme(page)
+    if isinstance(page, Page):
+        page.show_module(services.ports.module)
+        services.ports.shown.connect(page.show_module)
     page.resize(width, height)
     page.show()

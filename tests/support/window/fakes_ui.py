@@ -16,7 +16,6 @@ from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
 from app.text.i18n import ENGLISH, language
-from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
 from ui.core.language import use_language
 from ui.core.port_watcher import PortWatcher
@@ -24,7 +23,7 @@ from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import PageEntry, Services
-from ui.services.page import Page, StreamPage
+from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.style.icons import Icon
 
@@ -35,7 +34,7 @@ ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001",
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
 
 
-class TrafficAlone(StreamPage):
+class TrafficAlone(Page):
     """The traffic list as a page."""
 
     def __init__(self, services: Services) -> None:
@@ -85,7 +84,7 @@ def window(
     qapp: QApplication,
     folder: Path,
     *,
-    ports: ListedPorts | None = None,
+    listed: ListedPorts | None = None,
     options: WindowOptions | None = None,
     entries: tuple[PageEntry, ...] = EMPTY_PAGE,
     percent: int | None = None,
@@ -99,7 +98,7 @@ def window(
         qapp,
         options,
         preferences=preferences,
-        ports=PortWatcher((ports or ListedPorts()).poll),
+        watcher=PortWatcher((listed or ListedPorts()).poll),
         entries=entries,
     )
     try:
@@ -107,16 +106,16 @@ def window(
         start(assembly, options)
         yield assembly
     finally:
-        if ports is not None:
-            ports.release()
+        if listed is not None:
+            listed.release()
         close_window(assembly)
 
 
 def close_window(assembly: Assembly) -> None:
     """Closes and deletes the window and everything that runs behind it."""
     assembly.window.close_now()
-    assembly.connector.stop(2.0)
     assembly.ports.stop(2.0)
+    assembly.watcher.stop(2.0)
     assembly.storage.close()
     app = QApplication.instance()
     if language() != ENGLISH and isinstance(app, QApplication):
@@ -153,13 +152,13 @@ def wait_online(qtbot: QtBot, assembly: Assembly) -> None:
     """Wait until the module answers and its status is known."""
 
     def is_known() -> bool:
-        device = assembly.connector.current.device
-        return device.presence is Presence.ONLINE and device.known("active", assembly.connector.clock()) is not None
+        module = assembly.ports.module
+        return module.is_going and module.view.known("active", module.now_s) is not None
 
     qtbot.waitUntil(is_known)
 
 
 def connect(qtbot: QtBot, assembly: Assembly, port: str) -> None:
     """Connect to this port, and wait until its module answers."""
-    assembly.connector.connect_to(Target(port, 115200))
+    assembly.ports.connect_to(Target(port, 115200))
     wait_online(qtbot, assembly)

@@ -15,7 +15,7 @@ from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, sh
 from tests.support.window.steps import Driver
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
-from ui.services.port import Ports
+from ui.session.ports import Ports
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 KNOWN: dict[str, Value] = VALUES | {
@@ -39,7 +39,7 @@ class Bench(Driver):
 
     @property
     def connector(self) -> Ports:
-        return self.ports.connector
+        return self.ports.ports
 
     @property
     def now_s(self) -> float:
@@ -87,7 +87,7 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     """Show a Live page with a fake worker."""
     with fake_services(qapp) as (ports, services):
         page = LivePage(services)
-        ports.connector.batch.connect(page.on_batch)
+        ports.ports.batch.connect(page.on_batch)
         show_alone(qtbot, services, page, 876, 500)
         yield Bench(qtbot, page, ports, services)
         qtbot.waitUntil(lambda: not page.save.note.job.is_writing)

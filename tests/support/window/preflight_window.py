@@ -18,7 +18,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, drop, given, notice_text, press
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
-from ui.services.port_check import PortCheck, Standing
+from ui.session.check import ModuleCheck, Standing
 
 KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
@@ -38,7 +38,7 @@ class OnBench(Rig):
         return self.page("preflight", PreflightPage)
 
     @property
-    def last(self) -> PortCheck:
+    def last(self) -> ModuleCheck:
         """The last check."""
         return given(self.preflight.work.last)
 
@@ -53,7 +53,7 @@ class OnBench(Rig):
     def connect(self, *known: str) -> None:
         super().connect(*known)
         self.assembly.window.panel.hide()
-        self.until(lambda: self.assembly.connector.current.state.phase is Phase.ONLINE)
+        self.until(lambda: self.assembly.ports.current.state.phase is Phase.ONLINE)
 
     def check(self, *, is_enabling: bool = True) -> Standing:
         """Run a check by a click; return the verdict."""
@@ -69,10 +69,10 @@ class OnBench(Rig):
 
     def restart(self) -> None:
         """Restart the module; wait for both heartbeats and for answers."""
-        connector = self.assembly.connector
-        before = connector.current.device.restarts
+        connector = self.assembly.ports
+        before = connector.current.module.view.restarts
         self.bench.restart()
-        self.until(lambda: connector.current.device.restarts > before)
+        self.until(lambda: connector.current.module.view.restarts > before)
         self.until(lambda: connector.current.state.phase is Phase.ONLINE)
 
     def read_triggers(self) -> None:
@@ -123,7 +123,7 @@ def confirm_name(bench: OnBench) -> None:
     bar = bench.assembly.window.notice_bar
     bench.until(lambda: bar.button("identity_same") is not None)
     press(bench.qtbot, bar.button("identity_same"))
-    bench.until(lambda: bool(bench.assembly.connector.current.module.name))
+    bench.until(lambda: bool(bench.assembly.ports.current.module.name))
 
 
 NOBODY: Final = StationNames(None)

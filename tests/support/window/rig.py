@@ -26,7 +26,7 @@ from tests.support.window.steps import Driver
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
 from ui.services.context import PageEntry
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.widgets.gestures import gestures
 
 Made = TypeVar("Made", bound="Rig")
@@ -73,7 +73,7 @@ class Rig(Driver):
                 task.wait(self.beside_s)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
-        for owner in (self.root, self.assembly.connector, gestures()):
+        for owner in (self.root, self.assembly.ports, gestures()):
             for timer in owner.findChildren(QTimer):
                 self._tick(timer)
 
@@ -101,11 +101,11 @@ class Rig(Driver):
 
     def connect(self, *known: str) -> None:
         """Until these values are known, too."""
-        connector = self.assembly.connector
+        connector = self.assembly.ports
         connector.connect_to(Target(self.url, 115200))
-        self.until(lambda: connector.current.device.presence is Presence.ONLINE)
+        self.until(lambda: connector.current.module.view.presence is Presence.ONLINE)
         keys = ("active", *known)
-        self.until(lambda: all(connector.current.device.known(key, self.clock()) is not None for key in keys))
+        self.until(lambda: all(connector.current.module.view.known(key, self.clock()) is not None for key in keys))
 
 
 @contextmanager
@@ -130,6 +130,6 @@ def on_fake_time(
         patch("ui.main.Ports", partial(Ports, make_worker=make_worker, clock=clock)),
         patch("app.engine.worker.open_line", open_line),
         simulated(name, **options) as bench,
-        window(qapp, folder, ports=ports, entries=entries) as assembly,
+        window(qapp, folder, listed=ports, entries=entries) as assembly,
     ):
         yield kind(qtbot, assembly, bench, f"sim://{name}{query}", clock, workers[0], requests)

@@ -88,7 +88,7 @@ def desk(
         try:
             yield made
         finally:
-            made.assembly.connector.current.disconnect_port()
+            made.assembly.ports.current.disconnect_port()
 
 
 # The Settings page

@@ -27,7 +27,7 @@ from ui.pages.live.page import LivePage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice
 from ui.widgets.step_button import bring_into_sight, is_in_sight
@@ -77,7 +77,7 @@ class Walk(Rig):
 
     def before_connecting(self) -> Iterator[Stop]:
         """Yield the pages before a module is connected."""
-        self.qtbot.waitUntil(lambda: self.window.panel.isVisible() and self.assembly.ports.has_listed)
+        self.qtbot.waitUntil(lambda: self.window.panel.isVisible() and self.assembly.watcher.has_listed)
         yield self._stop("connect panel")
         self.window.panel.hide()
         for entry in PAGES:
@@ -206,7 +206,7 @@ class Walk(Rig):
         yield self._stop("about", box)
         box.close()
         self.bench.module.activate(is_active=True)
-        connector = self.assembly.connector
+        connector = self.assembly.ports
         self.until(lambda: connector.current.is_active)
         self.window.disconnect_port()
         yield self._stop("question at leaving")

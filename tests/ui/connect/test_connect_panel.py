@@ -45,7 +45,7 @@ def rows(assembly: Assembly) -> dict[str, str]:
 
 
 def phase(assembly: Assembly) -> Phase:
-    return assembly.connector.current.state.phase
+    return assembly.ports.current.state.phase
 
 
 # What is said
@@ -93,7 +93,7 @@ def test_silent_and_late_modules_are_not_called_connected(
 
 
 def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, ports=ListedPorts(ADAPTER)) as assembly:
+    with window(qapp, tmp_path, listed=ListedPorts(ADAPTER)) as assembly:
         ports = assembly.window.panel.list
         qtbot.waitUntil(lambda: ports.count() == 2)
         spoken = ports.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
@@ -103,7 +103,7 @@ def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QAppl
 
 def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts(ADAPTER)
-    with window(qapp, tmp_path, ports=ports) as assembly:
+    with window(qapp, tmp_path, listed=ports) as assembly:
         qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly))
         assert rows(assembly)[ADAPTER.device] == ""
         ports.now.append(SECOND_ADAPTER)
@@ -111,7 +111,7 @@ def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplicat
         assembly.window.toggle_panel()
         assembly.window.toggle_panel()
         assert rows(assembly)[SECOND_ADAPTER.device] == ""  # it was seen
-    with window(qapp, tmp_path, ports=ports) as assembly:
+    with window(qapp, tmp_path, listed=ports) as assembly:
         qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
         assert rows(assembly)[SECOND_ADAPTER.device] == ""
 
@@ -155,7 +155,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
     preferences = Preferences(tmp_path / "window.ini")
     preferences.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
     preferences.save()
-    with window(qapp, tmp_path, ports=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
+    with window(qapp, tmp_path, listed=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 3)
         assert panel.chosen_target() == Target(SECOND_ADAPTER.device, 57600, SECOND_ADAPTER.identity)
@@ -168,7 +168,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
 def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     missing = str(tmp_path / "ttyNONE")
     with window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target(missing, 115200))
+        assembly.ports.connect_to(Target(missing, 115200))
         assert phase(assembly) is Phase.OPENING  # at once
         qtbot.waitUntil(lambda: phase(assembly) is Phase.FAILED)
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None)
@@ -183,7 +183,7 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
     somebody = object()
     with simulated("busy") as bench, window(qapp, tmp_path) as assembly:
         assert bench.hold(somebody)
-        assembly.connector.connect_to(Target("sim://busy", 115200))
+        assembly.ports.connect_to(Target("sim://busy", 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None)
         assert "in use" in notice_text(assembly.window.notice_bar)
         bench.release(somebody)
@@ -194,12 +194,12 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
 def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "rate", EMPTY_PAGE, baud=57600) as one:
         assembly = one.assembly
-        assembly.connector.connect_to(Target("sim://rate", 115200))
+        assembly.ports.connect_to(Target("sim://rate", 115200))
         one.until(lambda: assembly.window.notice_bar.button("find_rate") is not None)
         press(qtbot, assembly.window.notice_bar.button("find_rate"))
         assert phase(assembly) is Phase.FINDING
         one.until(lambda: phase(assembly) is Phase.ONLINE)
-        assert assembly.connector.current.connection.baud_rate == 57600
+        assert assembly.ports.current.connection.baud_rate == 57600
 
 
 def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, 
         panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
         one.until(lambda: phase(assembly) is Phase.ONLINE)
-        assert assembly.connector.current.connection.baud_rate == 9600
+        assert assembly.ports.current.connection.baud_rate == 9600
 
 
 # Loss and return
@@ -224,7 +224,7 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
         assembly.window.disconnect_port()
         bench.plug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED)
-        assert not assembly.connector.current.is_requested
+        assert not assembly.ports.current.is_requested
 
 
 # The bridge
@@ -270,7 +270,7 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
         panel = assembly.window.panel
         panel.prefer(LastPort(ADAPTER.device, ADAPTER.identity, 115200))
         qtbot.waitUntil(lambda: len(rows(assembly)) == 3)
-        port = assembly.connector.current
+        port = assembly.ports.current
         port.connect_to(Target(SECOND_ADAPTER.device, rate, SECOND_ADAPTER.identity))
         ports.workers[0].say(**VALUES)
         qtbot.waitUntil(lambda: port.is_open and port.device.presence is Presence.ONLINE)

@@ -65,7 +65,7 @@ class Bench:
         assert isinstance(store, Store)
         self.store = store
         activate(store, "M-07")
-        self.watch = LeftActiveWatch(self.ports.connector)
+        self.watch = LeftActiveWatch(self.ports.ports)
         self.watch.load()
         self.left()
         QApplication.processEvents()
@@ -89,21 +89,21 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
     _connection, module = bench.ports.plug_in(USB, active=False)
     qtbot.wait(50)
     assert bench.watch.notice() is not None, "nobody has said which module this is"
-    bench.ports.connector.current.module.choose("M-08")
+    bench.ports.ports.current.module.choose("M-08")
     module.say(active=False)
     qtbot.wait(50)
     assert bench.watch.notice() is not None
     assert bench.left() == ["M-07"]
-    bench.ports.connector.current.module.choose("M-07")
+    bench.ports.ports.current.module.choose("M-07")
     module.say(active=True)
     qtbot.waitUntil(lambda: bench.watch.notice() is None)  # the top bar says it
     module.unplug()
     qtbot.wait(50)
     assert bench.watch.notice() is None, "that the link is lost says it"
-    bench.ports.connector.connect_to(Target("/dev/ttyUSB1", 115200))
+    bench.ports.ports.connect_to(Target("/dev/ttyUSB1", 115200))
     qtbot.waitUntil(lambda: bench.watch.notice() is not None)
-    bench.ports.connector.connect_to(Target(USB, 115200))
-    bench.ports.connector.current.module.choose("M-07")
+    bench.ports.ports.connect_to(Target(USB, 115200))
+    bench.ports.ports.current.module.choose("M-07")
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == [])
     qtbot.waitUntil(lambda: bench.watch.notice() is None)
@@ -111,7 +111,7 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
 
 def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Bench) -> None:
     _connection, module = bench.ports.plug_in(USB, active=False)
-    bench.ports.connector.current.module.choose("M-09")
+    bench.ports.ports.current.module.choose("M-09")
     module.say(active=True)
     qtbot.waitUntil(lambda: "M-09" in bench.left())
     module.say(active=False)
@@ -163,7 +163,7 @@ NEW = Identity(Trust.UNPROVEN)
 def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Bench, name: str) -> None:
     """LOCK of the first was not confirmed; on the same adapter another one answers, which is locked."""
     connection, module = bench.ports.plug_in(USB, active=False)
-    bench.ports.connector.current.module.choose(name)
+    bench.ports.ports.current.module.choose(name)
     module.say(active=True)
     qtbot.waitUntil(lambda: name in bench.left())
     journal = connection.journal()
@@ -175,7 +175,7 @@ def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Benc
     in_doubt = connection.journal()
     in_doubt.settle(in_doubt.begin(Act.LOCK, b"", {}), Outcome.CONFIRMED, {})
     assert name in bench.left()
-    bench.ports.connector.current.module.treat_as_new()
+    bench.ports.ports.current.module.treat_as_new()
     module.identity = NO_EXPECTATION
     for _ in range(3):
         module.say(active=False)
@@ -249,7 +249,7 @@ def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
         for file in (silent, port):
             files.callback(os.close, file)
         qtbot.waitUntil(lambda: bool(assembly.storage.left_active))
-        assembly.connector.connect_to(Target(os.ttyname(port), 115200))
+        assembly.ports.connect_to(Target(os.ttyname(port), 115200))
         page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
         qtbot.waitUntil(lambda: page.why.next_step.text().startswith(keep_away()))
 
@@ -270,7 +270,7 @@ def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports
 
     first, worker = ports.plug_in("/dev/one")
     second, other = ports.plug_in("/dev/two")
-    connector = ports.connector
+    connector = ports.ports
     qtbot.waitUntil(lambda: second.is_open and first.is_open)
     connector.run(forever(), lambda _job: None)
     before = len(worker.jobs), len(other.jobs)

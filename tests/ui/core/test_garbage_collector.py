@@ -148,7 +148,7 @@ def test_looking_at_the_order_of_tab_leaves_the_parents_alone(qtbot: QtBot) -> N
 
 def test_nothing_of_a_closed_window_stays_in_memory(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "settings") as one:
-        parts = (one.assembly.window, one.assembly.connector, one.assembly.storage, one.settings, one.settings.work)
+        parts = (one.assembly.window, one.assembly.ports, one.assembly.storage, one.settings, one.settings.work)
         left = {type(part).__name__: weakref.ref(part) for part in parts}
     del one, parts
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)

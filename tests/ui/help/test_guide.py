@@ -24,7 +24,7 @@ from tests.support.window.steps import find, let_lay_out, press
 from ui.help.windows import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.page import PreflightPage
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -266,8 +266,8 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
 
 def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     benches.remove_bench("demo")
-    with window(qapp, tmp_path, ports=ListedPorts(), entries=PAGES) as assembly:
-        main, connector = assembly.window, assembly.connector
+    with window(qapp, tmp_path, listed=ListedPorts(), entries=PAGES) as assembly:
+        main, connector = assembly.window, assembly.ports
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
         main.activateWindow()
@@ -313,7 +313,7 @@ def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
 
 def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
-    with window(qapp, tmp_path, ports=ListedPorts(), entries=PAGES) as assembly:
+    with window(qapp, tmp_path, listed=ListedPorts(), entries=PAGES) as assembly:
         main = assembly.window
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)

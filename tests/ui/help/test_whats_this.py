@@ -50,7 +50,7 @@ NOT_OURS = ("qt_*", "about_*", "*_profile_none")
 def help_window(
     qtbot: QtBot, qapp: QApplication, folder: Path, *, entries: tuple[PageEntry, ...] = PAGES
 ) -> Iterator[Assembly]:
-    with window(qapp, folder, ports=ListedPorts(), entries=entries) as assembly:
+    with window(qapp, folder, listed=ListedPorts(), entries=entries) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(QSize(1024, 600))
         assembly.window.activateWindow()

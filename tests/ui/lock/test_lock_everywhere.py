@@ -50,17 +50,17 @@ class Bench:
 
     def activate(self) -> None:
         self.module.module.activate(is_active=True)
-        connector = self.assembly.connector
+        connector = self.assembly.ports
         self.qtbot.waitUntil(
             lambda: (
-                connector.current.device.fresh("active", connector.clock()) is True
-                and self.assembly.connector.current.lock.is_possible
+                connector.current.module.view.fresh("active", connector.clock()) is True
+                and self.assembly.ports.current.lock.is_possible
             ),
         )
 
     def await_locked(self) -> None:
         """Until LOCK is repeated no more: one that is still under way would lock what the test activates next."""
-        lock = self.assembly.connector.current.lock
+        lock = self.assembly.ports.current.lock
         self.qtbot.waitUntil(lambda: not self.module.state().is_active and not lock.is_repeating)
 
 
@@ -333,7 +333,7 @@ def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplica
         for is_another in (False, True):
             files.choose()
             if is_another:
-                bench.assembly.connector.current.treat_as_new()
+                bench.assembly.ports.current.treat_as_new()
             answers.pop()(tmp_path / "none.toml")
             assert bool(opened) is not is_another
             opened.clear()

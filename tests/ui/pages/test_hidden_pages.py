@@ -37,8 +37,8 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
         for key in (*shown, "live"):
             assembly.window.go_to(key)
         before = {key: look(key) for key in shown}
-        assembly.connector.current.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.current.is_open)
+        assembly.ports.current.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.ports.current.is_open)
         assert {key: look(key) for key in shown} == before
         for key in shown:
             assembly.window.go_to(key)

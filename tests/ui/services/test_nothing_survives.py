@@ -70,7 +70,7 @@ def _guided(rig: Rig) -> None:
 def _profile(rig: Rig) -> None:
     fleet = rig.pages["fleet"]
     fleet.profile.open(Profile(name="For all", settings={"light_threshold_v": 2.1}))
-    fleet.profile.apply(fleet.members.connections)
+    fleet.profile.apply(fleet.members.all)
 
 
 MOMENTS: Final[dict[str, Begin]] = {
@@ -110,10 +110,10 @@ def _behind_its_port(rig: Rig) -> None:
 
 def _on_the_board(rig: Rig) -> None:
     connector = rig.connector
-    second = next((connection for connection in connector.connections if connection is not connector.current), None)
+    second = next((connection for connection in connector.all if connection is not connector.current), None)
     second = second or connector.add(rig.ports.make)
     second.connect_to(PORT_B)
-    worker = rig.ports.workers[connector.connections.index(second)]
+    worker = rig.ports.workers[connector.all.index(second)]
     worker.values.clear()
     worker.say(**VALUES | B)
     rig.settle()
@@ -145,7 +145,7 @@ def _look(rig: Rig) -> set[str]:
 
 
 def _look_at_once(rig: Rig, seen: list[list[str]], _batch: Batch) -> None:
-    if rig.connector.current.device.values and not seen:
+    if rig.connector.current.module.view.values and not seen:
         seen.append([f"{where}: {text}" for where, text in rig._visible() if OF_A.search(text)])
 
 

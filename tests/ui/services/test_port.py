@@ -45,7 +45,7 @@ def forever() -> Procedure[None]:
 def test_where_no_rate_is_found_the_line_is_asked_for_what_is_on_it(
     qtbot: QtBot, ports: FakePorts, monkeypatch: pytest.MonkeyPatch, found: RateSearch | Slept, asked: int
 ) -> None:
-    port, (worker,) = ports.connector.current, ports.workers
+    port, (worker,) = ports.ports.current, ports.workers
     port.connect_to(Target("/dev/one", 115200, finds_rate=True))
     ((search, _),) = worker.jobs
     worker.say()
@@ -75,10 +75,10 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     first, worker = ports.plug_in("/dev/one", tilt_deg=11)
     second, other = ports.plug_in("/dev/two", tilt_deg=22)
     qtbot.waitUntil(lambda: first.is_open and second.is_open)
-    connector, seen, online = ports.connector, list[tuple[str, PortState, object]](), list[Target]()
+    connector, seen, online = ports.ports, list[tuple[str, PortState, object]](), list[Target]()
 
     def on_batch(batch: Batch) -> None:
-        tilt = connector.current.device.fresh("tilt_deg", ports.now_s)
+        tilt = connector.current.module.view.fresh("tilt_deg", ports.now_s)
         seen.append((batch.connection.port, connector.current.connection.state, tilt))
 
     connector.batch.connect(on_batch)
@@ -117,16 +117,16 @@ def test_one_name_is_of_one_module(qtbot: QtBot, ports: FakePorts) -> None:
 
 def test_each_field_shows_the_name_that_another_one_gave(qtbot: QtBot, ports: FakePorts) -> None:
     ports.plug_in("/dev/one")
-    field = ModuleField("field", ports.connector)
+    field = ModuleField("field", ports.ports)
     qtbot.addWidget(field)
-    ports.connector.current.module.choose("M-07")
+    ports.ports.current.module.choose("M-07")
     assert field.currentText() == "M-07"
 
 
 def test_a_stream_is_remembered_for_the_target_that_is_opened(
     ports: FakePorts, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    memories, port = dict[str, StreamMemory](), ports.connector.current
+    memories, port = dict[str, StreamMemory](), ports.ports.current
     monkeypatch.setattr(port, "_memory_of", lambda target: memories.setdefault(target.device, StreamMemory()))
     for device in ("/dev/one", "/dev/two"):
         port.connect_to(Target(device, 115200))
@@ -145,7 +145,7 @@ def test_that_lock_was_pressed_is_shown_at_once(qtbot: QtBot, ports: FakePorts) 
     port, _ = ports.plug_in("/dev/one", active=True)
     qtbot.waitUntil(lambda: port.lock.is_possible)
     seen: list[bool] = []
-    ports.connector.lock_changed.connect(lambda: seen.append(port.lock.is_repeating))
+    ports.ports.lock_changed.connect(lambda: seen.append(port.lock.is_repeating))
     port.lock.press()
     assert seen == [True]
 
@@ -153,7 +153,7 @@ def test_that_lock_was_pressed_is_shown_at_once(qtbot: QtBot, ports: FakePorts) 
 def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot, ports: FakePorts) -> None:
     ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two", active=True)
-    connector, seen = ports.connector, list[Activation]()
+    connector, seen = ports.ports, list[Activation]()
     qtbot.waitUntil(lambda: second.activation.state is Activation.ACTIVE and connector.current.is_open)
     connector.batch.connect(lambda _batch: seen.append(connector.current.activation.state))
     connector.choose(second)
@@ -164,7 +164,7 @@ def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot
 def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
     _, worker = ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
-    connector, ended = ports.connector, list[str]()
+    connector, ended = ports.ports, list[str]()
     qtbot.waitUntil(lambda: second.is_open and connector.current.is_open)
 
     def end(_job: Job[Any]) -> None:
@@ -181,7 +181,7 @@ def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, port
 def test_the_last_choice_counts_also_before_the_first_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
     first, worker = ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
-    connector, done = ports.connector, list[str]()
+    connector, done = ports.ports, list[str]()
     qtbot.waitUntil(lambda: second.is_open and first.is_open)
     job = connector.run(forever(), lambda _job: None)
     connector.choose(second, then=partial(done.append, "second"))
@@ -196,7 +196,7 @@ def test_the_last_choice_counts_also_before_the_first_is_shown(qtbot: QtBot, por
 def test_a_port_that_hangs_does_not_keep_another_module_from_being_shown(qtbot: QtBot, ports: FakePorts) -> None:
     ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
-    connector, ended = ports.connector, list[Job[Any]]()
+    connector, ended = ports.ports, list[Job[Any]]()
     qtbot.waitUntil(lambda: second.is_open and connector.current.is_open)
     connector.run(forever(), ended.append)
     connector.choose(second)
@@ -209,17 +209,17 @@ def test_a_port_that_hangs_does_not_keep_another_module_from_being_shown(qtbot: 
 def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports: FakePorts) -> None:
     for name in ("one", "two", "three"):
         ports.plug_in(f"/dev/{name}", active=True)
-    connector = ports.connector
-    qtbot.waitUntil(lambda: all(connection.is_open for connection in connector.connections))
+    connector = ports.ports
+    qtbot.waitUntil(lambda: all(connection.is_open for connection in connector.all))
     assert connector.is_any_active
     connector.lock.press_all()  # none of the jobs ends: all three hang
     assert [len(worker.wanted(is_urgent=True)) for worker in ports.workers] == [1, 1, 1]
     assert connector.current.lock.is_repeating
-    connector.choose(connector.connections[1])
+    connector.choose(connector.all[1])
     assert not any(job.run.is_done for worker in ports.workers for job in worker.wanted(is_urgent=True))
     ports.workers[0].unplug()
-    qtbot.waitUntil(lambda: not connector.connections[0].is_open)
-    assert connector.connections[0].lock.is_unproven  # it waits for the port
+    qtbot.waitUntil(lambda: not connector.all[0].is_open)
+    assert connector.all[0].lock.is_unproven  # it waits for the port
     assert connector.current.lock.failed is None
     assert connector.current.lock.is_repeating
 
@@ -229,9 +229,9 @@ def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports
     first, _ = ports.plug_in("/dev/one")
     second, worker = ports.plug_in("/dev/two", active=True)
     qtbot.waitUntil(lambda: first.is_open and second.is_open)
-    bar = TopBar(ports.connector, LimitsInUse())
+    bar = TopBar(ports.ports, LimitsInUse())
     qtbot.addWidget(bar)
-    ports.connector.choose(second)
+    ports.ports.choose(second)
     bar.lock.click()
     assert len(worker.wanted(is_urgent=True)) == 1
 
@@ -239,14 +239,14 @@ def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports
 def test_a_port_that_is_removed_is_closed_and_another_stays(qtbot: QtBot, ports: FakePorts) -> None:
     first, _ = ports.plug_in("/dev/one")
     second, worker = ports.plug_in("/dev/two")
-    connector = ports.connector
+    connector = ports.ports
     qtbot.waitUntil(lambda: first.is_open and second.is_open)
     connector.remove(first)  # the current one is not
-    assert connector.connections == (first, second)
+    assert connector.all == (first, second)
     connector.remove(second)
     worker.hand_over()
     qtbot.waitUntil(lambda: worker.is_stopped)
-    assert connector.connections == (first,)
+    assert connector.all == (first,)
     assert first.is_open
 
 
@@ -257,23 +257,23 @@ ONE, TWO = Target("/dev/one", 115200), Target("/dev/two", 115200)
 def open_first(qtbot: QtBot, ports: FakePorts) -> Ports:
     first, _ = ports.plug_in(ONE.device, tilt_deg=11)
     qtbot.waitUntil(lambda: first.is_open)
-    return ports.connector
+    return ports.ports
 
 
 def to_another_port(ports: FakePorts) -> None:
-    ports.connector.connect_to(TWO)
+    ports.ports.connect_to(TWO)
 
 
 def to_the_same_port(ports: FakePorts) -> None:
-    ports.connector.connect_to(ONE)
+    ports.ports.connect_to(ONE)
 
 
 def to_a_port_that_is_open(ports: FakePorts) -> None:
-    ports.connector.choose(ports.connector.connections[1])
+    ports.ports.choose(ports.ports.all[1])
 
 
 def by_a_persons_word(ports: FakePorts) -> None:
-    ports.connector.current.treat_as_new()
+    ports.ports.current.treat_as_new()
 
 
 CHANGES = (to_another_port, to_the_same_port, to_a_port_that_is_open, by_a_persons_word)
@@ -289,15 +289,15 @@ def test_a_report_that_was_under_way_is_not_the_next_modules(
     change(ports)
     seen: list[Batch] = []
     connector.batch.connect(seen.append)
-    assert (connector.current.device, connector.current.connection.state) == (DeviceView(), PortState.OPENING)
+    assert (connector.current.module.view, connector.current.connection.state) == (DeviceView(), PortState.OPENING)
     qtbot.wait(50)
     assert seen == []
-    assert connector.current.device == DeviceView()
+    assert connector.current.module.view == DeviceView()
     assert not connector.current.is_open
     assert connector.current.identity.trust is Trust.OPEN
     ports.workers[0].values.clear()
     ports.workers[0].say(tilt_deg=33)
-    qtbot.waitUntil(lambda: connector.current.device.fresh("tilt_deg", ports.now_s) == 33)
+    qtbot.waitUntil(lambda: connector.current.module.view.fresh("tilt_deg", ports.now_s) == 33)
 
 
 @pytest.mark.parametrize("change", CHANGES)

@@ -24,7 +24,7 @@ from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, windo
 from tests.support.window.steps import find, given
 from ui.pages.flights.page import FlightsPage
 from ui.services.job_notice import JobNotice
-from ui.services.port import Ports
+from ui.session.ports import Ports
 from ui.services.recording_jobs import ExportKind, RecordingJobs
 from ui.session.running_job import RunningJob
 from ui.services.storage import Storage
@@ -87,7 +87,7 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
         flights = find(assembly.window, FlightsPage)
         for notice in (assembly.storage.recordings, flights.result):
             notice.notify(Meaning.ATTENTION, "Not saved")
-            assembly.connector.invalidated.emit()
+            assembly.ports.invalidated.emit()
             assert notice.result_notice() is not None
 
 

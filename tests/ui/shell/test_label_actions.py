@@ -44,7 +44,7 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, known: tuple[str, ...]
 ) -> None:
     with window(qapp, tmp_path, entries=PAGES) as assembly:
-        main, naming = assembly.window, assembly.connector.current.module
+        main, naming = assembly.window, assembly.ports.current.module
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
         for number, page in product(range(len(known) + 1), PAGES):
             with_modules(assembly, qtbot, *known[:number])
@@ -72,7 +72,7 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
 
     with window(qapp, tmp_path, entries=PAGES[1:2]) as assembly:
         main = assembly.window
-        menus, naming = main.menus, assembly.connector.current.module
+        menus, naming = main.menus, assembly.ports.current.module
         actions = main.findChildren(LabelActions)[0]
         actions.ask_path = ask
         menus.refresh()
@@ -106,7 +106,7 @@ def test_the_modules_are_counted_for_the_menu_only(
             return {}
 
         monkeypatch.setattr(Store, "read", none_of)
-        assembly.connector.changed.emit()  # many times a second while a value changes
+        assembly.ports.changed.emit()  # many times a second while a value changes
         assert reads == []
         menus = assembly.window.menus
         find(assembly.window, QMenu, "menu_label").aboutToShow.emit()

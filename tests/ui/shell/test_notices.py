@@ -131,7 +131,7 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
         given(notice.dismiss)()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
-        port = assembly.connector.current
+        port = assembly.ports.current
         qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None)
         bench.restart()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None)
@@ -277,7 +277,7 @@ def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_pa
         for text, is_of_module in (("Of it.", True), ("Of all.", False)):
             main.attention.queue_notice(Notice(Meaning.INFORMATION, text), is_of_module=is_of_module)
         assert notice_text(main.notice_bar) == "Of it."
-        assembly.connector.connect_to(Target("/dev/another", 115200))
+        assembly.ports.connect_to(Target("/dev/another", 115200))
         main.attention.refresh()
         assert notice_text(main.notice_bar) == "Of all."
 

@@ -96,22 +96,22 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 @contextmanager
 def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
     """The window, online at the desk's module."""
-    with window(qapp, folder, ports=DeskPorts(desk)) as assembly:
-        assembly.connector.batch.connect(desk.on_batch)
-        assembly.connector.connect_to(Target(desk.name, 115200, identity))
+    with window(qapp, folder, listed=DeskPorts(desk)) as assembly:
+        assembly.ports.batch.connect(desk.on_batch)
+        assembly.ports.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
-        qtbot.waitUntil(lambda: not assembly.connector.current._return.is_due(0.0))
+        qtbot.waitUntil(lambda: not assembly.ports.current._return.is_due(0.0))
         yield assembly
 
 
 def fresh(assembly: Assembly) -> set[str]:
-    connector = assembly.connector
-    return {key for key in KEYS if connector.current.device.fresh(key, connector.clock()) is not None}
+    connector = assembly.ports
+    return {key for key in KEYS if connector.current.module.view.fresh(key, connector.clock()) is not None}
 
 
 def phase(assembly: Assembly) -> Phase:
-    return assembly.connector.current.state.phase
+    return assembly.ports.current.state.phase
 
 
 def wait_back(qtbot: QtBot, assembly: Assembly) -> None:
@@ -132,10 +132,10 @@ def test_it_comes_back_under_another_name(
 ) -> None:
     first_name = desk.name
     with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
-        connector, whose = assembly.connector, assembly.connector.current.adapter_key
+        connector, whose = assembly.ports, assembly.ports.current.adapter_key
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        assert all(known.is_stale for known in connector.current.device.values.values())
+        assert all(known.is_stale for known in connector.current.module.view.values.values())
         wait_said(qtbot, assembly, Absence.AWAY.value)
         desk.sent.clear()
         with taken(first_name):
@@ -154,7 +154,7 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
     with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
-        connector = assembly.connector
+        connector = assembly.ports
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         mine, others = desk.adapter, [SECOND_ADAPTER]
@@ -167,7 +167,7 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
         desk.module.tell("plug")
         wait_said(qtbot, assembly, Absence.ANOTHER.value)
         qtbot.waitUntil(lambda: not connector.current.is_open)
-        assert not connector.current.device.values
+        assert not connector.current.module.view.values
         assert (phase(assembly), connector.current._return.returns) == (Phase.LOST, 0)
         desk.adapter = mine
         wait_back(qtbot, assembly)
@@ -201,17 +201,17 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
             return seen
 
     ports = SlowPorts(ADAPTER._replace(device="sim://old"))
-    with simulated("old") as bench, window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: assembly.ports.has_listed)
-        assembly.connector.connect_to(Target("sim://old", 115200, ADAPTER.identity))
+    with simulated("old") as bench, window(qapp, tmp_path, listed=ports) as assembly:
+        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
+        assembly.ports.connect_to(Target("sim://old", 115200, ADAPTER.identity))
         wait_online(qtbot, assembly)
         assembly.window.panel.hide()
-        assembly.ports.refresh()
+        assembly.watcher.refresh()
         ports.now = []
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         opened: list[PortState] = []
-        assembly.connector.batch.connect(lambda batch: opened.append(batch.connection.state))
+        assembly.ports.batch.connect(lambda batch: opened.append(batch.connection.state))
         is_over.set()
         qtbot.waitUntil(lambda: looks[0] >= 4)
         assert PortState.OPENING not in opened
@@ -219,15 +219,15 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
 
 def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://slow", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.current.is_open)
-        assembly.connector.find_rate()
+        assembly.ports.connect_to(Target("sim://slow", 115200))
+        qtbot.waitUntil(lambda: assembly.ports.current.is_open)
+        assembly.ports.find_rate()
         wait_online(qtbot, assembly)
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         bench.plug()
         wait_back(qtbot, assembly)
-        assert assembly.connector.current.connection.baud_rate == 57600
+        assert assembly.ports.current.connection.baud_rate == 57600
 
 
 def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -236,7 +236,7 @@ def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_pa
             pass
         page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
         page.go_to("traffic")
-        assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
+        assembly.ports.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None)
         press(qtbot, assembly.window.notice_bar.button("why"))
         assert assembly.window.stack.currentWidget() is page
@@ -257,7 +257,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
     monkeypatch.setattr(MainWindow, "_end_making", _end_making)
     entries = page_entries("live", "settings", "fleet", "diagnosis")
     with simulated("early"), window(qapp, tmp_path, entries=entries) as assembly:
-        connector, batches = assembly.connector, list[Batch]()
+        connector, batches = assembly.ports, list[Batch]()
         connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
         assert not connector.current.is_requested  # the store is not open yet
@@ -274,7 +274,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert len(sent) > 5 < len(received)
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
-        assert [connection.target for connection in pages["fleet"].members.connections] == [connector.current.target]
+        assert [connection.target for connection in pages["fleet"].members.all] == [connector.current.target]
 
 
 def test_a_sleep_withdraws_confirmations_and_is_shown(

@@ -138,9 +138,9 @@ def test_a_driver_that_never_returns(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sticks_in: str
 ) -> None:
     with window(qapp, tmp_path) as assembly, stubborn(monkeypatch, sticks_in) as port:
-        assembly.connector.connect_to(Target("/dev/stubborn", 115200))
+        assembly.ports.connect_to(Target("/dev/stubborn", 115200))
         if sticks_in == "close":
-            qtbot.waitUntil(lambda: assembly.connector.current.is_open)
+            qtbot.waitUntil(lambda: assembly.ports.current.is_open)
         else:
             qtbot.waitUntil(port.is_stuck.is_set)
         close_in_time(assembly)
@@ -152,12 +152,12 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
     terminal = Terminal()
     try:
         with window(qapp, tmp_path) as assembly:
-            assembly.connector.connect_to(Target(terminal.name, 115200))
-            qtbot.waitUntil(lambda: assembly.connector.current.is_open)
+            assembly.ports.connect_to(Target(terminal.name, 115200))
+            qtbot.waitUntil(lambda: assembly.ports.current.is_open)
             terminal.choke()
-            assembly.connector.run(read_everything(), lambda _job: None)
+            assembly.ports.run(read_everything(), lambda _job: None)
             close_in_time(assembly)
-            assert assembly.connector.stop(PATIENCE_S)
+            assert assembly.ports.stop(PATIENCE_S)
     finally:
         terminal.hang_up()
 
@@ -178,17 +178,17 @@ def test_any_procedure_in_progress(
     procedure: Callable[[], Procedure[object]],
 ) -> None:  # fmt: skip
     ports = ListedPorts()
-    with simulated("busy-closing", **options), window(qapp, tmp_path, ports=ports) as assembly:
-        assembly.connector.connect_to(Target("sim://busy-closing", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.current.is_open)
+    with simulated("busy-closing", **options), window(qapp, tmp_path, listed=ports) as assembly:
+        assembly.ports.connect_to(Target("sim://busy-closing", 115200))
+        qtbot.waitUntil(lambda: assembly.ports.current.is_open)
         ports.hold()
-        assembly.ports.refresh()
-        assembly.connector.current.stream.is_wanted = True
-        job = assembly.connector.run(procedure(), lambda _job: None)
+        assembly.watcher.refresh()
+        assembly.ports.current.stream.is_wanted = True
+        job = assembly.ports.run(procedure(), lambda _job: None)
         qtbot.waitUntil(lambda: job.run.is_started)
         close_in_time(assembly)
         assert job.wait(PATIENCE_S)
-        assert assembly.connector.stop(PATIENCE_S)
+        assert assembly.ports.stop(PATIENCE_S)
 
 
 @pytest.mark.parametrize(

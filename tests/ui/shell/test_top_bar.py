@@ -58,7 +58,7 @@ def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 )
 def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, bool], says: str, is_loud: bool) -> None:
     ports = ports_alone()
-    bar = TopBar(ports.connector, LimitsInUse())
+    bar = TopBar(ports.ports, LimitsInUse())
     qtbot.addWidget(bar)
     port, _module = ports.plug_in("/dev/one", **values)
     qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
@@ -70,14 +70,14 @@ def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, boo
 
 def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("named"), window(qapp, tmp_path) as assembly:
-        top = TopBar(assembly.connector, LimitsInUse())
+        top = TopBar(assembly.ports, LimitsInUse())
         qtbot.addWidget(top)
         assert (top.port.title.text(), top.name.text()) == ("Not connected", "")
         connect(qtbot, assembly, "sim://named")
-        assembly.connector.current.module.choose("M-07")
+        assembly.ports.current.module.choose("M-07")
         top.refresh()
         assert (top.port.title.text(), top.name.text()) == ("Simulated module", "M-07")
-        assembly.connector.current.module.choose("")
+        assembly.ports.current.module.choose("")
         top.refresh()
         assert top.name.text() == ""
 
@@ -189,16 +189,16 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
 def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
     """Reports of an unchanged module refresh nothing; without any the bar says how old the last one is."""
     ports = ports_alone()
-    top = TopBar(ports.connector, LimitsInUse())
+    top = TopBar(ports.ports, LimitsInUse())
     qtbot.addWidget(top)
     top.show()
     port, worker = ports.plug_in("/dev/one", active=True)
     qtbot.waitUntil(lambda: port.is_open and top.activation.word == "ACTIVE")
     news: list[object] = []
-    for signal in (ports.connector.changed, ports.connector.ticked):
+    for signal in (ports.ports.changed, ports.ports.ticked):
         signal.connect(lambda: news.append(top.activation.word))
     batches: list[object] = []
-    ports.connector.batch.connect(batches.append)
+    ports.ports.batch.connect(batches.append)
     for tilt in range(20):
         ports.now_s += 0.1
         worker.say(**VALUES | {"active": True, "tilt_deg": tilt})
@@ -270,7 +270,7 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener
     qtbot.addWidget(window)
     window.show()
     ports = ports_alone()
-    announce_states(ports.connector)
+    announce_states(ports.ports)
     yield Listener(ports, announced(monkeypatch))
     ports.stop()
 
@@ -332,7 +332,7 @@ def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, 
 
 def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
     ports = ports_alone()
-    bar = StatusBar(ports.connector, LimitsInUse(), NoticeBar())
+    bar = StatusBar(ports.ports, LimitsInUse(), NoticeBar())
     qtbot.addWidget(bar)
     ports.plug_in(USB0)
     second, module = ports.plug_in(USB1)
@@ -342,7 +342,7 @@ def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtb
     ports.now_s += 300
     module.hand_over(link=LinkView(broken, None, None))
     qtbot.waitUntil(lambda: second.last.at == ports.now_s)
-    ports.connector.choose(second)
+    ports.ports.choose(second)
     assert bar.age.text() == "5 min ago"
     assert bar.fault.isHidden()
     ports.stop()

@@ -82,7 +82,7 @@ def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
         assert not assembly.window.close()
         qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
         assert assembly.window.notice_bar.notice is None
-        assert assembly.connector.current.is_open
+        assert assembly.ports.current.is_open
         assert not assembly.window.close()
         assert not assembly.window.close()  # the second half of a double click, or a key that is held
         assembly.window.attention._tried_at -= AGAIN_S
@@ -94,9 +94,9 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
     with simulated("part", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://part")
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-        assert assembly.connector.current.is_open
+        assert assembly.ports.current.is_open
         press(qtbot, choose(assembly, "leave_active"))
-        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.CLOSED)
+        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.CLOSED)
         assert bench.state().is_active
 
 
@@ -155,7 +155,7 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
         folder = assembly.storage.recordings.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the recordings should be", encoding="utf-8")
-        assembly.connector.connect_to(Target("sim://stream", 115200))
+        assembly.ports.connect_to(Target("sim://stream", 115200))
         qtbot.waitUntil(lambda: bench.state().is_streaming)
         qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
         qtbot.waitUntil(lambda: not bench.state().is_streaming)
@@ -186,7 +186,7 @@ def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
 @pytest.mark.promise("h")
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", EMPTY_PAGE) as one:
-        connector, main = one.assembly.connector, one.assembly.window
+        connector, main = one.assembly.ports, one.assembly.window
         one.connect()
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
         one.until(lambda: "ago" in main.status_bar.age.text())
@@ -195,7 +195,7 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
         one.until(lambda: connector.current.state.phase is Phase.LATE)
         one.until(lambda: "late" in main.status_bar.age.text())
         one.until(lambda: "late" in main.top_bar.port.word.text())
-        assert connector.current.device.fresh("active", one.clock()) is None
+        assert connector.current.module.view.fresh("active", one.clock()) is None
         one.bench.change(lag_ms=0.0)
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
         one.bench.power_off()

@@ -46,17 +46,17 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
     timer = QTimer()
     timer.setInterval(BEAT_MS)
     timer.timeout.connect(lambda: beats.append(time.monotonic()))
-    with simulated("patient"), window(qapp, tmp_path, ports=ports) as assembly:
+    with simulated("patient"), window(qapp, tmp_path, listed=ports) as assembly:
         qtbot.waitUntil(lambda: ports.looks == 1)
         timer.start()
         assembly.window.go_to("empty")
         connect(qtbot, assembly, "sim://patient")
         qtbot.waitUntil(lambda: len(beats) > 50)
         timer.stop()
-        assert not assembly.ports.has_listed
+        assert not assembly.watcher.has_listed
         assert ports.looks == 1
         ports.release()
-        qtbot.waitUntil(lambda: assembly.ports.has_listed)
+        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
 
 
@@ -74,7 +74,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         monkeypatch.setattr(Session, "step", fail)
         qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly))
         assert assembly.window.notice_bar.button("copy_details") is not None
-        assert not assembly.connector.current.is_open
+        assert not assembly.ports.current.is_open
         assert assembly.armed.act is None
         connect(qtbot, assembly, "sim://struck")
 
@@ -87,7 +87,7 @@ def test_killed_and_started_again() -> None:
         from ui import main as application
         application.assemble = functools.partial(application.assemble, entries=())
         def told(assembly, options, start=application.start):
-            assembly.connector.came_online.connect(lambda _target: print("online", flush=True))
+            assembly.ports.came_online.connect(lambda _target: print("online", flush=True))
             start(assembly, options)
         application.start = told
         raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1])))
@@ -121,10 +121,10 @@ def test_what_passes_by_itself_leaves_no_notice(qtbot: QtBot, qapp: QApplication
         shown = assembly.window
         qtbot.waitSignal(shown.pages_made).wait()
         before = shown.notice_bar.notice
-        assembly.connector.stream_left_on.emit()
+        assembly.ports.stream_left_on.emit()
         assert "left on" in shown.status_bar.passing.text()
         assert shown.notice_bar.notice == before
-        assembly.connector.invalidated.emit()  # another module
+        assembly.ports.invalidated.emit()  # another module
         assert shown.status_bar.passing.text() == ""
 
 
@@ -147,7 +147,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             fake_window(qapp, folder, ADAPTER) as (fakes, assembly),
         ):
             qtbot.waitUntil(lambda: assembly.window._maker.is_done)
-            assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
+            assembly.ports.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
             worker = fakes.workers[-1]
             worker.say(**VALUES)
             yield assembly, worker, fakes
@@ -182,7 +182,7 @@ def entries_of(owner: object) -> dict[str, int]:
 
 def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with connected(qtbot, qapp, tmp_path) as (assembly, worker, fakes):
-        window, connector = assembly.window, assembly.connector
+        window, connector = assembly.window, assembly.ports
 
         def unplug() -> None:
             opened = len(worker.opened)
@@ -203,7 +203,7 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
                 QApplication.processEvents()
 
         def lock() -> None:
-            assembly.connector.lock.press()
+            assembly.ports.lock.press()
             worker.end_jobs()
             QApplication.processEvents()
 

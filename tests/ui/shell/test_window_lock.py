@@ -75,18 +75,18 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     one.until(lambda: not one.bench.state().is_active)
     one.until(lambda: bar.notice is None)
     assert len(times) == 6
-    confirmed = given(one.assembly.connector.current.lock.confirmed)
+    confirmed = given(one.assembly.ports.current.lock.confirmed)
     assert confirmed.sent == 6
 
 
 def wait_for_identity(one: Rig) -> None:
     """Wait until enough was read to recognise the module after a loss of the port."""
-    port = one.assembly.connector.current
+    port = one.assembly.ports.current
     one.until(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"})
 
 
 def say_which_module(one: Rig, key: str) -> None:
-    bar, port = one.assembly.window.notice_bar, one.assembly.connector.current
+    bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
     one.until(lambda: bar.button(key) is not None)
     press(one.qtbot, bar.button(key))
     one.until(lambda: port.identity.is_settled)
@@ -136,11 +136,11 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.module.activate(is_active=False)  # somebody locks it in another way
-    port = one.assembly.connector.current
+    port = one.assembly.ports.current
     one.until(lambda: bar.notice is None or port.identity.is_for_a_person)  # after a second of silence
     port.confirm_identity()
     one.until(lambda: bar.notice is None)
-    assert one.assembly.connector.current.lock.failed is None
+    assert one.assembly.ports.current.lock.failed is None
 
 
 def test_a_lock_that_fails_is_forgotten_with_its_module(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,10 +169,10 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
     wait_for_identity(one)
     one.bench.change(mute=True)
     press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: one.assembly.connector.current.lock.is_repeating)
+    one.until(lambda: one.assembly.ports.current.lock.is_repeating)
     one.bench.unplug()
-    one.until(lambda: not one.assembly.connector.current.is_open)
-    assert one.assembly.connector.current.lock.is_repeating
+    one.until(lambda: not one.assembly.ports.current.is_open)
+    assert one.assembly.ports.current.lock.is_repeating
     assert "when the port is back" in notice_text(bar)
     end_faults(one.bench)
     one.bench.change(mute=False)
@@ -180,10 +180,10 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
     one.until(lambda: not one.bench.state().is_active)
     one.until(lambda: bar.button("identity_same") is not None)
     one.wait(0.3)  # it has reported LOCKED several times, and may be a twin
-    assert one.assembly.connector.current.lock.confirmed is None
+    assert one.assembly.ports.current.lock.confirmed is None
     assert "treat the module as ACTIVE" in notice_text(bar)
     say_which_module(one, "identity_same")
-    one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
+    one.until(lambda: one.assembly.ports.current.lock.confirmed is not None)
 
 
 @pytest.mark.parametrize("is_late", [False, True])
@@ -192,7 +192,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
 def test_the_report_of_what_may_be_another_module_confirms_nothing(
     one: Rig, monkeypatch: pytest.MonkeyPatch, answer: str, is_late: bool
 ) -> None:
-    connector, bar = one.assembly.connector, one.assembly.window.notice_bar
+    connector, bar = one.assembly.ports, one.assembly.window.notice_bar
     lock = connector.current.lock
     wait_for_identity(one)
     if is_late:
@@ -219,14 +219,14 @@ def test_the_report_of_what_may_be_another_module_confirms_nothing(
 @pytest.mark.promise("l")
 def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Rig) -> None:
     """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     lock = connector.current.lock
     wait_for_identity(one)
-    one.assembly.connector.current.module.choose("M-1")
+    one.assembly.ports.current.module.choose("M-1")
     one.until(lambda: connector.current.identity.is_named)
     one.bench.change(mute=True)
     press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: connector.current.device.breaks > 0)
+    one.until(lambda: connector.current.module.view.breaks > 0)
     one.bench.module.activate(is_active=False)
     one.bench.change(mute=False)
     port = connector.current
@@ -244,9 +244,9 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
     times = lossy(one.bench, 100)
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: len(times) >= 2)
-    one.assembly.connector.current.lock.end()
-    one.until(lambda: not one.assembly.connector.current.lock.is_repeating)
-    assert not one.assembly.connector.current.lock.is_unproven
+    one.assembly.ports.current.lock.end()
+    one.until(lambda: not one.assembly.ports.current.lock.is_repeating)
+    assert not one.assembly.ports.current.lock.is_unproven
     count = len(times)
     one.wait(0.4)
     assert len(times) == count
@@ -255,7 +255,7 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
 @pytest.mark.parametrize("is_unplugged", [False, True])
 @pytest.mark.promise("l")
 def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     lock, done = connector.current.lock, list[str]()
     with simulated("other") as other:
         other.module.activate(is_active=True)
@@ -267,7 +267,7 @@ def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: 
             one.until(lambda: not connector.current.is_open)
         one.url = "sim://other"
         one.connect()
-        one.until(lambda: connector.current.device.presence.name == "ONLINE")
+        one.until(lambda: connector.current.module.view.presence.name == "ONLINE")
         one.wait(1.0)
         assert other.state().is_active
         assert not lock.is_repeating
@@ -305,9 +305,9 @@ def test_after_a_lost_port_it_is_confirmed_by_nobody_where_nothing_was_heard_bef
 ) -> None:
     """Nobody can say then whether what answers is the module that LOCK was pressed for."""
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "silent", EMPTY_PAGE, active=True) as one:
-        lock = one.assembly.connector.current.lock
+        lock = one.assembly.ports.current.lock
         one.bench.change(mute=True)
-        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.assembly.ports.connect_to(Target(one.url, 115200))
         one.until(lambda: lock.is_possible)
         lock.press()
         one.until(lambda: bool(lock.sent))

@@ -106,9 +106,9 @@ def test_what_is_open_before_zeroing_changes_no_height(one: Desk) -> None:
 def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_or_restarts(
     end: str, one: Desk
 ) -> None:
-    row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
+    row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.ports
     one.click("lock_button")
-    one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
+    one.until(lambda: one.assembly.ports.current.lock.confirmed is not None)
     one.until(row.confirm.ask.isEnabled)
     one.ask(row.confirm)
     one.bench.change(mute_codes=frozenset((0x10,)))
@@ -117,7 +117,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
     assert one.changes() == [REQUESTS[Act.LOCK].encode(), REQUESTS[Act.ACTIVATE].encode()]
     one.bench.change(mute_codes=frozenset())
     one.wait(0.6)
-    assert connector.current.device.fresh("active", connector.clock()) is False
+    assert connector.current.module.view.fresh("active", connector.clock()) is False
     assert said(one, Act.ACTIVATE).startswith("Sent, not confirmed"), "its report may be late"
     if end == "restart":
         one.bench.restart()

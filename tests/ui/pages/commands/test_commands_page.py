@@ -267,7 +267,7 @@ def test_without_a_port_only_that_is_said(qtbot: QtBot, qapp: QApplication, tmp_
 
 def test_of_a_port_that_is_gone_nothing_arrives_late(active: Desk) -> None:
     active.bench.unplug()
-    active.until(lambda: not active.assembly.connector.current.is_open)
+    active.until(lambda: not active.assembly.ports.current.is_open)
     active.wait(3.0)
     page = active.commands
     labels = [*(row.conditions for row in page.acts.values()), page.ritual.conditions]
@@ -278,7 +278,7 @@ def test_of_a_port_that_is_gone_nothing_arrives_late(active: Desk) -> None:
 def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: Desk) -> None:
     meaning, until_locked = active.commands.meaning, "Treat it as ready to fire until it reports LOCKED."
     active.until(lambda: meaning.text() == "Ready to fire: lock it before you touch it.")
-    active.bench.module.fire(Source.SERIAL, active.assembly.connector.clock())
+    active.bench.module.fire(Source.SERIAL, active.assembly.ports.clock())
     active.until(lambda: meaning.text() == f"Fired. {until_locked}")
     active.bench.module.state.is_active = False  # LOCK would end the trigger, too
     active.until(lambda: meaning.text() == "Fired. Find out why (Triggers), repack, restart.")
@@ -298,7 +298,7 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
             assert row.notice_bar.notice is None, "nor of the next act"
             one.click(row.confirm.go)
             one.until(lambda: (notice := row.notice_bar.notice) is not None and "Acknowledged" in notice.text)
-        one.assembly.connector.connect_to(Target("sim://next", 115200))
+        one.assembly.ports.connect_to(Target("sim://next", 115200))
         one.until(lambda: row.notice_bar.notice is None)
 
 

@@ -12,7 +12,7 @@ from app.safety.acts import Act
 from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
 from ui.widgets.controls import named

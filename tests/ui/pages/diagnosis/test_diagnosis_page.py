@@ -73,7 +73,7 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
 ) -> None:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why", ALONE, **options) as one:
         page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
-        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.assembly.ports.connect_to(Target(one.url, 115200))
         one.until(lambda: cause_of(page) is cause)
         assert page.why.act.isVisible()
         assert page.why.act.text() == button
@@ -96,7 +96,7 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         )
         assert said is not None
         assert 0 < int(said[2]) <= int(said[3])
-        last = max(known.at for known in one.assembly.connector.current.device.values.values())
+        last = max(known.at for known in one.assembly.ports.current.module.view.values.values())
         ago_s = one.clock() - last
         shown = {time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s + off_s)) for off_s in (-1, 0, 1)}
         assert said[1] in shown
@@ -110,7 +110,7 @@ def test_of_a_line_that_is_late_it_is_not_said_that_the_module_does_not_answer(
         one.connect()
         one.bench.change(stream_at_boot=True, lag_ms=1600.0)
         one.bench.module.start_stream(one.clock())
-        one.until(lambda: one.assembly.connector.current.state.phase is Phase.LATE)
+        one.until(lambda: one.assembly.ports.current.state.phase is Phase.LATE)
         one.wait(5.0)
         assert page.why.what.text().startswith("Data arrives 1.")
 
@@ -119,11 +119,11 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-find", ALONE, **options) as one:
         page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
-        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.assembly.ports.connect_to(Target(one.url, 115200))
         one.until(lambda: cause_of(page) is Cause.WRONG_RATE)
         one.click(page.why.act)
         one.until(lambda: "answers" in page.why.what.text())
-        assert one.assembly.connector.current.device.presence is Presence.ONLINE
+        assert one.assembly.ports.current.module.view.presence is Presence.ONLINE
         assert page.why.diagnosis is None
         assert not page.why.act.isVisible()
 
@@ -134,7 +134,7 @@ def test_without_a_port_and_with_one_that_is_not_there_a_port_is_to_be_chosen(
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         assert cause_of(page) is None
         assert page.why.act.text() == "Choose a port"
-        assembly.connector.connect_to(Target(str(tmp_path / "none"), 115200))
+        assembly.ports.connect_to(Target(str(tmp_path / "none"), 115200))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         panel = assembly.window.panel
         panel.hide()
@@ -151,11 +151,11 @@ def test_a_command_is_shown_and_copied(
     monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: facts)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         target = Target(str(tmp_path / "tty"), 115200)
-        assembly.connector.connect_to(target)
+        assembly.ports.connect_to(target)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
-        refused = assembly.connector.current.connection._replace(trouble=denied)
-        assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
+        refused = assembly.ports.current.connection._replace(trouble=denied)
+        assembly.ports.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
@@ -171,7 +171,7 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
     monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         for adapter in ("0403:6001", "0403:6015"):
-            assembly.connector.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))
+            assembly.ports.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))
             assert page.why.evidence().facts == AdapterFacts()
             qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
             found.pop(0)
@@ -180,17 +180,17 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts()
     with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
-        qtbot.waitUntil(lambda: assembly.ports.has_listed)
+        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
         for present in ([ADAPTER], [], [ADAPTER], []):
             ports.now = list(present)
 
             def is_listed(wanted: tuple[PortInfo, ...] = tuple(present)) -> bool:
-                assembly.ports.refresh()
-                return assembly.ports.ports == wanted
+                assembly.watcher.refresh()
+                return assembly.watcher.ports == wanted
 
             qtbot.waitUntil(is_listed)
-        assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED)
+        assembly.ports.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
+        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.FAILED)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING)
         assert "2" in page.why.what.text()
 
@@ -246,8 +246,8 @@ def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
 
 def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        statistics = assembly.connector.current.kept.statistics
-        now = assembly.connector.clock()
+        statistics = assembly.ports.current.kept.statistics
+        now = assembly.ports.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         statistics.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
@@ -378,7 +378,7 @@ def test_the_support_bundle_in_sight_is_made_again_for_another_module(
 ) -> None:
     with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         connect(qtbot, assembly, "sim://former")
-        port, bundle = assembly.connector.current, page.bundle
+        port, bundle = assembly.ports.current, page.bundle
         qtbot.waitUntil(lambda: "boot_count" in port.device.values, timeout=WAIT_MS)
         page.go_to("bundle")
         qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)

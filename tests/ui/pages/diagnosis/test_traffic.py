@@ -252,7 +252,7 @@ def test_another_module_ends_a_pause_and_a_search(qtbot: QtBot, qapp: QApplicati
         traffic.search.field.setText("nowhere")
         traffic.search.find_next()
         qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
-        assembly.connector.invalidated.emit()
+        assembly.ports.invalidated.emit()
         assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
 
 

@@ -36,8 +36,8 @@ from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.files.file_dialogs import ThenPath
-from ui.services.port import Port
-from ui.services.port_check import ENTRIES
+from ui.session.port import Port
+from ui.session.check import ENTRIES
 from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
@@ -61,7 +61,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert {result.verdict for result in results.values()} <= {None}
     assert len(results) == 3
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
-    desk.page.profile.apply(desk.page.members.connections)
+    desk.page.profile.apply(desk.page.members.all)
     states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
     assert states == [Applied.UNREACHABLE, Applied.WRITING, Applied.WRITING]
     desk.modules[1][1].unplug()
@@ -90,7 +90,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
         profile = desk.page.profile.profile
         assert (None if profile is None else profile.name) == name
         assert (desk.page.notice_bar.notice is not None) is said
-    desk.page.profile.apply(desk.page.members.connections)
+    desk.page.profile.apply(desk.page.members.all)
     assert desk.page.profile.applied[desk.modules[0][0]].state is Applied.NOTHING_TO_DO
     assert desk.page.panel.write.text() == "No changes"
     shown = desk.page.panel.table.filter.index(0, 2)
@@ -130,7 +130,7 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     desk.plug_in(2)
     second, worker = desk.modules[1]
     second.begin_check(NO_PROFILE, Person(), is_enabling=True)
-    desk.page.checks.check(desk.page.members.connections)
+    desk.page.checks.check(desk.page.members.all)
     desk.settle()
     assert not desk.page.check.isEnabled()
     assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
@@ -182,7 +182,7 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
     assert [bool(text) for text in shown] == [False, True, True, False]  # before anything is written
     assert "ACTIVE" in shown[1]
     asked = [len(worker.jobs) for _, worker in desk.modules]
-    desk.page.profile.apply(desk.page.members.connections)
+    desk.page.profile.apply(desk.page.members.all)
     assert [len(worker.jobs) for _, worker in desk.modules] == [asked[0] + 1, asked[1], asked[2], asked[3] + 1]
     for number in (0, 3):
         desk.modules[number][1].end_jobs(Cancelled())
@@ -205,7 +205,7 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
     desk.plug_in(1, attitude_threshold_deg=60)
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
     for is_first in (True, False):
-        desk.page.profile.apply(desk.page.members.connections)
+        desk.page.profile.apply(desk.page.members.all)
         keep = contexts[-1].store_snapshot
         assert (keep is not None) is is_first
         if keep is not None:
@@ -328,7 +328,7 @@ def test_the_report_of_all_is_exported_by_its_button(
 
 def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]:
     """The window's, wired as there, while this page is shown."""
-    bar, connector = NoticeBar(), desk.ports.connector
+    bar, connector = NoticeBar(), desk.ports.ports
     desk.qtbot.addWidget(bar)
     attention = Attention(
         connector, bar, acts={}, pending_edits=desk.services.pending_edits, go_to=lambda _page: None,
@@ -361,12 +361,12 @@ def test_disconnecting_a_card_asks_before_edits_are_lost(desk: Desk) -> None:
     desk.services.pending_edits.discard = edits.clear
     desk.page._widgets[first].disconnect_action.trigger()
     desk.settle()
-    assert desk.ports.connector.current is first
+    assert desk.ports.ports.current is first
     assert bar.notice is not None
     assert bar.notice.text == "Settings not written: 1."
     bar.notice.choices[1].act()
     desk.settle()
-    assert desk.page.members.connections == (second,)
+    assert desk.page.members.all == (second,)
     assert not edits
 
 
@@ -393,12 +393,12 @@ def test_disconnecting_the_card_of_an_active_module_asks_first(desk: Desk) -> No
     desk.settle()
     desk.page._widgets[second].disconnect_action.trigger()
     desk.settle()
-    assert desk.page.members.connections == (first, second)
+    assert desk.page.members.all == (first, second)
     assert notice_text(bar) == "/dev/port1: The module is ACTIVE: it fires also without this program."
     press(bar, "lock_and_leave")
     assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 1]
     lock_reported(desk, second, worker)
-    assert desk.page.members.connections == (first,)
+    assert desk.page.members.all == (first,)
 
 
 def test_leaving_that_was_cancelled_is_not_done_when_lock_is_confirmed(desk: Desk) -> None:

@@ -31,8 +31,8 @@ from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.card_widget import CardWidget
 from ui.pages.fleet.members import DUE_EVERY_S, target_of
-from ui.services.port import Port
-from ui.services.port_check import ENTRIES
+from ui.session.port import Port
+from ui.session.check import ENTRIES
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -83,7 +83,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 worker.say(**{key: value for key, value in said[connection].items() if key != "x"})  # type: ignore[arg-type]
                 plugged.add(connection)
             case "choose":
-                desk.ports.connector.choose(connection)
+                desk.ports.ports.choose(connection)
             case "lock":
                 desk.page._widgets[connection].lock.click()
             case "age":
@@ -103,7 +103,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 if card.activation.state is Activation.LOCKED:
                     assert said[one]["active"] is False
         shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
-        assert [card.port for card in shown] == [desk.ports.connector.current.adapter_key.removeprefix("/dev/")]
+        assert [card.port for card in shown] == [desk.ports.ports.current.adapter_key.removeprefix("/dev/")]
 
 
 def filed(desk: Desk) -> Filed:
@@ -180,7 +180,7 @@ def test_lock_on_a_card_is_for_that_module_alone_and_chooses_nothing(desk: Desk)
     third, worker = desk.modules[2]
     desk.click(desk.page._widgets[third].lock)
     assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 0, 1]
-    assert desk.ports.connector.current is desk.modules[0][0]
+    assert desk.ports.ports.current is desk.modules[0][0]
     assert worker.opened == ["/dev/port2"]
 
 
@@ -188,15 +188,15 @@ def test_a_click_on_a_card_shows_that_module_and_asks_where_edits_would_be_lost(
     desk.plug_in(3)
     second, third = desk.modules[1][0], desk.modules[2][0]
     desk.qtbot.mouseClick(desk.page._widgets[second].title, Qt.MouseButton.LeftButton)
-    assert desk.ports.connector.current is second
+    assert desk.ports.ports.current is second
     asked: list[Callable[[], object]] = []
-    desk.ports.connector.before_new = asked.append  # the window's question, of which the answer is awaited
+    desk.ports.ports.before_new = asked.append  # the window's question, of which the answer is awaited
     desk.page._widgets[third].setFocus()
     desk.qtbot.keyClick(desk.page._widgets[third], Qt.Key.Key_Return)
-    assert desk.ports.connector.current is second
+    assert desk.ports.ports.current is second
     (leave,) = asked
     leave()
-    assert desk.ports.connector.current is third
+    assert desk.ports.ports.current is third
 
 
 def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: Desk) -> None:
@@ -253,7 +253,7 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
     desk.page.add.menu().aboutToShow.emit()
     desk.page.add.menu().actions()[-1].trigger()
     desk.settle()
-    (connection,) = desk.page.members.connections
+    (connection,) = desk.page.members.all
     assert given(connection.target).device == "socket://10.0.0.7:4001"
     said = desk.page._widgets[connection].port.text()
     assert said.endswith(" · socket://10.0.0.7:4001")  # its end may be elided, but not the state of the link before it
@@ -262,7 +262,7 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
 def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    connector = desk.ports.connector
+    connector = desk.ports.ports
     monkeypatch.setattr(PortWatcher, "ports", (ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER))
     monkeypatch.setattr(connector, "add", partial(connector.add, desk.ports.make))
     menu, all_ports = desk.page.add.menu(), ["ttyUSB0 CP2102 USB to UART", "ttyACM0 USB Single Serial", "ttyUSB7 CH340"]
@@ -273,7 +273,7 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
         desk.settle()
     menu.aboutToShow.emit()
     assert menu.actions()[0].text() == "Simulated module"
-    targets = [connection.target for connection in desk.page.members.connections]
+    targets = [connection.target for connection in desk.page.members.all]
     assert targets == [target_of(port) for port in (SECOND_ADAPTER, ADAPTER, THIRD_ADAPTER)]
 
 
@@ -313,19 +313,19 @@ def test_the_last_card_that_is_disconnected_leaves_its_port_and_another_takes_th
     (first, _), (second, worker) = desk.modules
     desk.page.members.disconnect_port(first)
     desk.settle()
-    assert desk.ports.connector.current is second
-    assert desk.page.members.connections == (second,)
+    assert desk.ports.ports.current is second
+    assert desk.page.members.all == (second,)
     desk.page.members.disconnect_port(second)
     worker.hand_over()
     desk.settle()
-    assert desk.page.members.connections == ()
+    assert desk.page.members.all == ()
     assert desk.page.stack.currentWidget() is desk.page.empty
 
 
 def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
     desk.plug_in(2)
     assert desk.page.members.connect_port(Target("/dev/port1", 115200)) is desk.modules[1][0]
-    assert len(desk.page.members.connections) == 2
+    assert len(desk.page.members.all) == 2
 
 
 @pytest.mark.promise("l")
@@ -339,7 +339,7 @@ def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(de
     desk.qtbot.waitExposed(ritual)
     ritual._choose(is_rehearsal=True)
     assert ritual.is_under_way
-    desk.ports.connector.choose(second)
+    desk.ports.ports.choose(second)
     assert not ritual.is_under_way
     assert ritual.ritual.ended_by is Input.LINK_LOST
     ritual.refresh()
@@ -367,7 +367,7 @@ def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, m
     monkeypatch.setattr(worker, "confirm_identity", lambda seen=None, **_: confirmed.append(seen))
     card.same.chosen.emit()
     assert confirmed == [doubt]
-    assert desk.ports.connector.current is first  # a press on the button chooses no module
+    assert desk.ports.ports.current is first  # a press on the button chooses no module
     opening = port.view.opening
     card.new.chosen.emit()
     assert port.view.opening == opening + 1

@@ -70,7 +70,7 @@ def test_live_marks_cell_and_bay(live: Bench) -> None:
 @pytest.mark.promise("g")
 def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
-        top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
+        top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.ports
         connect(qtbot, assembly, "sim://weak")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         assert top.cell.meaning is None

@@ -58,7 +58,7 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
         edits, bar = assembly.window._services.pending_edits, assembly.window.notice_bar
         edits.count = lambda: 1  # for a module whose port cannot be opened
         qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
-        assert (notice_text(bar), assembly.connector.current.target) == ("Settings not written: 1.", None)
+        assert (notice_text(bar), assembly.ports.current.target) == ("Settings not written: 1.", None)
         edits.count = int
         assembly.window.attention.stay()
         qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)

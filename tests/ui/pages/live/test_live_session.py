@@ -286,22 +286,22 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=page_entries("live", "triggers")) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
-        qtbot.waitUntil(lambda: assembly.connector.current.device.is_streaming)
-        assert not assembly.connector.current.stream.is_wanted
-        assert assembly.connector.current.stream.is_recorded
+        qtbot.waitUntil(lambda: assembly.ports.current.module.view.is_streaming)
+        assert not assembly.ports.current.stream.is_wanted
+        assert assembly.ports.current.stream.is_recorded
         taken: list[StatusSample] = []
-        assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
+        assembly.ports.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
         assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.current.stream.is_recorded)
+        qtbot.waitUntil(lambda: not assembly.ports.current.stream.is_recorded)
 
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         library = assembly.storage.recordings.library
         connect(qtbot, assembly, "sim://closed")
-        qtbot.waitUntil(lambda: assembly.connector.current.recording.sign.since is not None)
+        qtbot.waitUntil(lambda: assembly.ports.current.recording.sign.since is not None)
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
         assert [entry.was_cut_off for entry in library.entries()] == [False]
@@ -317,4 +317,4 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         qtbot.waitUntil(lambda: "Not recording" in notice_text(bar))
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
-        assert assembly.connector.current.is_open
+        assert assembly.ports.current.is_open

@@ -216,7 +216,7 @@ def test_a_port_that_was_held_back_for_the_pages_goes_on_though_another_one_is_s
     qapp: QApplication, qtbot: QtBot, tmp_path: Path
 ) -> None:
     with window(qapp, tmp_path, entries=leaves([])) as assembly, simulated("held back"):
-        ports, held = assembly.connector, assembly.connector.current
+        ports, held = assembly.ports, assembly.ports.current
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window._maker.hold_batches()
             held.connect_to(Target("sim://held back", 115200))
@@ -325,7 +325,7 @@ def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
 @pytest.mark.promise("j")
 def test_a_trigger_and_an_activation_are_changes_that_everybody_hears_of(bench: Bench, qapp: QApplication) -> None:
     heard: list[object] = []
-    bench.connector.changed.connect(lambda: heard.append(bench.connector.current.device.reported))
+    bench.connector.changed.connect(lambda: heard.append(bench.connector.current.module.view.reported))
     for state in ((False, False), (True, False), (True, False), (True, True)):
         bench.hand_over(triggered=state[0], active=state[1])
         qapp.processEvents()

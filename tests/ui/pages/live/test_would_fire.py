@@ -40,7 +40,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         flights = await_child(qtbot, assembly.window, FlightsPage)
         assert not live.try_out.isEnabled()
         connect(qtbot, assembly, "sim://session")
-        port = assembly.connector.current
+        port = assembly.ports.current
         qtbot.waitUntil(lambda: port.device.fresh("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
         bench.set_tilt(57)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 57, timeout=WAIT_MS)
@@ -95,7 +95,7 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
         with qtbot.waitSignal(assembly.window.pages_made):
             pass
         connect(qtbot, assembly, "sim://fired")
-        port = assembly.connector.current
+        port = assembly.ports.current
         qtbot.waitUntil(lambda: port.device.known("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
         settings, flights = find(assembly.window, SettingsPage), find(assembly.window, FlightsPage)
         settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))

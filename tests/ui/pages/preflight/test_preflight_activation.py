@@ -19,7 +19,7 @@ from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
 from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, kept, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text, settle
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
 
@@ -78,7 +78,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
     texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
     assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
-    rig.assembly.connector.lock.press()
+    rig.assembly.ports.lock.press()
     rig.wait_standing(Standing.READY)
     assert page.work.signed == ready
     assert page.activation.isVisible()
@@ -88,11 +88,11 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
 
 
 def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(rereads: None, rig: OnBench) -> None:
-    port, page = rig.assembly.connector.current, rig.preflight
+    port, page = rig.assembly.ports.current, rig.preflight
     assert rig.check() is Standing.READY
     check = port.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
     assert page.banner.announcement.head == "Changed: checked again"
-    assert rig.assembly.connector.is_busy  # no page reads by itself beside it
+    assert rig.assembly.ports.is_busy  # no page reads by itself beside it
     rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
     assert page.work.standing is Standing.VOID
@@ -190,7 +190,7 @@ def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBenc
     page = rig.preflight
     rig.until(lambda: page.banner.announcement.head == "Enable triggers and check")
     rig.bench.power_off()
-    rig.until(lambda: rig.assembly.connector.current.state.phase is Phase.OFFLINE)
+    rig.until(lambda: rig.assembly.ports.current.state.phase is Phase.OFFLINE)
     page.tick()
     assert page.banner.announcement.head == "The module does not answer."
 
@@ -208,7 +208,7 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
         bench.click(page.buttons.enable)
         bench.wait(0.5)
         if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
-            bench.assembly.connector.current.treat_as_new()
+            bench.assembly.ports.current.treat_as_new()
             hear_lock()
             bench.until(lambda: not bench.bench.state().is_active)
         bench.wait(1.0)

@@ -22,7 +22,7 @@ from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name,
 from tests.support.window.steps import choosing, given, notice_text
 from ui.files.report_printer import print_pages
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.theme import Meaning
 
 
@@ -142,13 +142,13 @@ def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-12", "H6-12")
     rig.preflight.form.aircraft.setEditText("H6-13")
     rig.bench.unplug()
-    rig.until(lambda: not rig.assembly.connector.current.is_open)
+    rig.until(lambda: not rig.assembly.ports.current.is_open)
     rig.bench.plug()
-    rig.until(lambda: not rig.assembly.connector.current.module.name)
+    rig.until(lambda: not rig.assembly.ports.current.module.name)
     assert aircraft.text() == ""
     confirm_name(rig)
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-13", "H6-13")
-    rig.assembly.connector.current.module.treat_as_new()
+    rig.assembly.ports.current.module.treat_as_new()
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
 
 

@@ -39,7 +39,7 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.pages.triggers.page import TriggersPage
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.theme import Choice, Meaning
 from ui.widgets.labels import FittedLabel
 
@@ -137,7 +137,7 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
     rig.click(other.bad)
     assert rig.check() is Standing.NO_GO
     assert other.chip.word == "Not OK"
-    rig.assembly.connector.clock = rig.assembly.connector.current.clock = lambda: rig.clock() + 1000.0
+    rig.assembly.ports.clock = rig.assembly.ports.current.clock = lambda: rig.clock() + 1000.0
     page.tick()  # a quarter of an hour later the ticks are of another flight
     assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
@@ -206,13 +206,13 @@ def test_records_and_boot_count_need_a_word_of_a_person(qtbot: QtBot, qapp: QApp
         bench.bench.module.memory.boot_count = 11
         bench.restart()
         bench.wait_standing(Standing.VOID)
-        naming = bench.assembly.connector.current.module
-        bench.until(lambda: bench.assembly.connector.current.identity.is_for_a_person)
+        naming = bench.assembly.ports.current.module
+        bench.until(lambda: bench.assembly.ports.current.identity.is_for_a_person)
         assert naming.name == ""
 
         def is_vouched() -> bool:
             """A word that was given while more was read of the module does not count: a person gives it again."""
-            if bench.assembly.connector.current.identity.is_for_a_person:
+            if bench.assembly.ports.current.identity.is_for_a_person:
                 naming.confirm_identity()
             return naming.name == "M-07"
 
@@ -232,7 +232,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBe
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
     rig.bench.module.memory.attitude_threshold = 70
-    rig.until(lambda: rig.assembly.connector.current.device.contradicted is not None)  # nobody set it
+    rig.until(lambda: rig.assembly.ports.current.module.view.contradicted is not None)  # nobody set it
     rig.until(lambda: "Two modules on this line?" in rig.assembly.window.status_bar.passing.text())
     rig.wait(2.0)
     name_module(rig, "M-07")
@@ -257,7 +257,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     page.form.choose_file()
     for item in page.list.manual:
         rig.click(item.done)
-    rig.until(lambda: rig.assembly.connector.current.device.contradicted is not None)  # nobody set it
+    rig.until(lambda: rig.assembly.ports.current.module.view.contradicted is not None)  # nobody set it
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
     code = row.measured.text()
@@ -344,15 +344,15 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
-        connector = bench.assembly.connector
-        bench.until(lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete)
+        connector = bench.assembly.ports
+        bench.until(lambda: evidence_of(connector.current.module.view.values, is_fresh=True).is_complete)
         store = store_of(bench.assembly.storage)
         bench.beside_s = 0.05
         disk = threading.Event()
         store.write(lambda _facts: disk.wait(10))
         name_module(bench, "M-07")
         seen: list[object] = []
-        bench.assembly.connector.batch.connect(seen.append)
+        bench.assembly.ports.batch.connect(seen.append)
         bench.until(lambda: len(seen) > 2)
         bench.preflight._services.ports.current.module.remember_adapter()  # as when a check was filed
         disk.set()

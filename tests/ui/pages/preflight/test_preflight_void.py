@@ -29,7 +29,7 @@ from tests.support.window.preflight_window import OnBench, kept, name_module, on
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given
 from ui.pages.triggers.model import Column
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 
 
 def type_another_name(bench: OnBench) -> None:
@@ -41,7 +41,7 @@ def type_another_name(bench: OnBench) -> None:
 
 def deploying(bench: OnBench) -> Batch:
     """A batch in which a deploy left the computer; the module says nothing of it."""
-    last, request = bench.assembly.connector.current.last, REQUESTS[Act.DEPLOY]
+    last, request = bench.assembly.ports.current.last, REQUESTS[Act.DEPLOY]
     return last._replace(events=(Sent(request.encode(), request, 1, last.at),), samples=(), finished=())
 
 
@@ -50,7 +50,7 @@ def deploying(bench: OnBench) -> Batch:
     [
         (lambda bench: bench.bench.unplug(), "Port lost"),
         (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging"),
-        (lambda bench: bench.assembly.connector.current.bridge.batch.emit(deploying(bench)), "Told to fire"),
+        (lambda bench: bench.assembly.ports.current.bridge.batch.emit(deploying(bench)), "Told to fire"),
     ],
 )
 def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
@@ -69,7 +69,7 @@ def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench)
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
     assert page.work.signed is None
-    assert rig.assembly.connector.current.check is rig.last  # the card on Fleet says the same
+    assert rig.assembly.ports.current.check is rig.last  # the card on Fleet says the same
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
@@ -101,10 +101,10 @@ def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> 
 
 def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(rig: OnBench) -> None:
     store = store_of(rig.assembly.storage)
-    connector = rig.assembly.connector
+    connector = rig.assembly.ports
     rig.bench.module.activate(is_active=True)
     rig.bench.set_tilt(90)
-    rig.until(lambda: connector.current.device.reported[0] is True)
+    rig.until(lambda: connector.current.module.view.reported[0] is True)
     name_module(rig, "M-08")
     rig.until(lambda: bool(store.read(partial(all_fired, module="M-08"))))
     assert len(store.read(partial(all_fired, module="M-08"))) == 1
@@ -121,7 +121,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
     full_rig.bench.set_bay(is_open=False)
-    full_rig.until(lambda: full_rig.assembly.connector.current.device.values["light_v"].value < 1.0)
+    full_rig.until(lambda: full_rig.assembly.ports.current.module.view.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
     assert full_rig.preflight.banner.announcement.standing is Standing.VOID
 
@@ -153,7 +153,7 @@ def test_a_new_check_shows_nothing_of_the_old_one(rig: OnBench) -> None:
 
 @pytest.mark.promise("f")
 def test_a_twin_behind_the_same_port_is_never_ready_or_go(rig: OnBench) -> None:
-    connector = rig.assembly.connector
+    connector = rig.assembly.ports
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
     connector.current.disconnect_port()

@@ -318,7 +318,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
     with simulated("beside", tilt=33), window(qapp, tmp_path, entries=page_entries("live", "recordings")) as assembly:
-        main, connector = assembly.window, assembly.connector
+        main, connector = assembly.window, assembly.ports
         pages = (RecordingsPage, LivePage)
         qtbot.waitUntil(lambda: all(main.findChild(kind) for kind in pages))
         page, live = (main.findChild(kind) for kind in pages)
@@ -357,7 +357,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert not live.panel.moment.isVisible()
         assert find(live, QLabel, "live_title").text() == "Live"
         connector.current.disconnect_port()
-        desk.until(lambda: assembly.connector.current.recording.sign.since is None)
+        desk.until(lambda: assembly.ports.current.recording.sign.since is None)
 
 
 @pytest.mark.parametrize("is_shown_port", [True, False])
@@ -379,11 +379,11 @@ def test_whoever_connects_a_module_sees_it_and_no_recording(
         if is_shown_port:
             connect(qtbot, assembly, "sim://second")
         else:
-            other = assembly.connector.add()
+            other = assembly.ports.add()
             other.connect_to(Target("sim://second", 115200))
             qtbot.waitUntil(lambda: other.device.presence is Presence.ONLINE)
             assert live.recording is not None  # it is in the fleet, and nobody asked to see it
-            assembly.connector.choose(other)
+            assembly.ports.choose(other)
         qtbot.waitUntil(lambda: live.panel.tilt.accessibleName().startswith("Tilt: 22°"))
         assert live.recording is None
         assert find(live, QLabel, "live_title").text() == "Live"

@@ -96,13 +96,13 @@ def test_ticks_are_for_the_module_for_which_they_were_made(tmp_path: Path, one: 
     tick(one, "freefall_time").click()
     one.settings.refresh()
     assert (tick(one, "attitude_threshold").isChecked(), tick(one, "freefall_time").isChecked()) == (False, True)
-    one.assembly.connector.current.module.treat_as_new()
+    one.assembly.ports.current.module.treat_as_new()
     one.until(lambda: match(one, "freefall_time_s") == "same")
     assert (tick(one, "attitude_threshold").isChecked(), tick(one, "freefall_time").isChecked()) == (True, False)
 
 
 def test_what_is_measured_of_the_light_ends_with_the_panel_and_with_the_module(one: Desk) -> None:
-    panel, connector = one.settings.calibration, one.assembly.connector
+    panel, connector = one.settings.calibration, one.assembly.ports
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
     assert one.settings.on_escape()
@@ -190,7 +190,7 @@ TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
 
 def test_losing_edits_is_confirmed(one: Desk) -> None:
-    connector, window, bar = one.assembly.connector, one.assembly.window, one.assembly.window.notice_bar
+    connector, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
     type_into(one, "freefall_time", "1.2")
     window.disconnect_port()
     assert "Settings not written: 1" in notice_text(bar)
@@ -256,17 +256,17 @@ def say_same(one: Desk) -> None:
     bar = one.assembly.window.notice_bar
     one.until(lambda: bar.button("identity_same") is not None)
     choose(one, "identity_same", bar)
-    one.until(lambda: one.assembly.connector.current.is_open and one.assembly.connector.current.identity.is_settled)
+    one.until(lambda: one.assembly.ports.current.is_open and one.assembly.ports.current.identity.is_settled)
 
 
 def test_writing_waits_for_the_identity_of_a_returned_module(one: Desk) -> None:
-    connector = one.assembly.connector
+    connector = one.assembly.ports
     type_into(one, "freefall_time", "1.2")
     one.bench.unplug()
     one.until(lambda: not connector.current.is_open)
     one.bench.change(delay_ms=100.0)
     one.bench.plug()
-    one.until(lambda: connector.current.is_open and connector.current.device.presence is Presence.ONLINE)
+    one.until(lambda: connector.current.is_open and connector.current.module.view.presence is Presence.ONLINE)
     assert connector.current.identity.trust is Trust.OPEN
     one.settings.refresh()
     assert not one.settings.write.isEnabled()
@@ -295,7 +295,7 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
 def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_the_module_answers(
     is_sent: bool, one: Desk
 ) -> None:
-    panel, connector = one.settings.baud, one.assembly.connector
+    panel, connector = one.settings.baud, one.assembly.ports
     panel.editor.box.setCurrentIndex(panel.editor.box.findData(9600))
     panel.refresh()
     one.ask(panel.confirm)
@@ -316,7 +316,7 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
 @pytest.mark.parametrize("is_lost", [False, True])
 def test_the_light_of_two_modules_is_no_threshold(is_lost: bool, one: Desk) -> None:
     """The second one took the place of the first between the two measurements."""
-    panel, port = one.settings.calibration, one.assembly.connector.current
+    panel, port = one.settings.calibration, one.assembly.ports.current
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
     one.until(panel.sides["open"].button.isEnabled)
@@ -338,7 +338,7 @@ def test_whether_edits_are_dropped_for_a_new_module_is_not_asked_of_the_one_afte
     type_into(one, "freefall_time", "1.2")
     for boots in (20, 37):
         one.bench.unplug()
-        one.until(lambda: not one.assembly.connector.current.is_open)
+        one.until(lambda: not one.assembly.ports.current.is_open)
         memory.boot_count = boots
         one.bench.plug()
         one.until(lambda: bar.button("identity_new") is not None)
@@ -350,7 +350,7 @@ def test_whether_edits_are_dropped_for_a_new_module_is_not_asked_of_the_one_afte
 @pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
 @pytest.mark.promise("a")
 def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(answer: str, one: Desk) -> None:
-    connector, work = one.assembly.connector, one.settings.work
+    connector, work = one.assembly.ports, one.settings.work
     bar, box = one.assembly.window.notice_bar, one.find(QLineEdit, "freefall_time_wanted")
     type_into(one, "freefall_time", "1.2")
     one.bench.unplug()
@@ -362,7 +362,7 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(answer: str,
     one.bench.plug()
     one.until(lambda: connector.current.identity.trust is Trust.REFUTED and bar.button(answer) is not None)
     one.until(lambda: state(one, TILT) is RowState.READ)
-    one.until(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
+    one.until(lambda: connector.current.module.view.known("freefall_time_s", connector.clock()) is not None)
     assert (state(one, TIME), work.count_unsent()) == (RowState.EDITED, 1)
     choose(one, answer, bar)
     if answer == "identity_new":

@@ -71,7 +71,7 @@ class Desk:
     @property
     def rows(self) -> list[FormRow]:
         """Of tilt and time."""
-        port = self.ports.connector.current
+        port = self.ports.ports.current
         return [row for row in self.work.form.rows(port.device, port.clock()) if row.command.key in WANTED]
 
     @property
@@ -188,9 +188,9 @@ def test_nothing_was_written_is_said_only_where_nothing_was_sent(desk: Desk, is_
 @pytest.mark.parametrize(
     "change",
     [
-        lambda ports: ports.connector.choose(ports.plug_in("/dev/port1", **FOUND)[0]),
-        lambda ports: ports.connector.current.treat_as_new(),
-        lambda ports: ports.connector.connect_to(Target("/dev/port1", 115200)),
+        lambda ports: ports.ports.choose(ports.plug_in("/dev/port1", **FOUND)[0]),
+        lambda ports: ports.ports.current.treat_as_new(),
+        lambda ports: ports.ports.connect_to(Target("/dev/port1", 115200)),
     ],
     ids=["another_port", "another_module", "another_connection"],
 )
@@ -208,7 +208,7 @@ def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[
     assert work.initial is None
     work.restore_initial()
     assert (work.count_unsent(), work.form.has_drafts, desk.says) == (0, False, "")
-    assert work.form.watch is desk.ports.connector.current.kept.watch
+    assert work.form.watch is desk.ports.ports.current.kept.watch
 
 
 def test_a_write_is_allowed_only_what_a_person_allowed(desk: Desk) -> None:
@@ -233,7 +233,7 @@ def test_to_a_module_that_may_be_another_nothing_is_written_or_restored(desk: De
 
 @pytest.mark.parametrize("is_written", [False, True])
 def test_what_could_not_be_read_is_said_until_it_is_read(desk: Desk, is_written: bool) -> None:
-    now = desk.ports.connector.clock() + 1.0
+    now = desk.ports.ports.clock() + 1.0
     if is_written:
         desk.write()
         desk.end(WriteReport(results=(TILT_HEARD,), unread=(LIGHT,), read_at=now), **{TILT.key: 70})

@@ -148,7 +148,7 @@ def test_what_is_refused_anyway_is_disabled_and_says_why(one: Desk) -> None:
     type_into(one, "freefall_time", "1.2")
     one.bench.power_off()
     one.until(lambda: "does not answer" in notice(one) and not page.work.job.is_running)
-    assert one.assembly.connector.current.device.presence is Presence.OFFLINE
+    assert one.assembly.ports.current.module.view.presence is Presence.OFFLINE
     assert "does not answer" in page.baud.conditions.text()
     assert (page.work.can_write, page.write.isEnabled()) == (False, False)
 
@@ -286,7 +286,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         one.click(panel.confirm.go)
         one.until(lambda: panel.notice_bar.notice is not None and says in panel.notice_bar.notice.text)
         assert len(one.changes("baud_rate")) == 1
-        assert one.assembly.connector.current.connection.baud_rate == one.bench.module.baud_rate
+        assert one.assembly.ports.current.connection.baud_rate == one.bench.module.baud_rate
         one.bench.unplug()
         one.until(lambda: (panel.notice_bar.notice is None) is (behaviour == "old"))
 
@@ -318,7 +318,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         assembly.window.panel.hide()
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
-        known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.connector.clock())
+        known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.ports.clock())
         row = FormRow(command=SERIAL_OUTPUT, module_value=known, edited=None, state=RowState.ACKNOWLEDGED)
         page.rows["serial_output"].show_row(row, known.at, is_editable=True)
         assert page.rows["serial_output"].state.word

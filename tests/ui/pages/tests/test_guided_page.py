@@ -256,7 +256,7 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
 def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench, is_forced: bool) -> None:
     """Also where what the page does on this port does not end in time."""
     activated(bench)
-    connector = bench.assembly.connector
+    connector = bench.assembly.ports
     connector.choose(connector.add())
     if is_forced:
         connector._switch()
@@ -288,7 +288,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.bench.state().is_active
     bench.wait(10.0)
-    failed = given(bench.assembly.connector.current.lock.failed)
+    failed = given(bench.assembly.ports.current.lock.failed)
     assert "treat the module as ACTIVE" in failed.sentence
     notice = given(bench.guided.notice_bar.notice)
     assert failed.sentence in notice.text
@@ -322,8 +322,8 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: "LOCK not sent" in said(bench))
     assert LOCK not in bench.sent
     bench.bench.plug()
-    target = given(bench.assembly.connector.current.target)
-    bench.assembly.connector.connect_to(target)
+    target = given(bench.assembly.ports.current.target)
+    bench.assembly.ports.connect_to(target)
     bench.until(lambda: is_locked(bench))
     bench.until(lambda: not work.owes_lock)
 
@@ -334,7 +334,7 @@ def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     bench.bench.unplug()
     bench.wait(1.0)
     assert bench.guided.work.owes_lock
-    bench.assembly.connector.current.treat_as_new()
+    bench.assembly.ports.current.treat_as_new()
     bench.wait(0.5)
     assert not bench.guided.work.owes_lock
 
@@ -348,7 +348,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
-    assert bench.assembly.connector.current.lock.failed is not None
+    assert bench.assembly.ports.current.lock.failed is not None
 
 
 def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:

@@ -74,7 +74,7 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     monkeypatch.setattr(DeviceView, "fresh", lambda _self, key, _now: known.get(key))
     page.work.choose(GuidedKind.TILT)
     for known["triggered"], note in ((None, ""), (False, "not triggered"), (True, "TRIGGERED")):
-        show_live(page.live, page.work, bench.assembly.connector)
+        show_live(page.live, page.work, bench.assembly.ports)
         assert (page.live.text, page.live.note) == ("12°", note)
         assert "limit 60°" in page.live.accessibleDescription() + page.live.accessibleName()
 
@@ -134,7 +134,7 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
 
     activated(bench)
     bench.bench.set_tilt(70)
-    bench.until(lambda: bench.guided._connector.current.device.fresh("triggered", bench.clock.now_s))
+    bench.until(lambda: bench.guided._connector.current.module.view.fresh("triggered", bench.clock.now_s))
     bench.wait(1.0)
     assert state().is_triggered
     assert not is_said()

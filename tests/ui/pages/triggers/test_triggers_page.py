@@ -17,7 +17,7 @@ from tests.support.window.preflight_window import OnBench, confirm_name, name_mo
 from tests.support.window.steps import choosing, given, notice_text
 from ui.forms.rows_table import RowsTable
 from ui.pages.triggers.model import COLUMNS, Column, record_text
-from ui.services.port_check import Standing
+from ui.session.check import Standing
 from ui.style.theme import Meaning, Size, font
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
@@ -134,7 +134,7 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, away: str
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "away", "triggers", boots=37) as bench:
-        page, connector = bench.triggers, bench.assembly.connector
+        page, connector = bench.triggers, bench.assembly.ports
         fire(bench, 2)
         bench.read_triggers()
         assert page.count.text() == "Trigger records: 2"
@@ -305,9 +305,9 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         wait_kept(bench)
         assert said(bench) == "The records do not follow those of M-07: is it the same module?"
         assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
-        run = bench.assembly.connector.current.kept.run
+        run = bench.assembly.ports.current.kept.run
         choose(bench, "another_module")
-        bench.until(lambda: bench.assembly.connector.current.kept.run != run)  # nor its initial values
+        bench.until(lambda: bench.assembly.ports.current.kept.run != run)  # nor its initial values
         name_kept(bench, "M-07")
         confirm_name(bench)
         bench.read_triggers()
