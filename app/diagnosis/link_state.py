@@ -101,7 +101,7 @@ def link_state(
         absence=absence,
         was_active=was_active,
     )
-    if absence is not None and absence.is_waiting:
+    if absence is not None:
         return state._replace(phase=Phase.LOST)
     if connection.state is PortState.OPENING:
         return state._replace(phase=Phase.OPENING)

@@ -130,10 +130,10 @@ class TestsPage(Page):
         if self._module is not None:
             self._module.guided.cancel()
             self._module.guided.changed.disconnect(self._on_work)
+        super().show_module(module)
         module.guided.who = self._services.preferences.who
         module.guided.changed.connect(self._on_work)
         module.guided.load_last()
-        super().show_module(module)
         self._on_work()
 
     def _cancel(self) -> None:
