@@ -9,8 +9,8 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
-
 from app.engine.identity import UNKNOWN, Expected, Identity, IdentityEvidence, Trust
+
 from app.engine.ports import PortInfo, list_ports, scan
 from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, PortStage, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble

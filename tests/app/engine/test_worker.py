@@ -7,20 +7,20 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
+from app.procedures.handshake import handshake
+from app.procedures.settings_reading import read_settings
+from protocol.link_states import Presence
 
 from app.engine import worker as worker_module
 from app.engine.procedure import PortLost
 from app.engine.transport import PortTrouble
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
-from app.procedures.handshake import handshake
 from app.procedures.history import read_history
 from app.procedures.read import read_everything
-from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.events import Answered, Received
-from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, SimulatedLine

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 import serial
+from app.procedures.handshake import handshake
 
 from app.engine import transport
 from app.engine.worker import Batch, Job, Worker
-from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
