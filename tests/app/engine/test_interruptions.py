@@ -134,7 +134,6 @@ def test_the_next_one_begins_by_itself_with_nothing_known(end: Callable[[Rig], N
     assert set(rig.conversation.values) == {"boot_count", "baud_rate"}
     kinds = [type(event) for event in rig.session.take_events() if isinstance(event, Began | Ended)]
     assert kinds == [Began, Ended, Began]
-    assert reason
 
 
 @whatever_ends_it
@@ -152,8 +151,8 @@ def test_nothing_that_a_job_wants_to_undo_reaches_who_answers_next(
     assert SET not in rig.line.requests
 
 
-@whatever_ends_it
-def test_a_procedure_may_return_what_it_has_found(end: Callable[[Rig], None]) -> None:
+@on_the_port
+def test_a_procedure_may_return_what_it_has_found(end: Callable[[Rig], None], reason: EndReason) -> None:
     def careful() -> Procedure[EndReason | None]:
         try:
             yield from rest()
@@ -180,7 +179,6 @@ def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig],
     rig.step_for(0.5)
     assert isinstance(job.error, Interrupted)
     assert sent_since(rig, sent) == []
-    assert reason
 
 
 @whatever_ends_it
@@ -198,7 +196,6 @@ def test_the_background_is_made_anew(end: Callable[[Rig], None]) -> None:
     rig.step_for(2.0)
     assert len(made) == 2
     assert LIGHT in sent_since(rig, len(rig.line.requests) - 20)
-    assert reason
 
 
 @pytest.mark.parametrize("end", [silent, contradicted, stood_still, said])
@@ -215,9 +212,9 @@ def test_lock_goes_on_and_is_sent_to_who_answers_next(end: Callable[[Rig], None]
     assert rig.line.requests.count(LOCK) > sent
 
 
-@whatever_ends_it
+@on_the_port
 @pytest.mark.promise("f")
-def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig], None]) -> None:
+def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig], None], reason: EndReason) -> None:
     def expecting() -> Procedure[list[object]]:
         with suppress(Interrupted):
             yield from rest()
