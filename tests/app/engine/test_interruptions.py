@@ -345,7 +345,7 @@ def activating(after: Procedure[None] | None = None) -> Procedure[None]:
     yield Pause(10.0)
 
 
-@every_end
+@pytest.mark.parametrize("end", [end for end, _ in ENDS])
 @pytest.mark.promise("j")
 def test_an_interrupted_activation_leaves_lock_owed(end: Callable[[Rig], None]) -> None:
     rig = settled_rig()
