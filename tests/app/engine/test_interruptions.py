@@ -136,11 +136,9 @@ def test_the_next_one_begins_by_itself_with_nothing_known(end: Callable[[Rig], N
     assert kinds == [Began, Ended, Began]
 
 
-@whatever_ends_it
+@on_the_port
 @pytest.mark.promise("f")
-def test_nothing_that_a_job_wants_to_undo_reaches_who_answers_next(
-    end: Callable[[Rig], None], reason: EndReason
-) -> None:
+def test_what_a_job_wants_to_undo_reaches_nobody(end: Callable[[Rig], None], reason: EndReason) -> None:
     rig = settled_rig()
     job = rig.job(stubborn())
     rig.step_for(0.2)
