@@ -8,7 +8,6 @@ ends there.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.conversation import StatusSample
@@ -82,7 +81,7 @@ class Everything:
     # What the module, though it is there, did not answer, by key.
     errors: dict[str, Unanswered] = field(default_factory=dict)
     # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
-    contradictions: Mapping[str, UserMessage] = MappingProxyType({})
+    contradictions: Mapping[str, UserMessage] = field(default_factory=dict)
 
 
 def read_everything(everything: Everything | None = None) -> Procedure[Everything]:

@@ -25,11 +25,11 @@ from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot
-from app.procedures.act import Armed, checked_inputs
+from app.procedures.act import Armed, checked_inputs, inputs_of
 from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
-from app.safety.interlocks import Interlock, Refusal, refusals
+from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
 from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command, Request
@@ -311,6 +311,8 @@ class _Writing:
         self.progress: Report | None = None
         # When it was last asked who is there.
         self.present_at = -inf
+        # The set that is being sent, or is in flight.
+        self.setting: Command | None = None
         self._changed: tuple[ChangedSetting, ...] = ()
         self._unread: tuple[Command, ...] = ()
         self._read_at: float | None = None
@@ -342,6 +344,9 @@ class _Writing:
         """What was found so far was so then. What was set and not yet read back is unknown."""
         self._interrupted = interrupted
         self._is_cancelled = interrupted is None
+        if self.setting is not None and interrupted is not None and interrupted.is_unsent:
+            unsent = next(change for change in self.changes if change.command is self.setting)
+            self.results[self.setting] = not_sent(unsent, WriteFault.NOT_SENT)
         for command, written in self.results.items():
             if written.is_sent and written.is_fine:
                 self.results[command] = _until_then(written)
@@ -391,6 +396,11 @@ def _set_each(writing: _Writing) -> Procedure[None]:
 def _set_one(writing: _Writing, change: SettingChange) -> Procedure[None]:
     command, context = change.command, writing.context
     request = command.set(change.value)
+    view: EngineView = yield Inspect()
+    writing.refused = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
+    if writing.refused:
+        writing.note(not_sent(change, WriteFault.NOT_ALLOWED))
+        return
     yield from await_flags_free(request, writing.progress)
     writing.results[command] = not_sent(change, WriteFault.NOT_SENT)
     entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: change.value})
@@ -403,7 +413,9 @@ def _set_one(writing: _Writing, change: SettingChange) -> Procedure[None]:
         return
     in_flight = Written(command, change.value, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
     writing.results[command] = in_flight._replace(verified=False if command.reads_back else None)
+    writing.setting = command
     reply = acknowledged((yield Ask(request)))
+    writing.setting = None
     if reply.heard is SetReply.NOT_SENT:
         writing.note(not_sent(change, WriteFault.NOT_SENT))
         return
@@ -427,8 +439,12 @@ def _check(writing: _Writing) -> Procedure[None]:
         return
     present = yield from who_is_there()
     view = yield Inspect()
-    inputs = checked_inputs(present, view, armed=writing.context.armed)
-    writing.refused = refusals(Act.WRITE, replace(inputs, is_unlocked=writing.context.is_unlocked))
+    inputs = replace(
+        checked_inputs(present, view, armed=writing.context.armed),
+        contradiction=present.contradiction,  # a line that repeats answers is no reason
+        is_unlocked=writing.context.is_unlocked,
+    )
+    writing.refused = refusals(Act.WRITE, inputs)
     writing.present_at = view.now
     _log.debug("before writing: %s", [refusal.condition.name for refusal in writing.refused] or "allowed")
 

@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Iterator
 
 import pytest
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 
 from app.limits.past import Past
 from app.preflight.evidence import Evidence
@@ -11,7 +12,6 @@ from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, Verdict, assess
 from app.procedures.write import WriteFault
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.settings.profiles import Profile
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
