@@ -232,9 +232,9 @@ def test_why_a_permit_is_void(changes: dict[str, Any], overtaken_at: float | Non
     assert said == ([] if sentence is None else [sentence])
 
 
-def view(known: Known, **more: Any) -> ConversationView:
+def view(known: Known, ended: Ended | None = None) -> ConversationView:
     values = MappingProxyType({"active": known, "tilt_deg": known._replace(value=5)})
-    return ConversationView(**({"number": TALK, "values": values} | more))
+    return ConversationView(TALK, values=values, ended=ended)
 
 
 def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
