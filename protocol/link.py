@@ -348,25 +348,25 @@ class Link:
 
     def _advance(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """Send it, send it again, ask the boot count behind it, or give it up."""
-        lasted_s = now - flight.first_at
+        first_at = flight.first_at
         if not flight.attempts:
             if now >= self._due_at(flight, now):
                 self._transmit(flight, now, events)
-        elif lasted_s >= flight.limit_s:
+        elif now >= first_at + flight.limit_s:
             self._give_up(flight, now, events)
         elif flight.records:
             is_quiet = flight.is_past and now >= flight.record_at + RECORDS_QUIET_S
-            if is_quiet or lasted_s >= RECORDS_LONGEST_S:
+            if is_quiet or now >= first_at + RECORDS_LONGEST_S:
                 self._finish_records(flight, now, events)
             else:
                 self._probe(flight, now, events)
         elif flight.is_once:
-            if lasted_s >= ANSWER_S:
+            if now >= first_at + ANSWER_S:
                 self._give_up(flight, now, events)  # something else came, or it would be silent
             else:
                 self._probe(flight, now, events)
         elif flight.is_own and not self.is_begun:
-            if lasted_s >= ANSWER_S:
+            if now >= first_at + ANSWER_S:
                 self._give_up(flight, now, events)  # asked again, so that no late answer begins a conversation
             else:
                 self._transmit(flight, now, events)
@@ -468,10 +468,10 @@ class Link:
         if self._contradicts(frame, message, Role.ANSWER, now, events):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
-        is_late = self._stale.could_be_late(request, now)  # perhaps, to the same question before
+        is_in_order = not is_copy and not self._stale.could_be_late(request, now)
+        is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
-        is_timed = request.command is not STATUS and not is_copy and not is_late
-        if is_timed and request != _HEARTBEAT:
+        if is_in_order and request.command is not STATUS and request != _HEARTBEAT:
             self._sent_after = max(self._sent_after, flight.first_at)
         self._note(events, frame, message, Role.ANSWER, now)
         if flight.is_record:
@@ -479,21 +479,20 @@ class Link:
             flight.record_at = now
             flight.is_past = False
             return
-        round_trip_s = None
-        if flight.attempts > 1:
-            self.round_trips.note_repeated()
-        elif is_timed:
-            round_trip_s = now - flight.sent_at
+        round_trip_s = now - flight.sent_at if is_timed else None
+        if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
+        elif flight.attempts > 1:
+            self.round_trips.note_repeated()
         if not is_copy:
             self._stale.on_answered(request, flight.first_at, now)
             self.gap.answered()
         owed = flight.attempts - 1
-        if is_copy:
-            owed += 1  # then the answer itself is still to come
+        if is_copy and request.command is STATUS:
+            owed += 1  # if a copy was taken for it, the status that still follows is the answer and not streamed
         if owed:
             self._stale.expect_late(request, flight.sent_at, count=owed)
-        elif flight.is_once:
+        elif is_copy or flight.is_once:
             self._stale.remember(request, flight.sent_at)
         self._land(flight, message, round_trip_s, now, events)
 

@@ -22,6 +22,7 @@ from app.terminal.command_journal import records_of
 from app.terminal.connection import OpenPort, connected
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +57,10 @@ def pay_owed_lock(opened: OpenPort) -> None:
     if not opened.owes_lock:
         return
     locked = opened.pay_owed_lock()
-    console.notify(tr("ACTIVE, not locked.") if locked is None or not locked.is_locked else locked.sentence)
+    if locked is not None and locked.is_locked:
+        console.notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
+    else:
+        console.notify(tr("ACTIVE, not locked."))
 
 
 def tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:

@@ -18,6 +18,8 @@ from app.terminal.interruption import Interruption
 from app.terminal.left_active import conclude_lock
 from app.text.i18n import tr
 
+LIMIT_S = LOCKS_FOR_S + 1.0
+"""For the whole: LOCK is repeated for ten seconds, also at other baud rates, and the last answer is waited for."""
 STORE_LIMIT_S = 2.5
 """How long the store may take once the module has been locked."""
 
@@ -37,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
         is_locked = False
         try:
             with connected(args.port, args.baud, is_greeted=False) as opened:
-                done = opened.run(lock(records.journal), outlives=True, limit_s=LOCKS_FOR_S)
+                done = opened.run(lock(records.journal), outlives=True, limit_s=LIMIT_S)
                 is_locked = done.is_locked is True
                 code = tell(args, Act.LOCK, done)
         except KeyboardInterrupt:

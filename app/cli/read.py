@@ -82,11 +82,12 @@ def run(args: argparse.Namespace) -> int:
     if ended is not None:
         console.notify(ended.sentence)
         return console.NO_LINK
-    if findings.errors:
-        names = join_names(findings.errors)
-        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
-        return console.PARTIAL
-    return console.SUCCESS
+    unread = [key for key in findings.errors if key != LINE]
+    if unread:
+        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(unread)))
+    if is_doubled:
+        console.notify(ANSWERED_TWICE.translated())
+    return console.PARTIAL if findings.errors else console.SUCCESS
 
 
 def _read_and_listen(everything: Everything) -> Procedure[bool]:

@@ -18,7 +18,7 @@ from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences
-from protocol.events import EndReason
+from protocol.events import EndReason, Role
 from protocol.translatable import marked
 
 
@@ -44,6 +44,7 @@ class Cause(Enum):
     ECHO = "echo only"
     WRONG_RATE = "wrong baud rate"
     BAD_LINE = "checksum errors"
+    TOO_SLOW = "answers too late"
     DEAF = "sends and does not answer"
     FELL_SILENT = "fell silent"
     NOTHING = "no bytes at all"
@@ -287,6 +288,9 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.WRONG_RATE, lambda seen: seen.came() is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
              terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
+    CauseRow(Cause.TOO_SLOW, lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0,
+             marked("The module on {port} answers later than a second."),
+             marked("Use the cable, or a quicker line. LOCK works.")),
     CauseRow(Cause.DEAF, lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
              is_at_module=True, step=NextStep.CHOOSE_PORT),

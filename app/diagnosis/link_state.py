@@ -61,7 +61,7 @@ class LinkState(NamedTuple):
     off_at: float | None = None
     """`time.time()`; for SWITCHED_OFF."""
     absence: Absence | None = None
-    """For LOST, and for FAILED after a loss: why the port is not open again."""
+    """For LOST: why the port is not open again."""
     was_active: bool = False
     """The module was ACTIVE when it was last heard."""
 
@@ -161,7 +161,7 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             word = tr("Switched off at {time}", time=time.strftime("%H:%M", time.localtime(state.off_at)))
             return LinkText(word, word, tr("Hold its switch for 2 s, or connect external power."))
         case Phase.FAILED:
-            return _failed_text(state.trouble, state.absence)
+            return _failed_text(state.trouble)
 
 
 def _offline_text(ended: Ended | None, now: float) -> LinkText:
@@ -179,11 +179,10 @@ def _silent_text(state: LinkState) -> LinkText:
     return LinkText(words.get(silence, tr("No reply")), explanation.what, explanation.next_step, explanation.step)
 
 
-def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText:
+def _failed_text(trouble: PortError | None) -> LinkText:
     if trouble is None:
         what = tr("A program error closed the port.")
         return LinkText(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
     explanation = explain(trouble)
     word = tr("Port lost") if trouble.trouble in LOSSES else tr("Not connected")
-    next_step = explanation.next_step if absence is None else tr(absence.value)
-    return LinkText(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
+    return LinkText(word, explanation.what, explanation.next_step, NextStep.CONNECT_AGAIN)

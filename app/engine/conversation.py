@@ -20,7 +20,7 @@ from app.engine.motion import MotionExtremes, MotionWatch
 from app.engine.setting_changes import ACKNOWLEDGED_KEYS, key_changed_by
 from app.text.messages import UserMessage, message
 from app.text.user_error import ErrorCode, UserError
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
 from protocol.flag_answers import TRIGGER_FLAGS, FlagAnswers
@@ -356,5 +356,5 @@ class Conversation:
         """What a set or an act may have changed is unknown until it is read."""
         self._settle()
         key = key_changed_by(request)
-        if key is not None:
+        if key is not None and request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
             self._values.pop(key, None)

@@ -233,7 +233,7 @@ class Session:
                     job.resume(self._view(now), now)
             self._start_next(now)
             self._repeat_lock(now)
-            is_more = self._serve_next(now)
+            is_more = self._serve_next(now) or any(job.is_inspecting for job in self._all())
 
     def _cancel(self, job: Job[Any], now: float) -> None:
         if self._asking is job:
@@ -335,7 +335,7 @@ class Session:
     def _repeat_lock(self, now: float) -> None:
         """Send LOCK if it is due, without waiting for the answer to the question in flight."""
         ask = None if self._asking is None else self._asking.pending_ask
-        if ask is None or ask.repeat is None or not self._has_left or not ask.repeat.is_due(now):
+        if ask is None or ask.repeat is None or not ask.repeat.is_due(now):
             return
         ask.repeat.note_sent(now)
         self._digest(self._link.lock_again(now, ask.repeat.sent), now)

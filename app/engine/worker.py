@@ -21,7 +21,7 @@ from app.system.clock import Clock, steady_time
 from app.system.uncaught import report_uncaught_error
 from protocol.catalogue import LOCK
 from protocol.events import Answered, EndReason, Event, Received, Rejected, Sent
-from protocol.messages import Reading, Status
+from protocol.messages import Heartbeat, Reading, Status
 
 __all__ = ["Batch", "Connection", "Job", "OwedLock", "PortState", "Worker"]
 
@@ -304,7 +304,7 @@ class Worker:
                 if request == LOCK:
                     self._owed_lock = None
                 return request == LOCK
-            case Received(message=Status()) | Rejected():
+            case Received(message=Status() | Heartbeat()) | Rejected():
                 return False
         return True
 

@@ -148,30 +148,36 @@ def perform(
     try:
         entry = yield from begin_act(act, request, journal, permit=permit, armed=armed)
     except (Interrupted, Cancelled) as error:
-        return Performed(act=act, outcome=Outcome.NOT_SENT, interrupted=_interruption(error))
+        interrupted = error if isinstance(error, Interrupted) else None
+        return Performed(act=act, outcome=Outcome.NOT_SENT, interrupted=interrupted)
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
-    raw: int | None = None
+    reply: Reply | None = None
+    observed = _Observed(Outcome.UNKNOWN)
+    interrupted = None
     try:
         reply = yield Ask(request, is_deliberate=True)
-        if isinstance(reply, Unanswered) and not reply.attempts:  # LOCK overtook it: it never left
-            journal.settle(entry, Outcome.NOT_SENT, {})
-            return Performed(act=act, outcome=Outcome.NOT_SENT)
-        answer = reply.messages[0] if isinstance(reply, Answered) else None
-        raw = answer.raw if isinstance(answer, Acknowledgement) else None
-        outcome, status = yield from _observe(act, reply)
-    except (Interrupted, Cancelled) as error:
-        interrupted = _interruption(error)
-        outcome = Outcome.UNKNOWN
-        is_silent = interrupted is not None and interrupted.reason is EndReason.SILENT
-        if act is Act.SHUTDOWN and is_silent and _is_accepted(act, raw):
-            outcome, interrupted = Outcome.CONFIRMED, None
-        _log.debug("%s: %s, %r", act.value, outcome.value, error)
-        journal.settle(entry, outcome, {"acknowledgement": _hex(raw), "why": type(error).__name__})
-        return Performed(act=act, outcome=outcome, interrupted=interrupted)
-    _log.debug("%s: %s", act.value, outcome.value)
-    journal.settle(entry, outcome, {"acknowledgement": _hex(raw), **_result(status)})
-    return Performed(act=act, outcome=outcome, status=status)
+        if _has_left(reply):
+            observed = yield from _observe(act, _raw(reply))
+        else:
+            observed = _Observed(Outcome.NOT_SENT)  # LOCK overtook it
+    except Cancelled:
+        pass
+    except Interrupted as error:
+        interrupted = error
+        if reply is None and error.is_unsent:
+            observed = _Observed(Outcome.NOT_SENT)
+        elif act is Act.SHUTDOWN and error.reason is EndReason.SILENT and _is_accepted(act, _raw(reply)):
+            observed, interrupted = _Observed(Outcome.CONFIRMED), None
+    raw, status = _raw(reply), observed.status
+    _log.debug("%s: acknowledged with %s, %s", act.value, raw, observed.outcome.value)
+    result: dict[str, object] = {"acknowledgement": None if raw is None else f"{raw:02X}"}
+    if status is not None:
+        result |= {"active": status.active, "triggered": status.triggered, "tilt_deg": status.tilt_deg}
+    if interrupted is not None:
+        result["why"] = interrupted.reason.value
+    journal.settle(entry, observed.outcome, result)
+    return Performed(act=act, outcome=observed.outcome, status=status, interrupted=interrupted)
 
 
 def begin_act(
@@ -186,7 +192,7 @@ def begin_act(
     """Wait until the intent is durable, ask who is there, judge the conditions and spend the permit. Returns the entry:
     the frame may be sent now, and only now; else why not. `detail`: for the log; by default what is known."""
     view: EngineView = yield Inspect()
-    inputs = replace(_inputs(view, permit, armed), is_audit_ready=journal.is_ready)
+    inputs = replace(inputs_of(view, permit, armed), is_audit_ready=journal.is_ready)
     refused = refusals(act, inputs, only=ASKS_NOTHING)
     if refused:
         _log.debug("%s refused: %s", act.value, [refusal.condition.name for refusal in refused])
@@ -215,7 +221,7 @@ def checked_inputs(
         contradiction = ANSWERED_TWICE
     age_s = None if status is None else view.now - present.asked_at
     return replace(
-        _inputs(view, permit, armed),
+        inputs_of(view, permit, armed),
         status_age_s=age_s,
         is_status_fresh=age_s is not None and age_s <= FRESH_FOR_S,
         active=None if status is None else status.active,
@@ -225,7 +231,8 @@ def checked_inputs(
     )
 
 
-def _inputs(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
+def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
+    """What is known without asking the module anything."""
     return replace(
         inputs_at(view.conversation, view.now),
         is_slow=view.link.is_slow,
@@ -277,9 +284,8 @@ class _Observed(NamedTuple):
     status: StatusSample | None = None
 
 
-def _observe(act: Act, reply: Reply) -> Procedure[_Observed]:
-    answer = reply.messages[0] if isinstance(reply, Answered) else None
-    raw = answer.raw if isinstance(answer, Acknowledgement) else None
+def _observe(act: Act, raw: int | None) -> Procedure[_Observed]:
+    """`raw`: the byte of the acknowledgement."""
     if act is Act.SHUTDOWN:
         yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this
         return _Observed(Outcome.REFUSED)
@@ -338,15 +344,10 @@ def _is_accepted(act: Act, raw: int | None) -> bool:
     return raw is not None and Acknowledgement(REQUESTS[act], raw).is_accepted
 
 
-def _interruption(error: Interrupted | Cancelled) -> Interrupted | None:
-    return error if isinstance(error, Interrupted) else None
+def _raw(reply: Reply | None) -> int | None:
+    answer = reply.messages[0] if isinstance(reply, Answered) else None
+    return answer.raw if isinstance(answer, Acknowledgement) else None
 
 
-def _hex(raw: int | None) -> str | None:
-    return None if raw is None else f"{raw:02X}"
-
-
-def _result(status: StatusSample | None) -> dict[str, object]:
-    if status is None:
-        return {"active": None, "triggered": None, "tilt_deg": None}
-    return {"active": status.active, "triggered": status.triggered, "tilt_deg": status.tilt_deg}
+def _has_left(reply: Reply) -> bool:
+    return not isinstance(reply, Unanswered) or reply.attempts > 0

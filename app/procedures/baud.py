@@ -17,7 +17,7 @@ from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Procedure
 from app.procedures.act import Armed, begin_act
 from app.procedures.find import look_for
-from app.procedures.write import SetReply, WriteFault, Written, acknowledged
+from app.procedures.write import SetReply, WriteFault, Written, reply_of
 from app.safety.acts import Act
 from app.safety.interlocks import Refusal
 from app.safety.journal import Journal, Outcome
@@ -109,7 +109,7 @@ def change_baud(
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
     heard, found = SetReply.NOT_SENT, None
     try:
-        heard = acknowledged((yield Ask(request, is_deliberate=True))).heard
+        heard = reply_of((yield Ask(request, is_deliberate=True)))
         if heard is not SetReply.NOT_SENT:
             found = yield from look_for(new_rate, old_rate)
     except (Interrupted, Cancelled) as error:

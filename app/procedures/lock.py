@@ -96,17 +96,20 @@ def waiting_sentence(sent: int) -> str:
 class _Proof:
     """The module's answers since the first LOCK."""
 
-    def __init__(self, first: ConversationView) -> None:
+    def __init__(self) -> None:
         self.is_acknowledged = False
         self.is_heard = False
-        # The conversation in which it was pressed has ended. Before the first one it is the first that begins.
-        self.may_be_another = first.ended is not None
-        self._newest_allowed = max(first.number, 1)
+        # The conversation in which it was pressed has ended.
+        self.may_be_another = False
+        # The number of that conversation; before the first one, of the one that begins.
+        self._pressed_in: int | None = None
         self._reports: list[bool] = []
-        self._reported_in = (first.number, first.is_going)
+        self._reported_in = (0, False)
 
     def note_conversation(self, now: ConversationView) -> None:
-        if now.ended is not None or now.number > self._newest_allowed:
+        if self._pressed_in is None:
+            self._pressed_in = max(now.number, 1)
+        if now.ended is not None or now.number > self._pressed_in:
             self.may_be_another = True
         if (now.number, now.is_going) != self._reported_in:
             self._reported_in = now.number, now.is_going
@@ -150,10 +153,8 @@ class _Proof:
 def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
     cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress."""
-    journal, repeat = journal or NoJournal(), repeat or LockRepeat()
+    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof()
     before = repeat.sent
-    begin: EngineView = yield Inspect()
-    proof = _Proof(begin.conversation)
     entries: list[Entry] = []
     is_port_lost = is_replaced = False
     try:
@@ -187,6 +188,7 @@ def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Pr
 
 def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
     view: EngineView = yield Inspect()
+    proof.note_conversation(view.conversation)
     if view.proven_rate is not None and view.proven_rate != view.baud_rate:
         yield UseRate(view.proven_rate)
     silent_since = view.now

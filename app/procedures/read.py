@@ -8,7 +8,6 @@ ends there.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.conversation import StatusSample

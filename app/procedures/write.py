@@ -25,11 +25,11 @@ from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot
-from app.procedures.act import Armed, checked_inputs
-from app.procedures.read import read_settings, read_twice, who_is_there
+from app.procedures.act import Armed, checked_inputs, inputs_of
+from app.procedures.read import SettingsReading, read_settings, read_twice, who_is_there
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
-from app.safety.interlocks import Interlock, Refusal, refusals
+from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
 from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command, Request
@@ -37,7 +37,7 @@ from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.fields import Value
 from protocol.flag_answers import TRIGGER_FLAGS
-from protocol.messages import Acknowledgement
+from protocol.messages import Acknowledgement, Reading
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -118,7 +118,7 @@ class Written(NamedTuple):
 
     command: Command
     target: Value
-    heard: SetReply
+    heard: SetReply = SetReply.NOT_SENT
     read_back: Value | None = None
     # True only if two answers had the target value, and the last reading, too; None if it cannot be read.
     verified: bool | None = None
@@ -138,9 +138,9 @@ class Written(NamedTuple):
         return self.fault is None
 
 
-def not_sent(change: SettingChange, fault: WriteFault) -> Written:
+def not_sent(change: SettingChange, fault: WriteFault = WriteFault.NOT_SENT) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
-    return Written(change.command, change.value, SetReply.NOT_SENT, verified=verified, fault=fault)
+    return Written(change.command, change.value, verified=verified, fault=fault)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,16 +175,15 @@ class WriteReport:
 
 def why_not_verified(written: Written, report: WriteReport) -> UserMessage | None:
     """What to say of a setting; None where it is as written."""
-    if written.fault is None:
-        return None
-    if written.fault is WriteFault.NOT_ALLOWED and report.refusals:
+    fault, interrupted = written.fault, report.interrupted
+    if fault is WriteFault.NOT_ALLOWED and report.refusals:
         why = joined([refusal.message for refusal in report.refusals], between=" ")
         return message(marked("not sent: {why}"), why=why)
-    if written.fault is WriteFault.NOT_SENT and report.interrupted is not None:
-        return message(marked("not sent: {why}"), why=report.interrupted.message)
-    if written.fault is WriteFault.INTERRUPTED and report.interrupted is not None:
-        return message(marked("unknown: {why}"), why=report.interrupted.message)
-    return message(written.fault.value)
+    if fault is WriteFault.NOT_SENT and interrupted is not None:
+        return message(marked("not sent: {why}"), why=interrupted.message)
+    if fault is WriteFault.INTERRUPTED and interrupted is not None:
+        return message(marked("unknown: {why}"), why=interrupted.message)
+    return None if fault is None else message(fault.value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,43 +207,19 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     """Write these settings. Raises `ValueRefused` or `LookupError` before anything is sent; an interruption and a
     cancellation are in the report. Not for the baud rate (ValueError): changing that is a job of its own."""
     writing = _Writing(changes, context)
-    if writing.refused:
-        return writing.report()
-    try:
-        reading = yield from read_settings()
-        writing.before = reading.values
-        yield from _store_snapshot(context)
-        yield from _set_each(writing)
-        if any(written.is_sent for written in writing.results.values()):
-            yield Pause(SETTLE_S)
-            yield from await_flags_known(writing.progress)
-            last = yield from read_settings()
-            view: EngineView = yield Inspect()
-            writing.note_last(last.values, last.began_at, view)
-    except Interrupted as error:
-        writing.note_broken_off(error)
-    except Cancelled:
-        writing.note_broken_off(None)
-    except BaseException:
-        writing.settle()
-        raise
-    writing.settle()
-    return writing.report()
+    return (yield from writing.run(_write_and_read_again(writing)))
 
 
 def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
     """As `write_all`, within a procedure that reads the settings itself. What was acknowledged of the triggers counts
-    once `await_flags_known` has returned. Raises `Interrupted`."""
+    once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
     writing = _Writing(changes, context)
-    try:
-        if not writing.refused:
-            yield from _set_each(writing)
-    except (Interrupted, Cancelled) as error:
-        writing.note_broken_off(error if isinstance(error, Interrupted) else None)
-        raise
-    finally:
-        writing.settle()
-    return writing.report()
+    report = yield from writing.run(_set_all(writing))
+    if report.interrupted is not None:
+        raise report.interrupted
+    if report.is_cancelled:
+        raise Cancelled
+    return report
 
 
 def await_flags_free(request: Request, progress: Report | None = None) -> Procedure[None]:
@@ -270,24 +245,16 @@ def await_flags_known(progress: Report | None = None) -> Procedure[None]:
         view = yield Inspect()
 
 
-class Acknowledged(NamedTuple):
-    heard: SetReply
-    # The byte with `SetReply.OTHER`.
-    other: int | None = None
-
-
-def acknowledged(reply: Reply) -> Acknowledged:
+def reply_of(outcome: Reply) -> SetReply:
     """What the module answered to a set."""
-    if isinstance(reply, Unanswered) and not reply.attempts:
-        return Acknowledged(SetReply.NOT_SENT)
-    answer = reply.messages[0] if isinstance(reply, Answered) else None
+    if isinstance(outcome, Unanswered) and not outcome.attempts:
+        return SetReply.NOT_SENT
+    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     if not isinstance(answer, Acknowledgement):
-        return Acknowledged(SetReply.NOTHING)
+        return SetReply.NOTHING
     if answer.is_echo:
-        return Acknowledged(SetReply.ECHO)
-    if answer.is_accepted:
-        return Acknowledged(SetReply.ONE)
-    return Acknowledged(SetReply.OTHER, answer.raw)
+        return SetReply.ECHO
+    return SetReply.ONE if answer.is_accepted else SetReply.OTHER
 
 
 # One after the other
@@ -304,18 +271,36 @@ class _Writing:
             change.command.set(change.value)
         self.context = context
         self.changes = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
-        self.results: dict[Command, Written] = {}
-        self.entries: dict[Command, Entry] = {}
         self.refused = _unaccepted(changes, context)
+        self.results = {change.command: not_sent(change) for change in self.changes}
+        self.entries: dict[Command, Entry] = {}
         self.before: Mapping[str, Value] = {}
         self.progress: Report | None = None
         # When it was last asked who is there.
         self.present_at = -inf
-        self._changed: tuple[ChangedSetting, ...] = ()
-        self._unread: tuple[Command, ...] = ()
-        self._read_at: float | None = None
-        self._interrupted: Interrupted | None = None
-        self._is_cancelled = False
+        # The set that was handed to the link, until its outcome is known.
+        self.setting: Command | None = None
+        self.report = WriteReport(results=())
+
+    def run(self, steps: Procedure[None]) -> Procedure[WriteReport]:
+        try:
+            if not self.refused:
+                yield from steps
+        except Interrupted as error:
+            self.report = replace(self.report, interrupted=error)
+            self._note_broken_off(error)
+        except Cancelled:
+            self.report = replace(self.report, is_cancelled=True)
+            self._note_broken_off(None)
+        finally:
+            for command, entry in self.entries.items():
+                written = self.results[command]
+                self.context.journal.settle(entry, _outcome(written), _logged(written))
+        for command, written in self.results.items():
+            if self.refused and not written.is_sent:
+                self.results[command] = written._replace(fault=WriteFault.NOT_ALLOWED)
+        results = tuple(self.results.values())
+        return replace(self.report, results=results, refusals=self.refused, before=self.before)
 
     def note(self, written: Written) -> None:
         _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
@@ -323,101 +308,102 @@ class _Writing:
         if self.context.on_written is not None:
             self.context.on_written(written)
 
-    def note_last(self, last: Mapping[str, Value], read_at: float, view: EngineView) -> None:
+    def note_last(self, last: SettingsReading, view: EngineView) -> None:
         """The last reading decides what is verified."""
-        self._read_at = read_at
         for command, written in self.results.items():
-            if not written.is_sent:
-                continue
-            if command.reads_back:
-                self.results[command] = _after_last_reading(written, last.get(command.key))
-            elif command in TRIGGER_FLAGS and written.is_fine:
-                self.results[command] = _after_waiting(written, view)
-        others = [command for command in READABLE_SETTINGS if not self._is_sent(command)]
-        stood = {command.key: self.before[command.key] for command in others if command.key in self.before}
-        self._changed = changed_settings(stood, last)
-        self._unread = tuple(command for command in others if command.key in stood and command.key not in last)
+            if written.is_sent and command.reads_back:
+                self.results[command] = _after_last_reading(written, last.values.get(command.key))
+            elif written.is_fine and command in TRIGGER_FLAGS:
+                self.results[command] = _afternot_sent(written, view)
+        sent = [command for command, written in self.results.items() if written.is_sent]
+        stood = {command.key: value for command, value in _by_command(self.before) if command not in sent}
+        unread = tuple(command for command in last.unread if command.key in stood)
+        changed = changed_settings(stood, last.values)
+        self.report = replace(self.report, changed=changed, unread=unread, read_at=last.began_at)
 
-    def note_broken_off(self, interrupted: Interrupted | None) -> None:
+    def _note_broken_off(self, interrupted: Interrupted | None) -> None:
         """What was found so far was so then. What was set and not yet read back is unknown."""
-        self._interrupted = interrupted
-        self._is_cancelled = interrupted is None
+        if self.setting is not None and interrupted is not None and interrupted.is_unsent:
+            unsent = next(change for change in self.changes if change.command is self.setting)
+            self.results[self.setting] = not_sent(unsent)
         for command, written in self.results.items():
             if written.is_sent and written.is_fine:
                 self.results[command] = _until_then(written)
         contradiction = None if interrupted is None else interrupted.contradiction
-        if contradiction is None:
+        if contradiction is None or contradiction.after.command not in READABLE_SETTINGS:
             return
         command, now = contradiction.after.command, contradiction.after.value
         known = self.results.get(command)
         if known is not None and known.is_sent:
             self.results[command] = known._replace(read_back=now, verified=False, fault=WriteFault.CHANGED)
-        elif command in READABLE_SETTINGS:
-            self._changed = (ChangedSetting(command, contradiction.before.value, now),)
-
-    def settle(self) -> None:
-        """Log what came of the intents."""
-        for command, entry in self.entries.items():
-            written = self.results[command]
-            self.context.journal.settle(entry, _outcome(written), _result(written))
-
-    def report(self) -> WriteReport:
-        fault = WriteFault.NOT_ALLOWED if self.refused else WriteFault.NOT_SENT
-        return WriteReport(
-            results=tuple(self.results.get(change.command, not_sent(change, fault)) for change in self.changes),
-            refusals=self.refused,
-            changed=self._changed,
-            unread=self._unread,
-            read_at=self._read_at,
-            before=self.before,
-            interrupted=self._interrupted,
-            is_cancelled=self._is_cancelled,
-        )
-
-    def _is_sent(self, command: Command) -> bool:
-        return command in self.results and self.results[command].is_sent
+        else:
+            changed = ChangedSetting(command, contradiction.before.value, now)
+            self.report = replace(self.report, changed=(changed,))
 
 
-def _set_each(writing: _Writing) -> Procedure[None]:
+def _write_and_read_again(writing: _Writing) -> Procedure[None]:
+    context = writing.context
+    writing.before = (yield from read_settings()).values
+    view: EngineView = yield Inspect()
+    if context.store_snapshot is not None:
+        settings = view.conversation.settings(view.now)
+        stored = context.store_snapshot(Snapshot(settings=settings, boot_count=view.conversation.boot_count))
+        if stored is not None:
+            yield Await(stored, DURABLE_LIMIT_S)
+    yield from _set_all(writing)
+    if not any(written.is_sent for written in writing.results.values()):
+        return
+    yield Pause(SETTLE_S)
+    yield from await_flags_known(writing.progress)
+    last = yield from read_settings()
+    view = yield Inspect()
+    writing.note_last(last, view)
+
+
+def _set_all(writing: _Writing) -> Procedure[None]:
     for done, change in enumerate(writing.changes):
         title = change.command.title
         writing.progress = Report(done, len(writing.changes), marked("Writing: {what}"), (("what", title),))
         yield writing.progress
         yield from _set_one(writing, change)
         if writing.refused:
+            writing.note(writing.results[change.command]._replace(fault=WriteFault.NOT_ALLOWED))
             return
 
 
 def _set_one(writing: _Writing, change: SettingChange) -> Procedure[None]:
     command, context = change.command, writing.context
     request = command.set(change.value)
+    view: EngineView = yield Inspect()
+    writing.refused = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
+    if writing.refused:
+        return
     yield from await_flags_free(request, writing.progress)
-    writing.results[command] = not_sent(change, WriteFault.NOT_SENT)
     entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: change.value})
     writing.entries[command] = entry
     # Unlike an act, a set is sent also where the disk takes longer.
     yield Await(entry, DURABLE_LIMIT_S)
     yield from _check(writing)
     if writing.refused:
-        writing.note(not_sent(change, WriteFault.NOT_ALLOWED))
         return
-    in_flight = Written(command, change.value, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
-    writing.results[command] = in_flight._replace(verified=False if command.reads_back else None)
-    reply = acknowledged((yield Ask(request)))
-    if reply.heard is SetReply.NOT_SENT:
-        writing.note(not_sent(change, WriteFault.NOT_SENT))
+    waiting = writing.results[command]
+    writing.results[command] = waiting._replace(heard=SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
+    writing.setting = command
+    heard = reply_of((yield Ask(request)))
+    writing.setting = None
+    if heard is SetReply.NOT_SENT:
+        writing.note(waiting)
         return
-    writing.results[command] = writing.results[command]._replace(heard=reply.heard)
+    writing.results[command] = waiting._replace(heard=heard, fault=WriteFault.INTERRUPTED)
     if not command.reads_back:
         # Else the next set would wait for the answer to a question, and not come directly after its check.
         yield from ask_report(is_fenced=True)
-        fault = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(reply.heard)
-        writing.note(Written(command, change.value, reply.heard, fault=fault))
+        writing.note(waiting._replace(heard=heard, fault=_UNREADABLE_FAULTS.get(heard)))
         return
     reading = yield from read_twice(command)
+    fault = _fault(heard, request, reading, writing.before.get(command.key))
     read_back = None if reading is None else reading.value
-    fault = _fault(change, reply, read_back, writing.before.get(command.key))
-    writing.note(Written(command, change.value, reply.heard, read_back, verified=fault is None, fault=fault))
+    writing.note(waiting._replace(heard=heard, read_back=read_back, verified=fault is None, fault=fault))
 
 
 def _check(writing: _Writing) -> Procedure[None]:
@@ -427,20 +413,14 @@ def _check(writing: _Writing) -> Procedure[None]:
         return
     present = yield from who_is_there()
     view = yield Inspect()
-    inputs = checked_inputs(present, view, armed=writing.context.armed)
-    writing.refused = refusals(Act.WRITE, replace(inputs, is_unlocked=writing.context.is_unlocked))
+    inputs = replace(
+        checked_inputs(present, view, armed=writing.context.armed),
+        contradiction=present.contradiction,  # a line that repeats answers is no reason
+        is_unlocked=writing.context.is_unlocked,
+    )
+    writing.refused = refusals(Act.WRITE, inputs)
     writing.present_at = view.now
     _log.debug("before writing: %s", [refusal.condition.name for refusal in writing.refused] or "allowed")
-
-
-def _store_snapshot(context: WriteContext) -> Procedure[None]:
-    if context.store_snapshot is None:
-        return
-    view: EngineView = yield Inspect()
-    settings = view.conversation.settings(view.now)
-    stored = context.store_snapshot(Snapshot(settings=settings, boot_count=view.conversation.boot_count))
-    if stored is not None:
-        yield Await(stored, DURABLE_LIMIT_S)
 
 
 def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tuple[Refusal, ...]:
@@ -453,27 +433,20 @@ def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tupl
 # What became of one
 
 
-def _fault(change: SettingChange, reply: Acknowledged, read_back: Value | None, old: Value | None) -> WriteFault | None:
-    if read_back is None:
+_UNREADABLE_FAULTS = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}
+_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
+_FINE_THEN = (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN)
+
+
+def _fault(heard: SetReply, request: Request, reading: Reading | None, old: Value | None) -> WriteFault | None:
+    if reading is None:
         return WriteFault.NO_READ_BACK
-    if read_back == _as_held(change):
+    if reading.raw == request.data:
         return None
-    if old is not None and read_back != old:
+    if old is not None and reading.value != old:
         return WriteFault.CLAMPED
-    if reply.heard is SetReply.NOTHING:
-        return WriteFault.LOST
-    if reply.heard is SetReply.OTHER:
-        # Where the old value is not known, another answer than 00 is the value that the module took instead.
-        is_refused = old is not None or reply.other == 0x00
-        return WriteFault.REFUSED if is_refused else WriteFault.CLAMPED
-    return WriteFault.NOT_RETAINED
-
-
-def _as_held(change: SettingChange) -> Value:
-    """The value as the module tells it: its byte, decoded."""
-    reply = change.command.reply
-    data = change.command.set(change.value).data
-    return change.value if reply is None else reply.decode(data)
+    faults = {SetReply.NOTHING: WriteFault.LOST, SetReply.OTHER: WriteFault.REFUSED}
+    return faults.get(heard, WriteFault.NOT_RETAINED)
 
 
 def _after_last_reading(written: Written, last: Value | None) -> Written:
@@ -486,7 +459,7 @@ def _after_last_reading(written: Written, last: Value | None) -> Written:
     return written
 
 
-def _after_waiting(written: Written, view: EngineView) -> Written:
+def _afternot_sent(written: Written, view: EngineView) -> Written:
     """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
     if view.conversation.fresh(written.command.key, view.now) == written.target:
         return written
@@ -503,20 +476,19 @@ def _until_then(written: Written) -> Written:
     return written._replace(fault=WriteFault.ACKNOWLEDGED_THEN)
 
 
-_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
+def _by_command(values: Mapping[str, Value]) -> list[tuple[Command, Value]]:
+    return [(command, values[command.key]) for command in READABLE_SETTINGS if command.key in values]
 
 
 def _outcome(written: Written) -> Outcome:
     if not written.is_sent:
         return Outcome.NOT_SENT
-    if written.is_fine or written.fault in (WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
+    if written.fault in _FINE_THEN:
         return Outcome.CONFIRMED
-    if written.fault in _REFUSED:
-        return Outcome.REFUSED
-    return Outcome.UNKNOWN
+    return Outcome.REFUSED if written.fault in _REFUSED else Outcome.UNKNOWN
 
 
-def _result(written: Written) -> dict[str, object]:
+def _logged(written: Written) -> dict[str, object]:
     return {
         "acknowledged": written.is_acknowledged,
         "read_back": written.read_back,

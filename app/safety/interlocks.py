@@ -4,7 +4,7 @@ The window asks it too, to say what is still open, but it is the procedures (`pe
 that refuse. What is not known never counts as fulfilled: a state that is stale, or only acknowledged, is unknown here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 from types import MappingProxyType
@@ -59,6 +59,8 @@ CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
 # What is known without asking the module anything.
 ASKS_NOTHING = frozenset((*_PRESENT, *_EXPLICIT, Interlock.RITUAL_DONE, Interlock.RATE_FOLLOWS))
 
+_UNKNOWN_STATE = marked("Unknown: ACTIVE or LOCKED.")
+_UNKNOWN_TILT = marked("Unknown: tilt.")
 RATE_SET_ELSEWHERE = marked("The baud rate of a plain socket is set at its other end.")
 # A status that is older, in seconds, is not current.
 FRESH_FOR_S = _FRESH_FOR_S["active"]
@@ -146,32 +148,67 @@ def refusals(
     """The open conditions of `act`, in the order of the table; empty: it may be done. `only`: of these."""
     found: list[Refusal] = []
     for condition in CONDITIONS[act]:
-        why = _CHECKS[condition](act, inputs) if condition in only else None
+        why = _why_open(condition, act, inputs) if condition in only else None
         if why is not None:
             found.append(Refusal(condition, why))
     return tuple(found)
 
 
-_Check = Callable[[Act, InterlockInputs], UserMessage | None]
+def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    """None if it is met."""
+    match condition:
+        case Interlock.ONLINE:
+            return message(marked("The module does not answer.")) if inputs.conversation is None else None
+        case Interlock.LINE_IS_QUICK:
+            return message(TOO_SLOW) if inputs.is_slow else None
+        case Interlock.AGREES:
+            return inputs.contradiction
+        case Interlock.FRESH_STATUS:
+            return _why_not_fresh(inputs)
+        case Interlock.IS_LOCKED:
+            return _why_not_locked(inputs)
+        case Interlock.IS_ACTIVE:
+            if inputs.active is None:
+                return message(_UNKNOWN_STATE)
+            return None if inputs.active else message(marked("The module is LOCKED: activate it first."))
+        case Interlock.NOT_TRIGGERED:
+            if inputs.triggered is None:
+                return message(marked("Unknown: whether it has fired."))
+            return message(marked("The module reports that it has fired.")) if inputs.triggered else None
+        case Interlock.BELOW_TILT:
+            return _why_not_below_tilt(inputs)
+        case Interlock.IS_LEVEL:
+            return _why_not_level(inputs.tilt_deg)
+        case Interlock.IS_STILL:
+            return _why_not_still(inputs.motion)
+        case Interlock.RATE_FOLLOWS:
+            return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
+        case Interlock.NOTHING_ELSE_ARMED:
+            if inputs.armed is None or inputs.armed is act:
+                return None
+            return message(marked("Already armed: {what}."), what=message(TITLES[inputs.armed]))
+        case Interlock.CONFIRMED:
+            return _why_not_permitted(act, inputs, marked("Not confirmed."))
+        case Interlock.RITUAL_DONE:
+            return _why_not_permitted(act, inputs, marked("Not armed and held for 2 s."), origin=Origin.RITUAL)
+        case Interlock.INTENT_DURABLE:
+            return None if inputs.is_audit_ready else message(marked("The audit log cannot be written."))
+        case Interlock.MAY_WRITE:
+            # A person who unlocked it accepts that it may be active, so a contradiction says nothing new.
+            if inputs.is_unlocked:
+                return None
+            return inputs.contradiction or _why_not_fresh(inputs) or _why_not_locked(inputs)
+        case Interlock.RISK_ACCEPTED:
+            raise ValueError("only who knows the values can judge the risk")
 
 
-def _online(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return message(marked("The module does not answer.")) if inputs.conversation is None else None
+def _why_not_locked(inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.active is None:
+        return message(_UNKNOWN_STATE)
+    return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else None
 
 
-def _line_is_quick(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return message(TOO_SLOW) if inputs.is_slow else None
-
-
-def _agrees(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return inputs.contradiction
-
-
-def _unknown(what: str) -> UserMessage:
-    return message(marked("Unknown: {what}."), what=message(what))
-
-
-def _fresh_status(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+def _why_not_fresh(inputs: InterlockInputs) -> UserMessage | None:
     if inputs.is_status_fresh:
         return None
     if inputs.status_age_s is None or inputs.conversation is None:
@@ -179,47 +216,28 @@ def _fresh_status(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
     return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, inputs.status_age_s))
 
 
-def _is_locked(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.active is None:
-        return _unknown(marked("Activation"))
-    return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else None
-
-
-def _is_active(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.active is None:
-        return _unknown(marked("Activation"))
-    return None if inputs.active else message(marked("The module is LOCKED: activate it first."))
-
-
-def _not_triggered(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.triggered is None:
-        return _unknown(marked("Trigger"))
-    return message(marked("The module reports that it has fired.")) if inputs.triggered else None
-
-
-def _below_tilt(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+def _why_not_below_tilt(inputs: InterlockInputs) -> UserMessage | None:
     tilt, threshold = inputs.tilt_deg, inputs.attitude_threshold_deg
     if threshold is None:
-        return _unknown(marked("Attitude threshold"))
+        return message(marked("Unknown: attitude threshold."))
     if tilt is None:
-        return _unknown(marked("Tilt"))
+        return message(_UNKNOWN_TILT)
     if tilt < threshold:
         return None
     text = marked("Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.")
     return message(text, tilt=tilt, threshold=threshold)
 
 
-def _is_level(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.tilt_deg is None:
-        return _unknown(marked("Tilt"))
-    if inputs.tilt_deg <= LEVEL_WITHIN_DEG:
+def _why_not_level(tilt_deg: float | None) -> UserMessage | None:
+    if tilt_deg is None:
+        return message(_UNKNOWN_TILT)
+    if tilt_deg <= LEVEL_WITHIN_DEG:
         return None
     text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
-    return message(text, tilt=inputs.tilt_deg, limit=LEVEL_WITHIN_DEG)
+    return message(text, tilt=tilt_deg, limit=LEVEL_WITHIN_DEG)
 
 
-def _is_still(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    motion = inputs.motion
+def _why_not_still(motion: MotionExtremes | None) -> UserMessage | None:
     if motion is None or motion.until - motion.since < STILL_FOR_S:
         return message(marked("Not watched for 2 s yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
@@ -234,31 +252,11 @@ def _is_still(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
     )
 
 
-def _rate_follows(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
-
-
-def _nothing_else_armed(act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    armed = inputs.armed
-    if armed is None or armed is act:
-        return None
-    return message(marked("Already armed: {what}."), what=message(TITLES[armed]))
-
-
-def _confirmed(act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return _permitted(act, inputs, marked("Not confirmed."))
-
-
-def _ritual_done(act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    missing = marked("Not armed and held for 2 s.")
-    if inputs.permit is not None and inputs.permit.origin is not Origin.RITUAL:
-        return message(missing)
-    return _permitted(act, inputs, missing)
-
-
-def _permitted(act: Act, inputs: InterlockInputs, missing: str) -> UserMessage | None:
+def _why_not_permitted(
+    act: Act, inputs: InterlockInputs, missing: str, *, origin: Origin | None = None
+) -> UserMessage | None:
     permit, now = inputs.permit, inputs.now
-    if permit is None or permit.act is not act:
+    if permit is None or permit.act is not act or origin not in (None, permit.origin):
         return message(missing)
     if permit.is_rehearsal:
         return message(marked("Nothing is sent."))
@@ -271,34 +269,3 @@ def _permitted(act: Act, inputs: InterlockInputs, missing: str) -> UserMessage |
     if not permit.is_good(act, now):
         return message(marked("Confirm again: {seconds:.1f} s old."), seconds=max(0.0, permit.age_s(now)))
     return None
-
-
-def _intent_durable(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    return None if inputs.is_audit_ready else message(marked("The audit log cannot be written."))
-
-
-def _may_write(act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    # A person who unlocked it accepts that it may be active, so a contradiction says nothing new.
-    if inputs.is_unlocked:
-        return None
-    return inputs.contradiction or _fresh_status(act, inputs) or _is_locked(act, inputs)
-
-
-_CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
-    Interlock.ONLINE: _online,
-    Interlock.LINE_IS_QUICK: _line_is_quick,
-    Interlock.AGREES: _agrees,
-    Interlock.FRESH_STATUS: _fresh_status,
-    Interlock.IS_LOCKED: _is_locked,
-    Interlock.IS_ACTIVE: _is_active,
-    Interlock.NOT_TRIGGERED: _not_triggered,
-    Interlock.BELOW_TILT: _below_tilt,
-    Interlock.IS_LEVEL: _is_level,
-    Interlock.IS_STILL: _is_still,
-    Interlock.RATE_FOLLOWS: _rate_follows,
-    Interlock.NOTHING_ELSE_ARMED: _nothing_else_armed,
-    Interlock.CONFIRMED: _confirmed,
-    Interlock.RITUAL_DONE: _ritual_done,
-    Interlock.INTENT_DURABLE: _intent_durable,
-    Interlock.MAY_WRITE: _may_write,
-})  # fmt: skip

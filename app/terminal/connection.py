@@ -30,7 +30,6 @@ from app.text.sentences import join_sentences
 from app.text.user_error import ErrorCode
 
 if TYPE_CHECKING:
-    from app.diagnosis.causes import Diagnosis
     from app.terminal.trace import Trace
 
 OPENING_LIMIT_S: Final = 2.0
@@ -138,6 +137,9 @@ class OpenPort:
         finally:
             clear_progress()
         self.drain()
+        is_closed = self.connection.state is PortState.CLOSED and self.connection.trouble is None
+        if is_closed and isinstance(job.error, Interrupted):
+            raise RuntimeError("the port was closed without a reason") from job.error
         return job.outcome()
 
     def watch(self, procedure: Procedure[None]) -> Job[None]:
@@ -283,9 +285,13 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
             raise NoLink(no_module_found(port))
         opened.bind()
         return
+    from app.diagnosis.causes import explain
+    from app.diagnosis.symptoms import PortEvidence
+
     silence = opened.run(await_module(), outlives=True)
     if silence is not None:
-        why = _why_silent(port, baud_rate, silence)
+        seen = PortEvidence(port, baud_rate, silence=silence)
+        why = explain(seen if opened.link is None else seen._replace(counters=opened.link.counters))
         raise NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
     opened.bind()
 
@@ -304,17 +310,9 @@ def no_module_found(port: str) -> str:
 
 def module_is_silent(port: str, conversation: ConversationView) -> str:
     """`conversation`: the last one with it."""
-    why = _why_silent(port, 0, Silence.NOTHING, conversation).terminal_sentence
-    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_heard_active(conversation) else "", why))
-
-
-def _why_silent(
-    port: str, baud_rate: int, silence: Silence, conversation: ConversationView | None = None
-) -> "Diagnosis":
     from app.diagnosis.causes import explain
     from app.diagnosis.symptoms import PortEvidence
 
-    seen = PortEvidence(port, baud_rate=baud_rate, silence=silence)
-    if conversation is not None:
-        seen = seen._replace(was_online=True, was_active=was_heard_active(conversation))
-    return explain(seen)
+    was_active = was_heard_active(conversation)
+    why = explain(PortEvidence(port, silence=Silence.NOTHING, was_online=True, was_active=was_active))
+    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", why.terminal_sentence))

@@ -20,7 +20,7 @@ from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, mo
 from app.terminal.console import note, notify
 from app.terminal.interruption import Signalled
 from app.text.i18n import tr
-from protocol.events import Ended
+from protocol.events import Ended, EndReason
 from protocol.translatable import marked
 
 LEFT_ON: Final = marked("Serial output was left on; it is switched off when not needed.")
@@ -28,6 +28,7 @@ SILENT_FOR_S: Final = 5.0
 """Nobody answers for so long: it ends."""
 WITHOUT_STATUS_S: Final = 5.0
 """With a time limit: additional time to wait for the first status."""
+_SAID_OTHERWISE: Final = (EndReason.CLOSED, EndReason.PORT_LOST)
 CANCEL_LIMIT_S: Final = 1.5
 """How long switching the stream off may take at the end."""
 
@@ -71,7 +72,7 @@ def stream(
     def receive(batch: Batch) -> None:
         on_batch(batch)
         for event in batch.events:
-            if isinstance(event, Ended) and span.has_begun and not span.is_over:
+            if isinstance(event, Ended) and span.has_begun and event.reason not in _SAID_OTHERWISE:
                 _tell_end(event)
 
     try:

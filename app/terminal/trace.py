@@ -23,18 +23,17 @@ class Trace:
             self._started_at = min((event.at for event in batch.events), default=batch.at)
         connection = batch.connection
         state = (connection.state, connection.baud_rate)
-        if state != self._state:
-            self._state = state
-            if connection.state is PortState.OPEN:
-                self._print(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
-            elif connection.state is PortState.CLOSED:
-                self._print(batch.at, f"{connection.port}  –")
+        is_news, self._state = state != self._state, state
+        if is_news and connection.state is PortState.OPEN:
+            self._print(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
         for event in batch.events:
             if self._has_frames:
                 self._print_frames(event, self._started_at)
             words = _words(event)
             if words:
                 self._print(event.at, words)
+        if is_news and connection.state is PortState.CLOSED:
+            self._print(batch.at, f"{connection.port}  –")
 
     def _print_frames(self, event: Event, started_at: float) -> None:
         for entry in entries_of((event,), started_at):

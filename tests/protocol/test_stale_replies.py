@@ -176,8 +176,16 @@ def test_a_copy_that_answers_a_question_leaves_its_own_answer_to_come(bench: Ben
     for _ in range(2):
         bench.ask(THRESHOLD.query())
         bench.hear(encode_reply(0x20, 60), after_s=0.001)
-    bench.hear(encode_reply(0x20, 60), after_s=0.03)
-    assert bench.roles() == [Role.ANSWER, Role.ANSWER, Role.LATE]
+    bench.wait(0.1)
+    assert bench.begin_to_ask(THRESHOLD.set(70)) in ANY_FENCE
+
+
+def test_the_same_question_over_and_over_is_timed_each_time(bench: Bench) -> None:
+    """All answers are the same, and come as quickly as copies."""
+    for _ in range(20):
+        bench.ask(HEARTBEAT.query())
+        bench.wait(0.0031)
+    assert [answered.round_trip_s for answered in bench.taken(Answered)] == [pytest.approx(0.003)] * 20
 
 
 def test_a_status_that_a_copy_stood_for_is_late_and_not_streamed(bench: Bench) -> None:

@@ -1,20 +1,23 @@
 """Fixtures for tests of the command line; a test file enables them with `pytest_plugins`."""
 
+import sys
 import threading
-import time
 from functools import partial
 from itertools import count
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import app.__main__ as program
+from app.cli.commands import ENTRIES
 from app.engine import transport
 from app.engine.procedure import Procedure, Result
 from app.engine.session import MAX_STEP_S, Session
 from app.engine.worker import Worker
 from app.simulator import bench as benches
-from app.terminal.connection import Conversation
+from app.system import clock
+from app.terminal.connection import OpenPort
 from tests.support.cli_line import Program, run_here
 
 _numbers = count(1)
@@ -54,43 +57,46 @@ def port() -> str:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the waits, for tests of what follows them."""
-    monkeypatch.setattr("app.procedures.handshake.HANDSHAKE_WAITS_S", (0.2, 0.2))
-    monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)
+    monkeypatch.setattr("app.terminal.streaming.LISTEN_S", 0.3)
 
 
 @pytest.fixture
 def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     """Set the clock forward where a command would wait for what the simulated module behind `port` answers."""
-    monotonic, step, run, skipped_s = time.monotonic, Session.step, Conversation.run, 0.0
-    conversations, workers = set[int](), set[int]()
+    steady, step, run, skipped_s = clock.steady_time, Session.step, OpenPort.run, 0.0
+    ports, workers = set[int](), set[int]()
 
     class Changed(threading.Condition):
         def wait(self, timeout: float | None = None) -> bool:
             nonlocal skipped_s
             # Beside another one that would be late.
-            if timeout is None or workers != {threading.get_ident()} or len(conversations) != 1:
+            if timeout is None or workers != {threading.get_ident()} or len(ports) != 1:
                 return super().wait(timeout)
             skipped_s += timeout
             return False
 
-    def clock() -> float:
-        return monotonic() + skipped_s
+    def now() -> float:
+        return steady() + skipped_s
 
     def stepped(session: Session, longest_s: float = MAX_STEP_S) -> None:
-        waits_for_disk = any(run.waiting_since() is not None for run in session._runs())
+        waits_for_disk = any(job.awaits_since is not None for job in session._jobs)
         (workers.add if session.is_busy and not waits_for_disk else workers.discard)(threading.get_ident())
         step(session, longest_s)
 
-    def ran(conversation: Conversation, procedure: Procedure[Result]) -> Result:
-        conversations.add(id(conversation))
+    def ran(opened: OpenPort, procedure: Procedure[Result], **options: Any) -> Result:
+        ports.add(id(opened))
         try:
-            return run(conversation, procedure)
+            return run(opened, procedure, **options)
         finally:
-            conversations.discard(id(conversation))
+            ports.discard(id(opened))
 
     monkeypatch.setattr(Session, "step", stepped)
-    monkeypatch.setattr(Conversation, "run", ran)
+    monkeypatch.setattr(OpenPort, "run", ran)
     monkeypatch.setattr(benches, "threading", SimpleNamespace(Condition=Changed, RLock=threading.RLock))
-    monkeypatch.setattr(time, "monotonic", clock)
+    for entry in ENTRIES:
+        entry.load()  # so that each has the clock of this test, and not of the one that loads it first
+    for module in list(sys.modules.values()):
+        if getattr(module, "steady_time", None) is steady:
+            monkeypatch.setattr(module, "steady_time", now)
     for kind in Worker, benches.SimulatedBench:
-        monkeypatch.setitem(vars(kind)["__init__"].__kwdefaults__, "clock", clock)
+        monkeypatch.setitem(vars(kind)["__init__"].__kwdefaults__, "clock", now)

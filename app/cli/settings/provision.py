@@ -189,9 +189,12 @@ class _Turns:
             self._tell(coloured(f"{name}: {tr(READY)}", Colour.GOOD))
         else:
             self._tell(coloured(f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD))
-        if done is not None and self._next_name():
+        self._interruption.check()
+        if self._next_name():
             self._say(tr(UNPLUG))
-            opened.run(await_gone())
+            opened.bind()  # to the conversation after the one that was interrupted, if there is one
+            if opened.conversation.is_going:
+                opened.run(await_gone())
 
     def _say(self, sentence: str) -> None:
         """Once."""

@@ -44,7 +44,7 @@ from app.terminal.setting_words import parse_settings, settings_of_profile, type
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, labelled
-from protocol.catalogue import BAUD_RATE
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE
 from protocol.fields import Value
 
 
@@ -133,14 +133,15 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> WriteRe
             store_snapshot=records.store_snapshot,
             on_written=written.append,
         )
+        # As `write_all` orders them, and the baud rate last.
+        ordered = sorted(wishes, key=lambda wish: (wish.command is BAUD_RATE, wish.command is ATTITUDE_TRIGGER))
         try:
-            report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
-            for wish in wishes:
+            report = opened.run(write_all([wish for wish in ordered if wish.command is not BAUD_RATE], context))
+            for wish in ordered:
                 if wish.command is BAUD_RATE:
-                    result = _write_rate(wish, report, opened, records, is_profile=args.profile is not None)
-                    report = replace(report, results=(*report.results, result))
+                    report = _write_rate(wish, report, opened, records, is_profile=args.profile is not None)
         except KeyboardInterrupt:
-            _tell_interrupted(written, wishes)
+            _tell_interrupted(written, ordered)
             raise
     results = {result.command: result for result in report.results}
     before = {**report.before, "baud_rate": old_rate}
@@ -149,35 +150,36 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> WriteRe
 
 def _write_rate(
     wish: SettingChange, report: WriteReport, opened: OpenPort, records: Records, *, is_profile: bool
-) -> Written:
-    rate = int(wish.value)
+) -> WriteReport:
+    """The report with the baud rate as its last result."""
+    rate, interrupted, refusals = int(wish.value), report.interrupted, report.refusals
     if is_profile and rate == opened.connection.baud_rate:
         # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-        return Written(BAUD_RATE, rate, SetReply.UNNEEDED, read_back=rate, verified=True)
-    if report.refusals or report.interrupted is not None:
-        return not_sent(wish, WriteFault.NOT_ALLOWED if report.refusals else WriteFault.NOT_SENT)
-    permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, steady_time(), opened.number)
-    try:
-        changed = opened.run(change_baud(rate, records.journal, permit=permit), outlives=True)
-    except Interrupted:
-        return Written(BAUD_RATE, rate, SetReply.NOTHING, verified=False, fault=WriteFault.MODULE_LOST)
-    if changed.refusals:
-        console.notify(changed.sentence)
-    return changed.written
+        result = Written(BAUD_RATE, rate, SetReply.UNNEEDED, read_back=rate, verified=True)
+    elif refusals or interrupted is not None:
+        result = not_sent(wish, WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT)
+    else:
+        permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, steady_time(), opened.number)
+        try:
+            changed = opened.run(change_baud(rate, records.journal, permit=permit), outlives=True)
+        except Interrupted as error:
+            interrupted = error
+            result = Written(BAUD_RATE, rate, SetReply.NOTHING, verified=False, fault=WriteFault.INTERRUPTED)
+        else:
+            result, refusals = changed.written, changed.refusals
+    return replace(report, results=(*report.results, result), interrupted=interrupted, refusals=refusals)
 
 
 def _tell_interrupted(heard: Sequence[Written], wishes: Sequence[SettingChange]) -> None:
-    """Nothing is read again after a signal: what was verified was verified then."""
-    written = {result.command: result for result in heard}
+    """Nothing is read again after a signal: what was verified was verified then. `wishes` in the order of writing."""
     rows: list[tuple[str, ...]] = []
-    for wish in wishes:
-        result = written.get(wish.command)
-        if result is None:
-            rows.append((wish.command.key, tr("Interrupted; may have been carried out.")))
-        elif result.verified:
-            rows.append((wish.command.key, tr(WriteFault.VERIFIED_THEN.value)))
-        else:
-            rows.append((wish.command.key, tr((result.fault or WriteFault.ACKNOWLEDGED_THEN).value)))
+    for result in heard:
+        fault = result.fault or (WriteFault.VERIFIED_THEN if result.verified else WriteFault.ACKNOWLEDGED_THEN)
+        rows.append((result.command.key, tr(fault.value)))
+    said = tr("Interrupted; may have been carried out.")
+    for wish in wishes[len(heard) :]:
+        rows.append((wish.command.key, said))
+        said = tr("not sent: {why}", why=tr("interrupted"))
     for line in console.columns(rows):
         console.notify(line)
 

@@ -23,14 +23,13 @@ from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
 from app.modules.labels import PAPERS
-from app.simulator.memory import invent_records
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from protocol.events import Unanswered
 from tests.app.cli.reference.test_schemas import faults
-from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence
+from tests.support.cli_line import Printed, Program, is_one_sentence
 from tests.support.setup_files import generator
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -183,61 +182,9 @@ def test_a_reader_that_ended_takes_no_answer_for_yes(
 # What ends in the middle
 
 
-@pytest.mark.parametrize(("is_unplugged", "error", "said"), [(False, "no reply", ""), (True, "port lost", "unplugged")])
-def test_what_ends_in_the_middle_keeps_what_was_read(
-    port: str, no_waiting: None, is_unplugged: bool, error: str, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench = bench_of(port)
-    with falls_after(bench, 6, bench.unplug if is_unplugged else lambda: bench.change(mute=True)):
-        assert program.main(["read", "--port", port, "--json"]) == 4
-    printed = Printed(capsys)
-    shown = json.loads(printed.out)
-    assert (shown["status"]["tilt_deg"], shown["status"]["acceleration_g"]) == (0, 1.0)
-    assert (shown["boot_count"], shown["errors"]["boot_count"]) == (None, error)
-    assert said in printed.err
-    assert is_one_sentence(printed.err)
-
-
-@pytest.mark.parametrize("words", [[], ["--json"]])
-def test_what_ends_before_anything_was_read_is_no_link(
-    port: str, no_waiting: None, words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench = bench_of(port)
-    with falls_after(bench, 2, bench.unplug):
-        assert program.main(["read", "--port", port, *words]) == 3
-    printed = Printed(capsys)
-    assert "unplugged" in printed.err
-    assert bool(printed.out) is bool(words)
-
-
 @pytest.mark.parametrize(("attempts", "text"), [(1, "no reply"), (2, "no reply within 0.4 s, asked 2 times")])
 def test_errors_say_how_often_it_was_asked(attempts: int, text: str) -> None:
     assert unanswered_reason(Unanswered(STATUS.query(), attempts, 0.4, 0.0)).in_english() == text
-
-
-def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    bench = bench_of(port)
-    with falls_after(bench, 6, bench.restart):
-        assert program.main(["read", "--port", port, "--json"]) == 0
-    shown = json.loads(Printed(capsys).out)
-    assert shown["boot_count"] == 38
-    assert shown["errors"] == {}
-    assert wire.count(STATUS.query().encode()) >= 2
-
-
-@pytest.mark.parametrize(("number", "is_confirmed"), [(15, False), (18, True)])
-def test_records_of_a_port_that_was_lost_are_kept(
-    number: int, is_confirmed: bool, port: str, no_waiting: None, dps_s: Program
-) -> None:
-    """At the second reading of the records, behind a heartbeat, the settings and the first; and behind it."""
-    bench = bench_of(port)
-    invent_records(bench.module.memory, 2, seed=1)
-    with falls_after(bench, number, bench.unplug):
-        printed = dps_s(["history", "--port", f"{port}?empty_slots=ones", "--json", "--module", "M-07"], 4)
-    shown = json.loads(printed.out)
-    assert [record["confirmed"] for record in shown["records"]] == [is_confirmed] * 2
-    assert (shown["empty_slots"], shown["answered"], shown["complete"]) == (7, True, False)
-    assert "unplugged" in printed.err
 
 
 def test_records_that_never_agree_are_said_to_be_uncertain(

@@ -1,6 +1,5 @@
 """`dps-s provision`: a batch of modules, one after the other at one port."""
 
-import csv
 import json
 import signal
 from collections.abc import Callable, Iterable
@@ -26,7 +25,7 @@ from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
 from tests.support.line.odd_module import forget_settings
-from tests.support.records.stored import checks_of, evidence_of, modules_in, open_store, register
+from tests.support.records.stored import checks_of, modules_in, open_store, register
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "qapp")  # it prints
@@ -101,7 +100,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     batch: Batch, tmp_path: Path, port: str, wire: list[bytes]
 ) -> None:
     bench_of(port).module.memory.boot_count = 4
-    files = ("--list", str(tmp_path / "list.pdf"), "--labels", str(tmp_path / "labels.pdf"), "--who", "Li Wei")
+    files = ("--labels", str(tmp_path / "labels.pdf"), "--who", "Li Wei")
     again = lambda bench: bench.restart()  # noqa: E731  the same module, plugged in once more
     dark = lambda bench: bench.set_bay(is_open=True)  # noqa: E731
     lines = batch(
@@ -118,14 +117,9 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         ["attitude_threshold", "freefall_time", "freefall_trigger", "attitude_trigger"] * 3,
     )
     assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts(None)) == (["READY"], ["READY"], ["NO-GO"])
-    rows = list(csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines()))
-    assert [(row["name"], row["result"], row["boot_count"]) for row in rows] == [
-        ("M-001", "ready", "4"), ("M-002", "ready", "7"), ("", "set aside", "5"), ("", "set aside", "3"),
-        ("", "set aside", "2"),
-    ]  # fmt: skip
-    assert all((tmp_path / name).read_bytes().startswith(b"%PDF-") for name in ("list.pdf", "labels.pdf"))
+    assert (tmp_path / "labels.pdf").read_bytes().startswith(b"%PDF-")
     with closing(open_store()) as store:
-        assert evidence_of(store, "M-002").is_complete
+        assert {known.name: known.boot_count for known in modules_in(store)} == {"M-001": 4, "M-002": 7}
         kept = store.read(lambda facts: facts.of_kind(PreflightCheck))
     named = [check.content.document for check in kept if check.row.module is not None]
     assert all(len(json.loads(document)["record"]["frames"]) > 60 for document in named)
@@ -196,16 +190,6 @@ def test_what_is_being_kept_when_it_is_interrupted_is_in_the_list(
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
 
 
-def test_where_nobody_reads_any_more_the_list_is_written(batch: Batch, tmp_path: Path) -> None:
-    def ended() -> None:
-        raise BrokenPipeError
-
-    files = ("--list", str(tmp_path / "list.pdf"))
-    batch(*ALLOWED, *files, at="M-001: READY", act=ended, code=4)
-    rows = csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines())
-    assert [(row["name"], row["result"]) for row in rows] == [("M-001", "ready"), ("M-002", "open")]
-
-
 def test_a_module_that_was_on_already_is_taken_however_soon_it_is_plugged_in(batch: Batch) -> None:
     """It does not restart, and the silence is too short for one that was unplugged for good."""
     plug = partial(exchange, boot_count=2, attitude_threshold=60, freefall_time=160)
@@ -219,7 +203,7 @@ def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
         signal.raise_signal(signal.SIGINT)
         return True
 
-    monkeypatch.setattr(provision, "_write_files", interrupted)
+    monkeypatch.setattr(provision, "_write_labels", interrupted)
     assert batch(*ALLOWED, plugs=[new(2)])[-1].startswith("M-002  READY")
 
 
@@ -274,7 +258,7 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
         (ALLOWED, SETTINGS + "baud_rate = 9600\n", 2),
         (ALLOWED, SETTINGS + "[tests]\ntilt = 180\n", 2),
         (ALLOWED, SETTINGS + "[[manual]]\ntext = 'Bridle free'\nrequired = true\n", 2),
-        ((*ALLOWED, "--list", "missing/list.pdf"), SETTINGS, 2),
+        ((*ALLOWED, "--labels", "missing/labels.pdf"), SETTINGS, 2),
         ((*ALLOWED, "--names", "M-001..M-1\x1b[2J"), SETTINGS, 2),
     ],
 )
@@ -296,23 +280,6 @@ def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFi
     with closing(open_store()) as store:
         register(store, "M-001")
     assert batch(*ALLOWED, "--names", "M-001", code=1)[-1].split() == ["M-001", "open"]
-    assert wire == []
-
-
-@pytest.mark.parametrize("labels", ["list.pdf", "there/../list.pdf", "LIST.pdf", "link.pdf"])
-def test_list_and_labels_are_two_files(batch: Batch, tmp_path: Path, wire: list[bytes], labels: str) -> None:
-    (tmp_path / "there").mkdir()
-    (tmp_path / "link.pdf").symlink_to(tmp_path / "list.pdf")
-    batch(*ALLOWED, "--list", str(tmp_path / "list.pdf"), "--labels", str(tmp_path / labels), code=2)
-    assert wire == []
-
-
-def test_a_file_that_is_no_list_is_not_replaced(batch: Batch, tmp_path: Path, wire: list[bytes]) -> None:
-    for name in ("list.pdf", "list.csv"):
-        (tmp_path / name).write_text("mine", encoding="utf-8")
-        batch(*ALLOWED, "--list", str(tmp_path / "list.pdf"), code=2)
-        assert (tmp_path / name).read_text(encoding="utf-8") == "mine"
-        (tmp_path / name).unlink()
     assert wire == []
 
 

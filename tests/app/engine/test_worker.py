@@ -1,4 +1,4 @@
-"""The worker on real ports: its thread, when it hands a batch over, and what becomes of them when the port goes
+"""The worker on real ports: its thread, when it hands a batch over, and what becomes of the jobs when the port goes
 away.
 """
 
@@ -9,18 +9,19 @@ from itertools import pairwise
 import pytest
 
 from app.engine import worker as worker_module
-from app.engine.procedure import PortLost
-from app.engine.transport import PortTrouble
-from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
-from app.procedures.handshake import handshake
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Ask, Pause, Procedure
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import OWED_FOR_S, PUBLISH_EVERY_S, Batch, Job, PortState, Worker
+from app.procedures.find import await_module
 from app.procedures.history import read_history
+from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
-from protocol.catalogue import SERIAL_OUTPUT
-from protocol.events import Answered, Received
-from protocol.link_states import Presence
+from app.system.clock import steady_time
+from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
+from protocol.events import Answered, Began, Ended, EndReason, Received, Role
 from protocol.messages import Status
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, SimulatedLine
@@ -45,8 +46,17 @@ def samples_in(batches: Batches) -> int:
 
 
 def status_frames_in(batches: Batches) -> int:
-    events = (event for batch in batches.all for event in batch.events)
-    return sum(isinstance(event, Received) and isinstance(event.message, Status) for event in events)
+    """Of a conversation, and not the late ones."""
+    count, is_going = 0, False
+    for event in (event for batch in batches.all for event in batch.events):
+        match event:
+            case Began():
+                is_going = True
+            case Ended():
+                is_going = False
+            case Received(message=Status(), role=role) if role is not Role.LATE:
+                count += is_going
+    return count
 
 
 def has_trouble(batch: Batch) -> bool:
@@ -55,7 +65,7 @@ def has_trouble(batch: Batch) -> bool:
 
 def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
-    job = worker.submit(Job(handshake()))
+    job = worker.submit(Job(await_module()))
     assert job.wait(PATIENCE_S)
     assert job.outcome() is None
     batches.until(lambda batch: job in batch.finished)
@@ -75,10 +85,11 @@ def test_who_waits_for_a_job_goes_on_once_what_it_read_is_handed_over(sim: str) 
 
 
 def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
-    job = worker.submit(Job(handshake()))
+    job = worker.submit(Job(await_module()))
     assert job.wait(PATIENCE_S)
-    with pytest.raises(PortLost):
+    with pytest.raises(Interrupted) as interrupted:
         job.outcome()
+    assert interrupted.value.reason is EndReason.CLOSED
 
 
 def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batches: Batches) -> None:
@@ -86,9 +97,10 @@ def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batche
     trouble = batches.until(has_trouble).connection.trouble
     assert trouble is not None
     assert trouble.trouble is PortTrouble.MISSING
-    job = worker.submit(Job(handshake()))
+    job = worker.submit(Job(await_module()))
     assert job.wait(PATIENCE_S)
-    assert job.run.error is trouble
+    with pytest.raises(PortError):
+        job.outcome()
 
 
 def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches: Batches, sim: str) -> None:
@@ -98,13 +110,13 @@ def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches:
     batches.until(has_trouble)
     bench.module("worker-test").plug()
     worker.open(sim, 115200)
-    assert worker.submit(Job(handshake())).wait(PATIENCE_S)
+    assert worker.submit(Job(await_module())).wait(PATIENCE_S)
 
 
 def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, batches: Batches, sim: str) -> None:
     """And the stream that was switched on there is switched off there."""
     worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
-    batches.until(lambda batch: batch.device.is_streaming)
+    batches.until(lambda batch: batch.conversation.is_streaming)
     job = worker.submit(Job(watch(StreamSwitch())))
     worker.open("/dev/there-is-no-such-port", 115200)
     batches.until(has_trouble)
@@ -157,10 +169,10 @@ def test_stop_is_idempotent_and_needs_no_start(batches: Batches) -> None:
 
 
 def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:
-    """1,440 status frames a second over a real pseudo-terminal: every one reaches the device, none is rejected."""
+    """1,440 status frames a second over a real pseudo-terminal: every one reaches the owner, none is rejected."""
     with run_module("--rate", "1440", "--uptime", "60") as module:
         worker.open(module.port, 115200, lambda: watch(StreamSwitch(), read_all=False))
-        batches.until(lambda batch: batch.device.is_streaming)
+        batches.until(lambda batch: batch.conversation.is_streaming)
         seen = samples_in(batches)
         batches.until(lambda _: samples_in(batches) > seen + 3000)
         worker.close()
@@ -186,21 +198,23 @@ class _TurnedWorker(Worker):
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.clock = FakeClock()
         self.batches: list[Batch] = []
-        super().__init__(self.batches.append, clock=self.clock, with_sleep=None)
+        super().__init__(self.batches.append, clock=self.clock)
         options = {"uptime": 60, "noise": 0, "active": "yes", "rate": _STREAM_HZ}
         self.line = _Line(self.clock, options)
         monkeypatch.setattr(worker_module, "open_line", lambda _port, _baud_rate: self.line)
         switch = StreamSwitch()
         self.open("sim", 115200, lambda: watch(switch))
         self.turn_for(6.0)
-        assert self.batches[-1].device.is_streaming
+        assert self.batches[-1].conversation.is_streaming
         self.batches.clear()
 
     def turn_for(self, seconds: float) -> None:
         end_s = self.clock.now_s + seconds
         while self.clock.now_s < end_s:
-            self._turn()
-            self._publish()
+            if self._session is None and self._orders.empty():
+                self.clock.now_s = end_s  # nothing to do but to wait for orders
+            else:
+                self._turn()
 
 
 def test_reports_that_say_the_same_come_ten_times_a_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -271,14 +285,14 @@ def test_a_reading_that_differs_is_handed_over_at_once_and_one_that_does_not_wit
     worker.line.bench.set_cell(3.5)
     worker.turn_for(2.0)
     (batch,) = worker.batches
-    assert batch.device.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)
-    assert batch.device.values["cell_voltage_v"].at == batch.at
+    assert batch.conversation.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)
+    assert batch.conversation.values["cell_voltage_v"].at == batch.at
 
 
 def test_the_end_of_a_job_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.publish_every_s = 100.0
-    job = worker.submit(Job(read_settings()))
+    job = worker.submit(Job(read_everything()))
     worker.turn_for(5.0)
     (batch,) = [batch for batch in worker.batches if batch.finished]
     assert list(batch.finished) == [job]
@@ -313,6 +327,153 @@ def test_closing_switches_the_stream_off_within_its_limit(
 def test_a_lost_module_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.line.bench.power_off()
-    worker.turn_for(20.0)
-    batch = next(batch for batch in worker.batches if batch.device.presence is Presence.OFFLINE)
-    assert batch.device.presence_since == batch.at
+    worker.turn_for(2.0)
+    ended = next(batch for batch in worker.batches if batch.conversation.ended is not None)
+    assert ended.conversation.ended is not None
+    assert ended.conversation.ended.reason is EndReason.SILENT
+    assert ended.conversation.ended.at == ended.at
+    assert worker.batches[-1].conversation.number == 1, "the last one stays in sight until another begins"
+
+
+# One conversation after another
+
+
+@pytest.mark.promise("f")
+def test_no_batch_mixes_two_conversations(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    for _ in range(3):
+        worker.treat_as_another()
+        worker.turn_for(1.0)
+    began_at: dict[int, float] = {}
+    for batch in worker.batches:
+        talk = batch.conversation
+        began_at.setdefault(talk.number, talk.began_at)
+        for sample in batch.samples:
+            assert sample.at >= talk.began_at
+            assert talk.ended is None or sample.at <= talk.ended.at
+        ends = [event for event in batch.events if isinstance(event, Began | Ended)]
+        assert len(ends) <= 1
+    assert list(began_at) == [1, 2, 3, 4]
+
+
+def test_every_event_and_every_report_is_in_one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.turn_for(3.0)
+    worker.treat_as_another()
+    worker.turn_for(3.0)
+    events = [event for batch in worker.batches for event in batch.events]
+    assert [type(event) for event in events if isinstance(event, Began | Ended)] == [Ended, Began]
+    samples = [sample for batch in worker.batches for sample in batch.samples]
+    assert len({sample.at for sample in samples}) == len(samples) > 5.5 * _STREAM_HZ
+
+
+def test_numbers_count_on_when_the_port_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.open("sim", 115200)
+    worker.turn_for(0.5)
+    closed = next(batch for batch in worker.batches if batch.connection.state is PortState.CLOSED)
+    assert closed.conversation.ended is not None
+    assert closed.conversation.ended.reason is EndReason.CLOSED
+    assert worker.batches[-1].conversation.number == 2
+    assert worker.batches[-1].connection.opening == 2
+
+
+# LOCK that is owed
+
+
+def activating() -> Procedure[None]:
+    yield Ask(ACTIVATION.set(True), is_deliberate=True)
+    yield Pause(10.0)
+
+
+class _OwingWorker(_TurnedWorker):
+    """With a conversation in which an activation was interrupted."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, is_lost: bool = True) -> None:
+        super().__init__(monkeypatch)
+        self._make_lock = lambda: Job(lock(), outlives=True)
+        self.submit(Job(activating()))
+        self.turn_for(0.5)
+        assert self.line.bench.state().is_active
+        if is_lost:
+            self.line.bench.unplug()
+            self.turn_for(0.2)
+            self.line.bench.plug()
+
+    def reopen(self, adapter: str = "", after_s: float = 1.0) -> list[Batch]:
+        self.clock.now_s += after_s
+        self.line.sent.clear()
+        self.batches.clear()
+        self.open("sim", 115200, adapter=adapter)
+        self.turn_for(2.0)
+        return self.batches
+
+
+@pytest.mark.promise("j")
+def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _OwingWorker(monkeypatch)
+    owed = worker.batches[-1].owed_lock
+    assert owed is not None
+    assert owed.port == "sim"
+    batches = worker.reopen()
+    sent = [request for request in worker.line.requests if request.is_set or not request.is_repeatable]
+    assert sent[0] == LOCK
+    assert not worker.line.bench.state().is_active
+    (locked,) = [job for batch in batches for job in batch.finished]
+    assert locked.outcome().is_locked
+    assert batches[-1].owed_lock is None
+
+
+@pytest.mark.promise("j")
+def test_it_is_sent_also_where_only_the_conversation_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _OwingWorker(monkeypatch, is_lost=False)
+    worker.treat_as_another()
+    worker.turn_for(1.0)
+    assert not worker.line.bench.state().is_active
+
+
+@pytest.mark.parametrize(("adapter", "after_s"), [("another", 1.0), ("", OWED_FOR_S)])
+@pytest.mark.promise("f")
+def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
+    adapter: str, after_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker = _OwingWorker(monkeypatch)
+    batches = worker.reopen(adapter, after_s)
+    assert LOCK not in worker.line.requests
+    owed = batches[-1].owed_lock
+    assert owed is not None, "it stands beside LOCK"
+    assert owed.is_due(batches[-1].at) is (after_s < OWED_FOR_S)
+    worker.submit(Job(lock(), outlives=True), is_urgent=True)
+    worker.turn_for(0.5)
+    assert worker.batches[-1].owed_lock is None
+
+
+@pytest.mark.promise("f")
+def test_who_only_reads_sends_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _OwingWorker(monkeypatch)
+    worker._make_lock = None
+    worker.reopen()
+    assert LOCK not in worker.line.requests
+    assert worker.line.bench.state().is_active
+
+
+@pytest.mark.promise("j")
+def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker._make_lock = lambda: Job(lock(), outlives=True)
+    worker.line.bench.module.state.is_active = True
+    worker.line.bench.unplug()
+    worker.turn_for(0.2)
+    pressed = worker.submit(Job(lock(), outlives=True), is_urgent=True)
+    worker.turn_for(0.1)
+    assert pressed.is_done
+    assert worker.batches[-1].owed_lock is not None
+    worker.line.bench.plug()
+    worker.open("sim", 115200)
+    worker.turn_for(1.0)
+    assert not worker.line.bench.state().is_active
+
+
+def test_the_clock_counts_while_the_computer_sleeps() -> None:
+    assert Worker(lambda _batch: None)._clock is steady_time
+    assert abs(steady_time() - steady_time()) < 1.0

@@ -9,7 +9,7 @@ import serial
 
 from app.engine import transport
 from app.engine.worker import Batch, Job, Worker
-from app.procedures.handshake import handshake
+from app.procedures.find import await_module
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
@@ -65,9 +65,9 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
     worker.start()
     try:
         worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
-        assert worker.submit(Job(handshake())).wait(PATIENCE_S)
+        assert worker.submit(Job(await_module())).wait(PATIENCE_S)
         reading = worker.submit(Job(read_everything()))
-        locking = worker.submit(Job(lock()), is_urgent=True)
+        locking = worker.submit(Job(lock(), outlives=True), is_urgent=True)
         leave(worker)
         assert locking.wait(PATIENCE_S)
         assert reading.wait(PATIENCE_S)

@@ -1,27 +1,28 @@
 """Acts: refused in the engine, at most one frame for one permit, logged before and after, never claimed too much."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from app.engine.procedure import Cancelled, PortLost, is_alive
-from app.engine.session import Run
-from app.procedures.act import SECOND_MODULE_S, SENTENCES, Armed, Performed, perform, rehearse
-from app.procedures.read import read_everything
-from app.procedures.stream import StreamSwitch, watch
-from app.procedures.who_is_there import who_is_there
+from app.engine.conversation import StatusSample
+from app.engine.procedure import TOO_SLOW
+from app.engine.session import Session
+from app.procedures.act import SENTENCES, ZEROED_WITHIN_DEG, Armed, Performed, perform, rehearse
+from app.procedures.lock import lock
+from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.i18n import CHINESE, set_language
-from protocol.catalogue import BY_NAME, Hazard
-from protocol.events import Received
+from protocol.catalogue import BY_NAME, STATUS, Hazard
+from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
-from tests.support.line.odd_module import restart_silently
-from tests.support.line.sim_line import Rig
+from tests.support.line.module_line import ModuleRig
+from tests.support.line.sim_line import Rig, settled_rig, watched_rig
 from tests.support.thorough import some
 
 READY: dict[Act, dict[str, Any]] = {
@@ -32,78 +33,28 @@ READY: dict[Act, dict[str, Any]] = {
     Act.DEPLOY: {"active": True},
 }
 """A module in the state in which the act is allowed."""
+Change = Callable[[Rig], object]
 
 
-def opened(options: dict[str, Any] | None = None) -> Rig:
-    """Return a rig on a port that has been open for so long that a second module would have shown."""
-    rig = Rig(options)
-    rig.run(is_alive())
-    rig.step_for(SECOND_MODULE_S)
-    return rig
-
-
-def permit_for(rig: Rig, act: Act, **changes: Any) -> Permit:
-    return replace(rig.permit(act), **changes)
-
-
-def do(rig: Rig, act: Act, journal: Any = None, **more: Any) -> Performed:
-    more.setdefault("permit", permit_for(rig, act))
+def do(rig: Rig, act: Act, journal: FakeJournal | None = None, **more: Any) -> Performed:
+    more.setdefault("permit", rig.permit(act))
     return rig.run(perform(act, journal or FakeJournal(), **more))
-
-
-def acts_sent(rig: Rig) -> list[bytes]:
-    """Every host frame that is not a question."""
-    return [request.encode() for request in rig.line.requests if request.hazard is not Hazard.NONE]
-
-
-def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() -> None:
-    rig = opened({"stream_at_boot": True})
-    rig.run(read_everything())
-    restart_silently(rig.bench, rig.clock())
-    done = do(rig, Act.ACTIVATE)
-    heard = [event for event in rig.session.take_events() if isinstance(event, Received)]
-    assert any(event.frame.raw[2] == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"
-    assert rig.session.device.view(rig.clock()).restarts == 1
-    known = rig.session.device.view(rig.clock()).values.get("boot_count")
-    assert known is not None
-    assert known.value == 38
-    assert done.outcome is Outcome.CONFIRMED
-
-
-@pytest.mark.promise("h")
-def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
-    rig = opened({"active_late_ms": 500})
-    began = rig.clock()
-    done = do(rig, Act.ACTIVATE)
-    assert rig.clock() - began < 0.7, "it is asked often"
-    assert rig.bench.module.state.is_active
-    assert done.outcome is Outcome.CONFIRMED
-    assert len(acts_sent(rig)) == 1
-
-
-def test_a_module_that_acknowledges_the_activation_and_stays_locked_is_found_out() -> None:
-    rig = opened({"activates": False})
-    done = do(rig, Act.ACTIVATE)
-    assert done.outcome is Outcome.REFUSED
 
 
 @pytest.mark.parametrize("act", READY)
 def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
-    rig, journal = opened(READY[act]), FakeJournal()
+    rig, journal = settled_rig(**READY[act]), FakeJournal()
     journal.line_length = lambda: len(rig.line.sent)
-    rig.run(who_is_there())
     begun = rig.clock()
     done = do(rig, act, journal)
     assert done.outcome is Outcome.CONFIRMED
-    asks_threshold = BY_NAME["attitude_threshold"].query() in rig.line.requests
-    assert asks_threshold is (act is Act.ACTIVATE), "only an activation compares the tilt with it"
     # Before zeroing it has to lie still for two seconds; a second report of firing, and a silence, take their time.
-    assert rig.clock() - begun < {Act.ZERO: 2.4, Act.DEPLOY: 1.5, Act.SHUTDOWN: 4.0}.get(act, 0.5)
+    assert rig.clock() - begun < {Act.ZERO: 2.4, Act.DEPLOY: 0.6, Act.SHUTDOWN: 1.6}.get(act, 0.4)
     frame = REQUESTS[act].encode()
-    assert acts_sent(rig) == [frame]
+    assert rig.acts == [frame]
     assert journal.outcomes == {0: Outcome.CONFIRMED}
     assert journal.intents[0][:2] == (act, frame)
-    assert bytes(rig.line.sent).find(frame) >= journal.sent_before[0]  # the intent came first
+    assert bytes(rig.line.sent).find(frame) >= journal.sent_before[0], "the intent came first"
     module = rig.bench.module
     assert module.state.is_active is (act in (Act.ACTIVATE, Act.DEPLOY))
     assert module.is_triggered is (act is Act.DEPLOY)
@@ -112,35 +63,30 @@ def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
     assert module.memory.zero_tilt_deg == (4 if act is Act.ZERO else 0)
 
 
+PERMITS: dict[str, Callable[[Rig, Act], Permit | None]] = {
+    "no permit": lambda _rig, _act: None,
+    "old": lambda rig, act: replace(rig.permit(act), granted_at=rig.clock() - 7),
+    "spent": lambda rig, act: replace(rig.permit(act), is_spent=True),
+    "ahead": lambda rig, act: replace(rig.permit(act), granted_at=rig.clock() + 60),
+    "another act": lambda rig, _act: replace(rig.permit(Act.LOCK), origin=Origin.RITUAL),
+    "another conversation": lambda rig, act: replace(rig.permit(act), conversation=rig.conversation.number + 1),
+}
+
+
 @pytest.mark.parametrize("act", READY)
-@pytest.mark.parametrize("what", ["no permit", "old", "spent", "ahead", "other act", "armed", "log", "log fails"])
+@pytest.mark.parametrize("what", [*PERMITS, "armed", "log", "log fails"])
 @pytest.mark.promise("h")
-def test_an_open_condition_is_named_and_nothing_is_sent(act: Act, what: str) -> None:
-    rig, journal = opened(READY[act]), FakeJournal()
-    permit: Permit | None = permit_for(rig, act)
-    armed = Armed()
-    match what:
-        case "no permit":
-            permit = None
-        case "old":
-            permit = permit_for(rig, act, granted_at=rig.clock() - 6)
-        case "spent":
-            permit = permit_for(rig, act, is_spent=True)
-        case "ahead":
-            permit = permit_for(rig, act, granted_at=rig.clock() + 60)
-        case "other act":
-            permit = permit_for(rig, Act.LOCK, origin=Origin.RITUAL)
-        case "armed":
-            armed.act = Act.CHANGE_BAUD
-        case "log":
-            journal.is_ready = False
-        case _:
-            journal.is_broken = True
-    done = do(rig, act, journal, permit=permit, armed=armed)
+def test_an_open_condition_is_named_and_nothing_is_sent_nor_asked(act: Act, what: str) -> None:
+    rig, journal = settled_rig(**READY[act]), FakeJournal()
+    permit = PERMITS[what](rig, act) if what in PERMITS else rig.permit(act)
+    journal.is_ready = what != "log"
+    journal.is_broken = what == "log fails"
+    asked = len(rig.line.requests)
+    done = do(rig, act, journal, permit=permit, armed=Armed(Act.CHANGE_BAUD if what == "armed" else None))
     assert done.outcome is Outcome.NOT_SENT
     assert len(done.refusals) == 1
     assert done.sentence.startswith("Nothing was sent. ")
-    assert acts_sent(rig) == []
+    assert {request.command.name for request in rig.line.requests[asked:]} <= {"boot_count"}, "the link's own"
     assert not journal.intents
 
 
@@ -155,69 +101,228 @@ def test_an_open_condition_is_named_and_nothing_is_sent(act: Act, what: str) -> 
         (Act.SHUTDOWN, {"active": True}, Interlock.IS_LOCKED),
         (Act.DEPLOY, {}, Interlock.IS_ACTIVE),
         (Act.DEPLOY, {"active": True, "tilt": 80}, Interlock.NOT_TRIGGERED),
-        (Act.DEPLOY, {"active": True, "mute": True}, Interlock.ONLINE),
     ],
 )
 def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condition: Interlock) -> None:
-    rig = opened(options)
-    rig.step_for(0.05)
-    done = do(rig, act)
+    rig, journal = settled_rig(**options), FakeJournal()
+    done = do(rig, act, journal)
     assert condition in {refusal.condition for refusal in done.refusals}
-    assert acts_sent(rig) == []
+    assert rig.acts == []
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
 
 
 @pytest.mark.parametrize("act", [Act.DEPLOY, Act.ZERO, Act.FORBID_DEPLOY])
 @pytest.mark.promise("e")
 def test_one_permit_is_one_frame(act: Act) -> None:
     """Also where the module would be in the right state for a second one."""
-    rig = opened(READY[act])
-    permit = permit_for(rig, act)
-    runs = [Run(perform(act, FakeJournal(), permit=permit)) for _ in range(3)]
-    for run in runs:
-        rig.session.run(run)
-    rig.step_until(lambda: all(run.is_done for run in runs))
+    rig = settled_rig(**READY[act])
+    permit = rig.permit(act)
+    jobs = [rig.job(perform(act, FakeJournal(), permit=permit)) for _ in range(3)]
+    assert [rig.end(job).outcome for job in jobs] == [Outcome.CONFIRMED, *[Outcome.NOT_SENT] * 2]
     assert permit.is_spent
-    assert len(acts_sent(rig)) == 1
-    assert [run.result.outcome for run in runs if run.result] == [Outcome.CONFIRMED, *[Outcome.NOT_SENT] * 2]
+    assert len(rig.acts) == 1
 
 
 @pytest.mark.parametrize("act", READY)
 def test_a_rehearsal_shows_the_bytes_and_sends_nothing(act: Act) -> None:
-    rig, journal = opened(READY[act]), FakeJournal()
-    permit = permit_for(rig, act, is_rehearsal=True)
+    rig, journal = settled_rig(**READY[act]), FakeJournal()
+    permit = replace(rig.permit(act), is_rehearsal=True)
     done = do(rig, act, journal, permit=permit)
     assert permit.is_spent
     assert (done.outcome, done.is_rehearsal) == (Outcome.NOT_SENT, True)
     assert REQUESTS[act].encode().hex(" ").upper() in done.sentence
-    assert acts_sent(rig) == []
+    assert rig.acts == []
     assert not journal.intents
     with pytest.raises(ValueError, match="no rehearsal"):
-        rehearse(act, permit_for(rig, act))
+        rehearse(act, rig.permit(act))
+
+
+# Slow lines
+
+
+@pytest.mark.parametrize("act", [*READY, None])
+@pytest.mark.promise("h")
+def test_on_a_line_that_is_too_slow_commands_are_refused_in_one_sentence(act: Act | None) -> None:
+    """What was asked is a second old when the frame arrives. LOCK and questions work."""
+    rig = settled_rig(**READY.get(act or Act.ZERO, {}), delay_ms=400.0)
+    rig.step_for(5.0)
+    began = rig.clock()
+    if act is None:
+        changes = [SettingChange(BY_NAME["freefall_time"], 1.2)]
+        refused = rig.run(write_all(changes, WriteContext(journal=FakeJournal()))).refusals
+    else:
+        refused = do(rig, act).refusals
+        assert rig.clock() - began < 0.5, "it is said at once"
+    assert [refusal.message.text for refusal in refused] == [TOO_SLOW]
+    assert rig.acts == []
+    assert rig.run(lock(), is_urgent=True, outlives=True).is_locked
+
+
+@pytest.mark.parametrize("act", READY)
+@pytest.mark.parametrize("delay_ms", [100.0, 200.0, 270.0])
+def test_on_a_slow_line_that_is_quick_enough_acts_are_done(act: Act, delay_ms: float) -> None:
+    rig = settled_rig(**READY[act], delay_ms=delay_ms)
+    rig.step_for(5.0)
+    assert do(rig, act).outcome is Outcome.CONFIRMED
+
+
+# What the module reports afterwards
+
+
+@pytest.mark.promise("h")
+def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
+    rig = settled_rig(active_late_ms=500)
+    began = rig.clock()
+    done = do(rig, Act.ACTIVATE)
+    assert rig.clock() - began < 0.8, "it is asked often"
+    assert rig.bench.module.state.is_active
+    assert done.outcome is Outcome.CONFIRMED
+    assert len(rig.acts) == 1
+
+
+def test_a_module_that_acknowledges_the_activation_and_stays_locked_is_found_out() -> None:
+    assert do(settled_rig(activates=False), Act.ACTIVATE).outcome is Outcome.REFUSED
+
+
+def test_after_activating_30_has_to_agree_too() -> None:
+    rig = ModuleRig().begin()
+
+    def lie(question: Any) -> None:
+        if question.is_set:
+            rig.module.options.instead.update({0x30: "01 00"})
+
+    rig.module.at_frame = lie
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
+    assert rig.module.settings[0x10] == 1
+    assert done.outcome is Outcome.UNKNOWN
+
+
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.DEPLOY])
+def test_an_act_whose_answer_was_lost_is_confirmed_by_the_report(act: Act) -> None:
+    rig = settled_rig(**READY[act])
+    at_each_frame(rig.bench, lambda request: rig.bench.change(drop=float(request == REQUESTS[act])))
+    done = do(rig, act)
+    assert done.outcome is Outcome.CONFIRMED
+    assert len(rig.acts) == 1
 
 
 def test_an_unanswered_deploy_is_to_be_treated_as_fired() -> None:
-    rig, journal = opened({"active": True, "mute_codes": frozenset((0x11,))}), FakeJournal()
+    rig, journal = settled_rig(active=True, mute_codes=frozenset((0x11,))), FakeJournal()
     done = do(rig, Act.DEPLOY, journal)
     assert (done.outcome, journal.outcomes) == (Outcome.UNKNOWN, {0: Outcome.UNKNOWN})
     assert done.sentence == "Sent, not confirmed: treat it as fired."
-    assert len(acts_sent(rig)) == 1
+    assert len(rig.acts) == 1
 
 
-def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
-    rig = opened({"active": True})
-    at_each_frame(rig.bench, lambda request: rig.bench.change(drop=float(request == REQUESTS[Act.DEPLOY])))
-    done = do(rig, Act.DEPLOY)
-    assert done.outcome is Outcome.CONFIRMED
+@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
+@pytest.mark.promise("f")
+def test_not_fired_needs_every_witness(mute: str) -> None:
+    rig = settled_rig(active=True, mute_codes=mute, double_codes="32", double_ms="25")
+    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+    assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
 
 
-@pytest.mark.promise("c")
-def test_the_port_is_lost_after_the_frame_left() -> None:
-    rig, journal = opened({"active": True}), FakeJournal()
-    run = rig.started(perform(Act.DEPLOY, journal, permit=permit_for(rig, Act.DEPLOY)))
-    rig.step_until(lambda: acts_sent(rig))
-    rig.session.close(why=PortLost())
-    assert rig.end(run).outcome is Outcome.UNKNOWN
-    assert journal.outcomes == {0: Outcome.UNKNOWN}
+def test_a_module_that_did_not_fire_is_believed_when_every_witness_says_so() -> None:
+    rig = settled_rig(active=True)
+    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+    assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED
+
+
+def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
+    done = do(settled_rig(shuts_down=False), Act.SHUTDOWN)
+    assert done.outcome is Outcome.REFUSED
+    assert done.sentence == "The module still answers: not switched off."
+
+
+def test_a_report_from_before_the_act_is_not_taken_for_one_from_after_it() -> None:
+    rig = settled_rig(mute_codes=frozenset((0x11,)))
+    do(rig, Act.FORBID_DEPLOY)
+    after = rig.line.requests[rig.line.requests.index(REQUESTS[Act.FORBID_DEPLOY]) + 1 :]
+    assert after.index(STATUS.query()) > 0, "another question is answered first"
+
+
+@pytest.mark.parametrize(
+    ("tilt_deg", "sentence"),
+    [
+        (0, "Acknowledged. Tilt now 0°."),
+        (1, "Acknowledged. Tilt now 1°."),
+        (2, "Acknowledged. Tilt now 2°, not 0°: check the mounting."),
+        (None, "Acknowledged. Could not read the tilt: check it."),
+    ],
+)
+def test_after_zeroing_the_tilt_is_said(tilt_deg: int | None, sentence: str) -> None:
+    assert ZEROED_WITHIN_DEG == 1
+    status = None if tilt_deg is None else StatusSample(0.0, tilt_deg, 1.0, triggered=False, active=False)
+    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=status)
+    assert done.sentence == sentence
+    assert done.is_level is (tilt_deg in (0, 1))
+
+
+def test_every_outcome_has_its_sentence() -> None:
+    said = {(act, outcome) for act in REQUESTS if act is not Act.LOCK for outcome in Outcome}
+    assert set(SENTENCES) == {one for one in said if one[1] is not Outcome.NOT_SENT}
+
+
+# The disk
+
+
+@pytest.mark.parametrize("act", READY)
+def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
+    """The intent is not on disk yet: the module is heard, its answers come, and nothing dangerous leaves."""
+    rig, journal = watched_rig(**READY[act]), FakeJournal()
+    journal.is_held = True
+    job = rig.job(perform(act, journal, permit=rig.permit(act)))
+    rig.step_until(lambda: journal.intents)
+    heard = rig.session.link_view().counters.bytes_received
+    rig.step_for(0.7)
+    assert rig.session.link_view().counters.bytes_received > heard + 40
+    assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
+    journal.flush()
+    assert rig.end(job).outcome is Outcome.CONFIRMED
+
+
+@pytest.mark.promise("h")
+def test_who_is_there_is_asked_after_the_wait_for_the_disk() -> None:
+    """Somebody else activated it meanwhile."""
+    rig, journal = settled_rig(), FakeJournal()
+    journal.is_held = True
+    job = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
+    rig.step_until(lambda: journal.intents)
+    rig.bench.module.activate(is_active=True)
+    rig.step_for(0.8)
+    journal.flush()
+    assert Interlock.IS_LOCKED in {refusal.condition for refusal in rig.end(job).refusals}
+    assert rig.acts == []
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+
+
+@pytest.mark.promise("h")
+def test_an_intent_that_is_never_durable_is_given_up() -> None:
+    rig, journal = settled_rig(active=True), FakeJournal()
+    journal.is_held = True
+    begun = rig.clock()
+    done = do(rig, Act.DEPLOY, journal)
+    assert rig.clock() - begun == pytest.approx(1.0, abs=0.3)
+    assert [refusal.condition for refusal in done.refusals] == [Interlock.INTENT_DURABLE]
+    assert "too slow" in done.sentence
+    set_language(CHINESE)
+    assert done.sentence.endswith("磁盘写入过慢。")
+    assert rig.acts == []
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+
+
+def test_what_is_cancelled_while_the_disk_works_was_not_sent() -> None:
+    rig, journal = settled_rig(), FakeJournal()
+    journal.is_held = True
+    job = rig.job(perform(Act.ZERO, journal, permit=rig.permit(Act.ZERO)))
+    rig.step_until(lambda: journal.intents)
+    job.cancel()
+    assert rig.end(job).outcome is Outcome.NOT_SENT
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+    assert rig.acts == []
+
+
+# Bad lines
 
 
 FAULTS: tuple[dict[str, Any], ...] = (
@@ -234,12 +339,11 @@ FAULTS: tuple[dict[str, Any], ...] = (
 def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: dict[str, Any]) -> None:
     outcomes = set()
     for seed in some(range(25), one_in=3):
-        rig, journal = opened({**READY[act], **faults, "seed": seed * 31 + 7}), FakeJournal()
-        done = do(rig, act, journal, permit=permit_for(rig, act))
+        rig, journal = Rig({"uptime": 60, **READY[act], **faults, "seed": seed * 31 + 7}).begin(), FakeJournal()
+        done = do(rig, act, journal)
         outcomes.add(done.outcome)
-        sent = acts_sent(rig)
-        assert sent == ([] if done.outcome is Outcome.NOT_SENT else [REQUESTS[act].encode()])
-        assert len(journal.intents) >= len(sent)
+        assert rig.acts == ([] if done.outcome is Outcome.NOT_SENT else [REQUESTS[act].encode()])
+        assert len(journal.intents) >= len(rig.acts)
         assert all(outcome is done.outcome for outcome in journal.outcomes.values())
         module = rig.bench.module
         is_true = {
@@ -257,98 +361,37 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
     assert (Outcome.NOT_SENT if "double" in faults else Outcome.CONFIRMED) in outcomes
 
 
-def test_every_outcome_has_its_sentence() -> None:
-    said = {(act, outcome) for act in REQUESTS if act is not Act.LOCK for outcome in Outcome}
-    said = {one for one in said if one[1] is not Outcome.NOT_SENT}
-    assert set(SENTENCES) == said
+# Two modules on one line
 
 
-@pytest.mark.parametrize("act", READY)
-def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
-    """The intent is not on disk yet: the module is heard, its answers come, and nothing dangerous leaves."""
-    rig, journal = opened(READY[act]), FakeJournal()
-    journal.is_held = True
-    permit = permit_for(rig, act)
-    run = rig.started(perform(act, journal, permit=permit))
-    rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
-    rig.step_until(lambda: journal.intents)
-    heard = rig.session.link_view().counters.bytes_received
-    rig.step_for(0.8)
-    assert rig.session.link_view().counters.bytes_received > heard + 40
-    assert not acts_sent(rig)
-    journal.flush()
-    ended = rig.end(run)
-    assert ended.outcome is Outcome.CONFIRMED
-    assert acts_sent(rig) == [REQUESTS[act].encode()]
-
-
+@pytest.mark.parametrize("delay_s", [0.0, 0.002, 0.02, 0.1])
+@pytest.mark.parametrize("difference", [{"boots": 12}, {"threshold": 85}, {"tilt": 80}], ids=str)
 @pytest.mark.promise("h")
-def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
-    """Somebody else activated it meanwhile."""
-    rig, journal = opened(), FakeJournal()
-    journal.is_held = True
-    run = rig.started(perform(Act.ACTIVATE, journal, permit=permit_for(rig, Act.ACTIVATE)))
-    rig.step_until(lambda: journal.intents)
-    rig.bench.module.activate(is_active=True)
-    rig.step_for(0.8)
-    journal.flush()
-    ended = rig.end(run)
-    assert Interlock.IS_LOCKED in {refusal.condition for refusal in ended.refusals}
-    assert Interlock.FRESH_STATUS not in {refusal.condition for refusal in ended.refusals}, "it was asked"
-    assert acts_sent(rig) == []
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
+def test_of_two_modules_on_a_line_that_differ_none_is_made_active(difference: dict[str, int], delay_s: float) -> None:
+    """A person who confirms again after each refusal, four times."""
+    for is_second_first in (False, True):
+        rig = ModuleRig(Options(delay_s=0.001), Options(delay_s=0.001 + delay_s))
+        second = rig.modules[1]
+        second.readings.boots = difference.get("boots", 1)
+        second.readings.tilt_deg = difference.get("tilt", 2)
+        second.settings[0x20] = difference.get("threshold", 60)
+        if is_second_first:
+            rig.line.modules = tuple(reversed(rig.modules))
+        for _ in range(4):
+            rig.step_for(1.0)
+            rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE), armed=None), outlives=True)
+        assert [module.settings[0x10] for module in rig.modules] == [0, 0]
 
 
-@pytest.mark.promise("h")
-def test_an_intent_that_is_never_durable_is_given_up() -> None:
-    rig, journal = opened({"active": True}), FakeJournal()
-    journal.is_held = True
-    begun = rig.clock()
-    done = do(rig, Act.DEPLOY, journal)
-    assert rig.clock() - begun == pytest.approx(1.0, abs=0.3)
-    assert [refusal.condition for refusal in done.refusals] == [Interlock.INTENT_DURABLE]
-    assert "too slow" in done.sentence
-    set_language(CHINESE)
-    assert done.sentence.endswith("磁盘写入过慢。")
-    assert acts_sent(rig) == []
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
+def test_a_session_refuses_what_is_dangerous_without_an_explicit_act() -> None:
+    from app.engine.procedure import Ask, Procedure
+    from protocol.link import LinkMisused
 
+    def act_by_mistake() -> Procedure[None]:
+        yield Ask(REQUESTS[Act.ACTIVATE])
 
-@pytest.mark.parametrize("why", ["cancelled", "port lost"])
-def test_what_is_broken_off_while_the_disk_works_is_written_down_as_not_sent(why: str) -> None:
-    rig, journal = opened(), FakeJournal()
-    journal.is_held = True
-    run = rig.started(perform(Act.ZERO, journal, permit=permit_for(rig, Act.ZERO)))
-    rig.step_until(lambda: journal.intents)
-    if why == "cancelled":
-        run.cancel()
-        rig.step_for(0.1)
-    else:
-        rig.session.close(why=PortLost())
-    assert isinstance(run.error, Cancelled if why == "cancelled" else PortLost)
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
-    assert acts_sent(rig) == []
-
-
-def test_a_doubled_heartbeat_is_no_sign_of_life_after_a_shutdown() -> None:
-    for seed in range(20):
-        rig = opened({"double_codes": "01", "double_ms": "120", "seed": seed})
-        assert do(rig, Act.SHUTDOWN).outcome is Outcome.CONFIRMED
-        assert not rig.bench.module.is_on
-
-
-@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
-@pytest.mark.promise("f")
-def test_not_fired_needs_every_witness(mute: str) -> None:
-    rig = opened({"active": True, "mute_codes": mute, "double_codes": "32", "double_ms": "25"})
-    rig.bench.module.state.is_forbidden = True
-    fire = rig.bench.module.fire
-    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
-    assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
-    rig.bench.module.fire = fire  # type: ignore[method-assign]
-
-
-def test_a_module_that_did_not_fire_is_believed_when_every_witness_says_so() -> None:
-    rig = opened({"active": True})
-    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
-    assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED
+    rig = settled_rig()
+    assert isinstance(rig.session, Session)
+    with pytest.raises(LinkMisused):
+        rig.run(act_by_mistake())
+    assert rig.acts == []

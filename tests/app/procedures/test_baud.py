@@ -5,19 +5,19 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import PortLost
+from app.engine.conversation import Interrupted
 from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from protocol.catalogue import BAUD_RATES, HEARTBEAT
-from protocol.events import Answered
+from protocol.catalogue import BAUD_RATES
+from protocol.events import EndReason
 from protocol.fields import ValueRefused
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.odd_module import end_faults
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
 
 
@@ -26,21 +26,16 @@ def rates(journal: FakeJournal) -> list[tuple[int, int]]:
 
 
 def change(rig: Rig, rate: int, journal: FakeJournal | None = None) -> BaudChanged:
-    return rig.run(change_baud(rate, journal or FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD)))
+    procedure = change_baud(rate, journal or FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD))
+    return rig.run(procedure, outlives=True)
+
+
+def find(rig: Rig, new_rate: int, old_rate: int) -> int | None:
+    return rig.run(look_for(new_rate, old_rate), outlives=True)
 
 
 def sets(rig: Rig) -> int:
     return sum(request.command.code == 0x24 for request in rig.line.requests)
-
-
-def answers(rig: Rig) -> bool:
-    """Whether the module answers on the port as it is now."""
-    from app.engine.procedure import Ask
-
-    def ask() -> Any:
-        return (yield Ask(HEARTBEAT.query()))
-
-    return isinstance(rig.run(ask()), Answered)
 
 
 @pytest.mark.parametrize(
@@ -55,44 +50,40 @@ def answers(rig: Rig) -> bool:
     ],
 )
 def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd, heard: SetReply) -> None:
-    rig, journal = Rig({"baud_ack": how, "ack": ack}), FakeJournal()
+    rig, journal = settled_rig(baud_ack=how, ack=ack), FakeJournal()
     journal.line_length = lambda: len(rig.line.sent)
     changed = change(rig, 9600, journal)
     assert (changed.end, changed.heard) == (end, heard)
     assert changed.found_rate == rig.line.baud_rate == rig.bench.module.baud_rate
     assert sets(rig) == 1
-    assert answers(rig)
+    assert rig.conversation.is_going
+    assert changed.written.verified is (end is BaudEnd.CHANGED)
     assert rates(journal) == [(115200, 9600)]
     assert journal.results == {0: {"end": end.value, "found": rig.line.baud_rate}}
     assert journal.sent_before[0] < len(rig.line.sent)
 
 
 def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
-    rig = Rig({"baud_ack": "restart"})
+    rig = settled_rig(baud_ack="restart")
     assert change(rig, 9600).end is BaudEnd.AT_RESTART
     rig.bench.restart()
     rig.step_for(0.5)
-    assert rig.run(look_for(9600, 115200)) == 9600
+    assert find(rig, 9600, 115200) == 9600
 
 
 def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
     """A serial server passes whole bytes on, however late; found by the stateful test."""
-    rig = Rig({"baud": 57600, "delay_ms": 1200.0})
+    rig = Rig({"baud": 57600, "delay_ms": 700.0})
     at_each_frame(rig.bench, lambda _request: rig.bench.change(drop=1.0 if len(rig.line.requests) <= 2 else 0.0))
-    assert rig.run(look_for(57600, 115200)) == 57600
+    assert find(rig, 57600, 115200) == 57600
     assert rig.line.baud_rate == 57600
-
-
-def test_a_module_that_does_not_tell_its_boot_count_is_found() -> None:
-    rig = Rig({"baud": 57600, "mute_codes": frozenset((0x23,))})
-    assert rig.run(look_for(57600, 115200)) == 57600
 
 
 @pytest.mark.parametrize(
     ("ways", "end"), [({"refuses": True}, BaudEnd.UNCHANGED), ({"mute_codes": frozenset((0x24,))}, BaudEnd.UNCHANGED)]
 )
 def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> None:
-    rig, journal = Rig(ways), FakeJournal()
+    rig, journal = settled_rig(**ways), FakeJournal()
     began = rig.clock()
     assert change(rig, 9600, journal).end is end
     assert rig.clock() - began < 4.5, "the old rate is tried second"
@@ -101,7 +92,7 @@ def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> No
 
 
 def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
-    rig, journal = Rig(), FakeJournal()
+    rig, journal = settled_rig(), FakeJournal()
     at_frame(rig.bench, 1, lambda: rig.bench.change(mute=True), code=0x24)
     changed = change(rig, 9600, journal)
     assert (changed.end, changed.found_rate) == (BaudEnd.LOST, None)
@@ -109,71 +100,76 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.UNKNOWN}  # it may have been carried out
     end_faults(rig.bench)
-    assert rig.run(look_for(*reversed(rates(journal)[0]))) == 9600
+    assert find(rig, *reversed(rates(journal)[0])) == 9600
 
 
-def test_a_break_in_the_middle_stays_written_down_without_an_outcome() -> None:
-    rig, journal = Rig(), FakeJournal()
-    run = rig.started(change_baud(19200, journal, permit=rig.permit(Act.CHANGE_BAUD)))
+def test_a_break_in_the_middle_stays_written_down_as_unknown() -> None:
+    rig, journal = settled_rig(), FakeJournal()
+    job = rig.job(change_baud(19200, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
     rig.step_until(lambda: sets(rig) == 1)
-    rig.session.close(why=PortLost())
-    assert isinstance(run.error, PortLost)
-    assert journal.outcomes == {}
+    rig.session.close(EndReason.PORT_LOST)
+    assert isinstance(job.error, Interrupted)
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
     assert rates(journal) == [(115200, 19200)]
 
 
-@pytest.mark.parametrize("what", ["no permit", "active", "log", "silent"])
+@pytest.mark.parametrize("what", ["no permit", "active", "log", "another conversation"])
 def test_what_is_not_allowed_is_not_sent(what: str) -> None:
-    rig, journal = Rig({"active": what == "active"}), FakeJournal()
+    rig, journal = settled_rig(active=what == "active"), FakeJournal()
     permit = None if what == "no permit" else rig.permit(Act.CHANGE_BAUD)
     journal.is_broken = what == "log"
-    rig.bench.change(mute=what == "silent")
-    changed = rig.run(change_baud(9600, journal, permit=permit))
+    if what == "another conversation":
+        rig.session.treat_as_another()
+        rig.begin()
+    changed = rig.run(change_baud(9600, journal, permit=permit), outlives=True)
     assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, SetReply.NOT_SENT)
     assert changed.refusals
     assert changed.sentence.startswith("Nothing was sent. ")
     assert changed.sentence.endswith("The disk is full.") is (what == "log")
+    assert not changed.written.is_sent
     assert sets(rig) == 0
-    assert not rates(journal)
 
 
-@pytest.mark.parametrize("what", ["active", "cancelled", "port lost"])
+@pytest.mark.parametrize("what", ["active", "cancelled", "restarted", "silent"])
+@pytest.mark.promise("a")
 def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> None:
-    rig, journal = Rig(), FakeJournal()
+    rig, journal = settled_rig(), FakeJournal()
     journal.is_held = True
-    run = rig.started(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)))
+    job = rig.job(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
     rig.step_until(lambda: journal.intents)
     if what == "active":
         rig.bench.module.activate(is_active=True)
-        rig.step_for(0.5)
-        journal.flush()
     elif what == "cancelled":
-        run.cancel()
+        job.cancel()
+    elif what == "restarted":
+        rig.bench.restart()
     else:
-        rig.session.close()
-    rig.step_until(lambda: run.is_done)
+        rig.bench.change(mute=True)
+    rig.step_for(0.7)
+    journal.flush()
+    rig.step_until(lambda: job.has_ended)
     assert journal.outcomes == {0: Outcome.NOT_SENT}
     assert sets(rig) == 0
 
 
 def test_one_permit_is_one_change() -> None:
-    rig = Rig()
+    rig = settled_rig()
     permit = rig.permit(Act.CHANGE_BAUD)
-    assert rig.run(change_baud(9600, FakeJournal(), permit=permit)).end is BaudEnd.CHANGED
-    assert rig.run(change_baud(4800, FakeJournal(), permit=permit)).end is BaudEnd.NOT_SENT
+    ends = [rig.run(change_baud(rate, FakeJournal(), permit=permit), outlives=True).end for rate in (9600, 4800)]
+    assert ends == [BaudEnd.CHANGED, BaudEnd.NOT_SENT]
     assert sets(rig) == 1
 
 
 def test_a_rate_without_a_code_is_refused() -> None:
-    rig = Rig()
+    rig = settled_rig()
     with pytest.raises(ValueRefused):
         change(rig, 12345)
-    assert rig.line.sent == b""
+    assert rig.acts == []
 
 
 FAULTS: tuple[dict[str, Any], ...] = (
-    {"drop": 0.25, "direction": "both"},
-    {"corrupt": 0.03, "direction": "both"},
+    {"drop": 0.1, "direction": "both"},
+    {"corrupt": 0.02, "direction": "both"},
     {"jitter_ms": 100.0},
     {"stream_at_boot": True, "rate": 8, "drop": 0.1},
 )
@@ -184,7 +180,7 @@ def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) ->
     ends = set()
     cases = list(product(("old", "new", "restart"), ("echo", "one"), BAUD_RATES)) * 2
     for seed, (how, ack, rate) in some(enumerate(cases), one_in=5, first=FAULTS.index(faults)):
-        rig = Rig({**faults, "baud_ack": how, "ack": ack, "seed": seed * 13 + 5})
+        rig = Rig({"uptime": 60, **faults, "baud_ack": how, "ack": ack, "seed": seed * 13 + 5}).begin(limit_s=60)
         changed = change(rig, rate)
         ends.add(changed.end)
         assert sets(rig) == (changed.end is not BaudEnd.NOT_SENT)

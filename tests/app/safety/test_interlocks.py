@@ -10,18 +10,22 @@ from typing import Any
 
 import pytest
 
-from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.conversation import ConversationView, How, Known
 from app.engine.motion import MotionExtremes
+from app.engine.procedure import TOO_SLOW
 from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.interlocks import CONDITIONS, Interlock, InterlockInputs, interlock_inputs, refusals
+from app.safety.interlocks import ASKS_NOTHING, CONDITIONS, Interlock, InterlockInputs, inputs_at, refusals
 from app.safety.permit import Origin, Permit
+from app.text.messages import message
 from protocol.catalogue import Hazard
-from protocol.link_states import Presence
+from protocol.events import Ended, EndReason
 
 NOW = 1000.0
+TALK = 7
 WORDS = {
     "online": Interlock.ONLINE,
-    "meant": Interlock.IS_IDENTITY_SETTLED,
+    "quick": Interlock.LINE_IS_QUICK,
+    "agrees": Interlock.AGREES,
     "fresh": Interlock.FRESH_STATUS,
     "locked": Interlock.IS_LOCKED,
     "active": Interlock.IS_ACTIVE,
@@ -29,6 +33,7 @@ WORDS = {
     "flat": Interlock.BELOW_TILT,
     "level": Interlock.IS_LEVEL,
     "still": Interlock.IS_STILL,
+    "follows": Interlock.RATE_FOLLOWS,
     "alone": Interlock.NOTHING_ELSE_ARMED,
     "confirmed": Interlock.CONFIRMED,
     "ritual": Interlock.RITUAL_DONE,
@@ -37,19 +42,13 @@ WORDS = {
 }
 NEEDED = {
     Act.LOCK: "",
-    Act.ACTIVATE: "online meant fresh locked unfired flat alone confirmed audit",
-    Act.ZERO: "online meant fresh locked level still alone confirmed audit",
-    Act.SHUTDOWN: "online meant fresh locked alone confirmed audit",
-    Act.FORBID_DEPLOY: "online meant fresh alone confirmed audit",
-    Act.DEPLOY: "online meant fresh active unfired alone ritual audit",
-    Act.CHANGE_BAUD: "online meant fresh locked alone confirmed audit",
-    Act.WRITE: "online meant writable alone",
-}
-STATUS = {
-    "never": (None, None),
-    "now": (NOW - 0.2, None),
-    "old": (NOW - 3.0, None),
-    "restarted": (NOW - 0.2, StaleReason.RESTARTED),
+    Act.ACTIVATE: "online quick agrees fresh locked unfired flat alone confirmed audit",
+    Act.ZERO: "online quick agrees fresh locked level still alone confirmed audit",
+    Act.SHUTDOWN: "online quick agrees fresh locked alone confirmed audit",
+    Act.FORBID_DEPLOY: "online quick agrees fresh alone confirmed audit",
+    Act.DEPLOY: "online quick agrees fresh active unfired alone ritual audit",
+    Act.CHANGE_BAUD: "online quick agrees fresh locked follows alone confirmed audit",
+    Act.WRITE: "online quick writable alone",
 }
 MOTIONS = {
     "still": MotionExtremes(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
@@ -72,13 +71,14 @@ def permits(act: Act) -> dict[str, Permit | None]:
     other = Act.ZERO if act is not Act.ZERO else Act.ACTIVATE
     return {
         "none": None,
-        "confirmed": Permit(act, Origin.CONFIRMATION, NOW - 0.5),
-        "ritual": Permit(act, Origin.RITUAL, NOW - 0.5),
-        "other": Permit(other, Origin.RITUAL, NOW - 0.5),
-        "old": Permit(act, Origin.RITUAL, NOW - 1.5),
-        "spent": Permit(act, Origin.RITUAL, NOW - 0.5, is_spent=True),
-        "rehearsal": Permit(act, Origin.RITUAL, NOW - 0.5, is_rehearsal=True),
-        "ahead": Permit(act, Origin.RITUAL, NOW + 0.1),
+        "confirmed": Permit(act, Origin.CONFIRMATION, NOW - 0.5, TALK),
+        "ritual": Permit(act, Origin.RITUAL, NOW - 0.5, TALK),
+        "another act": Permit(other, Origin.RITUAL, NOW - 0.5, TALK),
+        "another conversation": Permit(act, Origin.RITUAL, NOW - 0.5, TALK - 1),
+        "old": Permit(act, Origin.RITUAL, NOW - 3.5, TALK),
+        "spent": Permit(act, Origin.RITUAL, NOW - 0.5, TALK, is_spent=True),
+        "rehearsal": Permit(act, Origin.RITUAL, NOW - 0.5, TALK, is_rehearsal=True),
+        "ahead": Permit(act, Origin.RITUAL, NOW + 0.1, TALK),
     }
 
 
@@ -90,8 +90,10 @@ def rows_of(act: Act) -> Iterator[dict[str, Any]]:
     looks at more than three of them, each condition meets all that it can meet, alone and beside two others."""
     other = Act.ACTIVATE if act is not Act.ACTIVATE else Act.DEPLOY
     places: dict[str, list[Any]] = {
-        "presence": [Presence.ONLINE, *Presence],
-        "status": ["now", *STATUS],
+        "conversation": [TALK, None],
+        "is_slow": [False, True],
+        "is_status_fresh": [True, False],
+        "contradiction": [None, message("30: ACTIVE, status: LOCKED.")],
         "active": [act is Act.DEPLOY, True, False, None],
         "triggered": [False, True, None],
         "tilt": ["flat", *TILT],
@@ -100,7 +102,7 @@ def rows_of(act: Act) -> Iterator[dict[str, Any]]:
         "is_audit_ready": [True, False],
         "is_unlocked": [False, True],
         "motion": ["still", *MOTIONS],
-        "is_meant": [True, False],
+        "sets_rate": [True, False],
     }
     allowed = {name: values[0] for name, values in places.items()}
     others = {name: [one for one in dict.fromkeys(values) if one != values[0]] for name, values in places.items()}
@@ -116,32 +118,35 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     allowed = 0
     given = permits(act)
     for row in rows_of(act):
-        status, tilt, permit, motion = (str(row[name]) for name in ("status", "tilt", "permit", "motion"))
+        tilt, permit, motion = (str(row.pop(name)) for name in ("tilt", "permit", "motion"))
         inputs = InterlockInputs(
-            now=NOW, presence=row["presence"], status_at=STATUS[status][0], status_fault=STATUS[status][1],
-            active=row["active"], triggered=row["triggered"], tilt_deg=TILT[tilt][0],
-            attitude_threshold_deg=TILT[tilt][1], armed=row["armed"], permit=given[permit],
-            is_unlocked=row["is_unlocked"], is_audit_ready=row["is_audit_ready"], motion=MOTIONS[motion],
-            is_identity_settled=row["is_meant"],
+            now=NOW, status_age_s=0.2, tilt_deg=TILT[tilt][0], attitude_threshold_deg=TILT[tilt][1],
+            permit=given[permit], motion=MOTIONS[motion], **row,
         )  # fmt: skip
+        is_online = row["conversation"] == TALK
+        agrees = row["contradiction"] is None
         holds = {
-            "online": row["presence"] is Presence.ONLINE,
-            "meant": row["is_meant"],
-            "fresh": status == "now",
+            "online": is_online,
+            "quick": not row["is_slow"],
+            "agrees": agrees,
+            "fresh": row["is_status_fresh"],
             "locked": row["active"] is False,
             "active": row["active"] is True,
             "unfired": row["triggered"] is False,
             "flat": tilt in ("flat", "sloping"),
             "level": tilt in ("flat", "no threshold"),
             "still": motion == "still",
+            "follows": row["sets_rate"],
             "alone": row["armed"] in (None, act),
-            "confirmed": permit in ("confirmed", "ritual"),
-            "ritual": permit == "ritual",
+            "confirmed": permit in ("confirmed", "ritual") and is_online,
+            "ritual": permit == "ritual" and is_online,
             "audit": row["is_audit_ready"],
-            "writable": row["is_unlocked"] or row["active"] is False,
+            "writable": row["is_unlocked"] or (row["active"] is False and agrees and row["is_status_fresh"]),
         }
         expected = [WORDS[word] for word in NEEDED[act].split() if not holds[word]]
         assert [refusal.condition for refusal in refusals(act, inputs)] == expected
+        known = [condition for condition in expected if condition in ASKS_NOTHING]
+        assert [refusal.condition for refusal in refusals(act, inputs, only=ASKS_NOTHING)] == known
         allowed += not expected
     assert allowed > 0
 
@@ -154,134 +159,108 @@ def test_every_act_has_its_conditions_and_words() -> None:
         assert (Interlock.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
 
 
-def test_the_rate_is_changed_only_where_the_port_follows() -> None:
-    for act in Act:
-        refused = {one.condition for one in refusals(act, InterlockInputs(now=NOW, sets_rate=False))}
-        assert (Interlock.RATE_FOLLOWS in refused) is (act is Act.CHANGE_BAUD)
+def test_a_condition_that_is_not_judged_here_is_no_condition_that_is_met() -> None:
+    from app.safety.interlocks import _why_open
+
+    with pytest.raises(ValueError, match="the values"):
+        _why_open(Interlock.RISK_ACCEPTED, Act.WRITE, InterlockInputs(now=NOW))
 
 
 def test_only_the_ritual_deploys() -> None:
     for origin in Origin:
         inputs = InterlockInputs(
-            now=NOW, presence=Presence.ONLINE, status_at=NOW, active=True, triggered=False,
-            permit=Permit(Act.DEPLOY, origin, NOW),
+            now=NOW, conversation=TALK, status_age_s=0.0, is_status_fresh=True, active=True, triggered=False,
+            permit=Permit(Act.DEPLOY, origin, NOW, TALK),
         )  # fmt: skip
         assert bool(refusals(Act.DEPLOY, inputs)) is (origin is not Origin.RITUAL)
 
 
+def sentences(act: Act, **known: Any) -> list[str]:
+    inputs = InterlockInputs(now=NOW, **({"conversation": TALK} | known))
+    return [refusal.sentence for refusal in refusals(act, inputs)]
+
+
 @pytest.mark.parametrize(
-    ("act", "inputs", "sentence"),
+    ("act", "known", "sentence"),
     [
-        (Act.ZERO, InterlockInputs(now=NOW), "The module does not answer."),
-        (Act.ZERO, InterlockInputs(now=NOW), "No current status."),
-        (Act.ZERO, InterlockInputs(now=NOW, active=True), "The module is ACTIVE: lock it first."),
-        (Act.DEPLOY, InterlockInputs(now=NOW, active=False), "The module is LOCKED: activate it first."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW, attitude_threshold_deg=60), "Unknown: Tilt."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=7), "Unknown: Attitude threshold."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW, armed=Act.DEPLOY), "Already armed: Deploy."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW, triggered=True), "The module reports that it has fired."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW), "Unknown: Trigger."),
-        (Act.DEPLOY, InterlockInputs(now=NOW, is_audit_ready=False),
-         "The audit log cannot be written."),
-        (Act.WRITE, InterlockInputs(now=NOW, active=True),
-         "The module is ACTIVE: lock it first."),
+        (Act.ZERO, {"conversation": None}, "The module does not answer."),
+        (Act.ZERO, {"is_slow": True}, TOO_SLOW),
+        (Act.ZERO, {}, "No current status."),
+        (Act.ZERO, {"status_age_s": 1.125}, "The status is 1.1 s old."),
+        (Act.ZERO, {"active": True}, "The module is ACTIVE: lock it first."),
+        (Act.ZERO, {}, "Unknown: ACTIVE or LOCKED."),
+        (Act.DEPLOY, {"active": False}, "The module is LOCKED: activate it first."),
+        (Act.ACTIVATE, {"attitude_threshold_deg": 60}, "Unknown: tilt."),
+        (Act.ACTIVATE, {"tilt_deg": 7}, "Unknown: attitude threshold."),
+        (Act.ACTIVATE, {"tilt_deg": 70, "attitude_threshold_deg": 60},
+         "Tilt 70° (threshold 60°): it would fire at once."),
+        (Act.ZERO, {"tilt_deg": 12}, "Tilt 12°: lay it level (≤ 10°)."),
+        (Act.ZERO, {"motion": MOTIONS["swings"]}, "It moves: 6–9°, 1.0–1.0 g in 2 s."),
+        (Act.ZERO, {}, "Not watched for 2 s yet."),
+        (Act.ACTIVATE, {"armed": Act.DEPLOY}, "Already armed: Deploy."),
+        (Act.ACTIVATE, {"triggered": True}, "The module reports that it has fired."),
+        (Act.ACTIVATE, {}, "Unknown: whether it has fired."),
+        (Act.DEPLOY, {"is_audit_ready": False}, "The audit log cannot be written."),
+        (Act.CHANGE_BAUD, {"sets_rate": False}, "The baud rate of a plain socket is set at its other end."),
+        (Act.WRITE, {"active": True, "is_status_fresh": True}, "The module is ACTIVE: lock it first."),
+        (Act.WRITE, {"active": False, "status_age_s": 2.0}, "The status is 2.0 s old."),
     ],
 )  # fmt: skip
-def test_the_sentence_names_the_open_condition(act: Act, inputs: InterlockInputs, sentence: str) -> None:
-    assert sentence in [refusal.sentence for refusal in refusals(act, inputs)]
+def test_the_sentence_names_the_open_condition(act: Act, known: dict[str, Any], sentence: str) -> None:
+    assert sentence in sentences(act, **known)
+
+
+@pytest.mark.parametrize(
+    ("changes", "overtaken_at", "sentence"),
+    [
+        ({"is_spent": True}, None, "Confirm again: already used."),
+        ({"conversation": 8}, None, "Confirm again: it may be another module."),
+        ({}, NOW, "Confirm again: LOCK was pressed."),
+        ({"granted_at": NOW - 10.0}, None, "Confirm again: 10.0 s old."),
+        ({"is_rehearsal": True}, None, "Nothing is sent."),
+        ({"act": Act.ACTIVATE}, None, "Not confirmed."),
+        ({}, NOW - 1.0, None),
+        ({}, None, None),
+    ],
+)
+def test_why_a_permit_is_void(changes: dict[str, Any], overtaken_at: float | None, sentence: str | None) -> None:
+    given: dict[str, Any] = {"act": Act.SHUTDOWN, "origin": Origin.CONFIRMATION, "granted_at": NOW - 0.5}
+    permit = Permit(**({"conversation": TALK} | given | changes))
+    said = sentences(
+        Act.SHUTDOWN, permit=permit, overtaken_at=overtaken_at, status_age_s=0.0, is_status_fresh=True, active=False
+    )
+    assert said == ([] if sentence is None else [sentence])
+
+
+def view(known: Known, ended: Ended | None = None) -> ConversationView:
+    values = MappingProxyType({"active": known, "tilt_deg": known._replace(value=5)})
+    return ConversationView(TALK, values=values, ended=ended)
 
 
 def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
-    def view(known: Known) -> DeviceView:
-        return DeviceView(MappingProxyType({"active": known, "tilt_deg": Known(5, How.READ, NOW)}), Presence.ONLINE)
-
-    assert interlock_inputs(view(Known(False, How.STREAMED, NOW)), NOW + 0.5, must_be_proven=False).active is False
-    assert interlock_inputs(view(Known(False, How.READ, NOW)), NOW + 1.5, must_be_proven=False).active is None
-    assert (
-        interlock_inputs(view(Known(False, How.READ, NOW, StaleReason.RESTARTED)), NOW, must_be_proven=False).active
-        is None
-    )
-    assert interlock_inputs(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
-    assert interlock_inputs(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
+    assert inputs_at(view(Known(False, How.STREAMED, NOW)), NOW + 0.5).active is False
+    assert inputs_at(view(Known(False, How.READ, NOW)), NOW + 1.5).active is None
+    assert inputs_at(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW).active is None
+    assert inputs_at(ConversationView(), NOW).tilt_deg is None
 
 
-def test_what_sends_counts_from_when_the_status_was_sent_and_displays_from_when_it_arrived() -> None:
-    known = Known(5, How.STREAMED, NOW - 0.2, sent_after=NOW - 0.9)
-    view = DeviceView(MappingProxyType({"tilt_deg": known}), Presence.ONLINE, lag_s=1.5)
-    sends, shows = (interlock_inputs(view, NOW, must_be_proven=one) for one in (True, False))
-    assert (sends.status_at, sends.status_fault) == (NOW - 0.9, None)
-    assert (shows.status_at, shows.status_fault) == (pytest.approx(NOW - 1.7), StaleReason.LATE)  # less what it is late
-
-
-@pytest.mark.parametrize(("lag_s", "named_s"), [(None, None), (0.02, None), (2.5, 2.5)])
-def test_a_lag_is_named_only_where_data_arrives_too_late(lag_s: float | None, named_s: float | None) -> None:
-    assert interlock_inputs(DeviceView(lag_s=lag_s), NOW, must_be_proven=False).lag_s == named_s
+def test_of_a_conversation_that_is_over_nothing_is_known() -> None:
+    ended = view(Known(False, How.READ, NOW), ended=Ended(EndReason.SILENT, NOW))
+    inputs = inputs_at(ended, NOW)
+    assert (inputs.conversation, inputs.active, inputs.tilt_deg, inputs.is_status_fresh) == (None, None, None, False)
 
 
 def test_a_permit_is_used_once() -> None:
-    permit = Permit(Act.ZERO, Origin.COMMAND_LINE, NOW)
+    permit = Permit(Act.ZERO, Origin.COMMAND_LINE, NOW, TALK)
     assert [permit.spend(), permit.spend()] == [True, False]
 
 
-def open_for(act: Act, **known: Any) -> dict[Interlock, str]:
-    return {refusal.condition: refusal.sentence for refusal in refusals(act, InterlockInputs(now=NOW, **known))}
-
-
 @pytest.mark.parametrize(
-    ("known", "sentence"),
-    [
-        ({"status_at": NOW}, None),
-        ({"status_at": NOW - 1.0}, None),
-        ({"status_at": NOW - 1.125}, "The status is 1.1 s old."),
-        ({"status_at": NOW - 1.5, "status_fresh_for_s": 1.5}, None),
-        ({"status_at": NOW - 1.625, "status_fresh_for_s": 1.5}, "The status is 1.6 s old."),
-        ({"status_at": NOW + 0.125}, "The status is 0.0 s old."),
-        ({"status_at": NOW - 1.125, "lag_s": 2.5}, "Data arrives 2.5 s late."),
-        ({"status_at": NOW - 0.5, "status_fault": StaleReason.LATE, "lag_s": 2.5}, "Data arrives 2.5 s late."),
-        ({"status_at": NOW - 3.0, "lag_s": 2.5, "presence": Presence.OFFLINE}, "The status is 3.0 s old."),
-        ({"status_at": NOW - 0.5, "status_fault": StaleReason.RESTARTED, "lag_s": 2.5}, "No current status."),
-        ({"lag_s": 2.5}, "No current status."),
-        ({"status_at": float("-inf")}, "No current status."),
-    ],
+    ("origin", "seconds"), [(Origin.RITUAL, 3), (Origin.CONFIRMATION, 6), (Origin.COMMAND_LINE, 10)]
 )
-def test_a_status_counts_for_a_second_and_its_age_is_named(known: dict[str, Any], sentence: str | None) -> None:
-    assert open_for(Act.SHUTDOWN, **known).get(Interlock.FRESH_STATUS) == sentence
-
-
-@pytest.mark.parametrize(
-    ("tilt_deg", "level", "below"),
-    [
-        (10.0, None, None),
-        (11.0, "Tilt 11°: lay it level (≤ 10°).", None),
-        (59.0, "Tilt 59°: lay it level (≤ 10°).", None),
-        (60.0, "Tilt 60°: lay it level (≤ 10°).", "Tilt 60° (threshold 60°): it would fire at once."),
-    ],
-)
-def test_the_tilt_at_its_limits(tilt_deg: float, level: str | None, below: str | None) -> None:
-    known = {"tilt_deg": tilt_deg, "attitude_threshold_deg": 60.0}
-    assert open_for(Act.ZERO, **known).get(Interlock.IS_LEVEL) == level
-    assert open_for(Act.ACTIVATE, **known).get(Interlock.BELOW_TILT) == below
-
-
-@pytest.mark.parametrize(
-    ("motion", "sentence"),
-    [
-        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.9, 1.1), None),
-        (MotionExtremes(0.0, 1.75, 6.0, 8.0, 0.9, 1.1), "Not watched for 2 s yet."),
-        (MotionExtremes(0.0, 1.8, 6.0, 9.0, 0.9, 1.1), "It moves: 6–9°, 0.9–1.1 g in 2 s."),
-        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.8, 1.1), "It moves: 6–8°, 0.8–1.1 g in 2 s."),
-        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.9, 1.2), "It moves: 6–8°, 0.9–1.2 g in 2 s."),
-    ],
-)
-def test_it_is_still_within_two_degrees_and_a_tenth_of_a_g(motion: MotionExtremes, sentence: str | None) -> None:
-    assert open_for(Act.ZERO, motion=motion).get(Interlock.IS_STILL) == sentence
-
-
-@pytest.mark.parametrize(
-    ("origin", "seconds"), [(Origin.RITUAL, 1), (Origin.CONFIRMATION, 5), (Origin.COMMAND_LINE, 10)]
-)
+@pytest.mark.promise("e")
 def test_a_permit_lasts_as_long_as_its_origin_says(origin: Origin, seconds: int) -> None:
-    permit = Permit(Act.ZERO, origin, NOW)
+    permit = Permit(Act.ZERO, origin, NOW, TALK)
     assert permit.is_good(Act.ZERO, NOW)
     assert permit.is_good(Act.ZERO, NOW + seconds)
     assert not permit.is_good(Act.ZERO, NOW + seconds + 0.125)
@@ -289,39 +268,13 @@ def test_a_permit_lasts_as_long_as_its_origin_says(origin: Origin, seconds: int)
     assert not permit.is_good(Act.ACTIVATE, NOW)
 
 
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [("slept_until", "computer slept"), ("overtaken_at", "LOCK was pressed"), ("opened_at", "port reopened")],
-)
-def test_what_came_after_a_permit_voids_it(name: str, why: str) -> None:
-    for granted_at, is_void in ((NOW - 0.25, True), (NOW - 0.125, True), (NOW, False)):
-        permit = Permit(Act.ZERO, Origin.CONFIRMATION, granted_at)
-        found = open_for(Act.ZERO, permit=permit, **{name: NOW - 0.125}).get(Interlock.CONFIRMED)
-        assert found == (f"Confirm again: {why}." if is_void else None)
-
-
-def test_a_permit_that_does_not_count_is_named_with_the_reason() -> None:
-    def why(permit: Permit, act: Act = Act.ZERO) -> str | None:
-        return open_for(act, permit=permit).get(Interlock.RITUAL_DONE if act is Act.DEPLOY else Interlock.CONFIRMED)
-
-    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW, is_spent=True)) == "Confirm again: already used."
-    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW - 5.5)) == "Confirm again: 5.5 s old."
-    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW + 1.0)) == "Confirm again: 0.0 s old."
-    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW, is_rehearsal=True)) == "Nothing is sent."
-    assert why(Permit(Act.ACTIVATE, Origin.CONFIRMATION, NOW)) == "Not confirmed."
-    assert why(Permit(Act.DEPLOY, Origin.CONFIRMATION, NOW), Act.DEPLOY) == "Not armed and held for 2 s."
-
-
 ROOT = Path(__file__).parents[3]
-SENDS = frozenset({"write_all", "write_logged", "write_verified"})
-"""The procedures that set settings; that they refuse what nobody accepted is held by `test_write_all.py`."""
+SENDS = frozenset({"write_all", "set_each"})
+"""The procedures that set settings; that they refuse what nobody accepted is held by `test_write.py`."""
 BEGINNINGS = {
     "app/cli/settings/set.py": "test_goldens.py::test_what_is_said_and_sent",
-    "app/preflight/provision.py": "test_cli_provision.py::"
-    "test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
+    "app/fleet/provision.py": "test_cli_provision.py::test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
     "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
-    "app/procedures/write_all.py": "test_write_all.py::"
-    "test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it",
     "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
     "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
     "ui/pages/settings/controller.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",

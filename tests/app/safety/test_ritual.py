@@ -16,6 +16,7 @@ from app.safety.ritual import ARMED_FOR_S, DISARMING, HOLD_S, MAX_GAP_S, TRANSIT
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 
+TALK = 7
 T0 = 500.0
 
 
@@ -31,7 +32,7 @@ def hold(ritual: Ritual, start: float, seconds: float, *, every_s: float = 0.05)
 
 def armed() -> Ritual:
     ritual = Ritual()
-    ritual.choose()
+    ritual.choose(TALK)
     ritual.arm(T0)
     return ritual
 
@@ -42,8 +43,8 @@ def test_the_whole_way_gives_one_permit() -> None:
     assert hold(ritual, T0, 1.0) == []
     ritual.press(T0 + 1)
     permits = hold(ritual, T0 + 1, 5.0)
-    assert [(permit.act, permit.origin, permit.is_rehearsal) for permit in permits] == [
-        (Act.DEPLOY, Origin.RITUAL, False)
+    assert [(permit.act, permit.origin, permit.conversation, permit.is_rehearsal) for permit in permits] == [
+        (Act.DEPLOY, Origin.RITUAL, TALK, False)
     ]
     assert permits[0].granted_at == pytest.approx(T0 + 3, abs=0.051)
     assert (ritual.stage, ritual.ended_by) == (Stage.FIRED, None)
@@ -53,19 +54,19 @@ def test_the_whole_way_gives_one_permit() -> None:
     assert hold(ritual, T0 + 6, 5.0) == []
     ritual.disarm(Input.FINISHED)
     assert ritual.stage is Stage.IDLE
-    ritual.disarm(Input.LINK_LOST)
+    ritual.disarm(Input.INTERRUPTED)
     assert ritual.ended_by is Input.FINISHED, "nothing was left to end"
 
 
 def test_a_rehearsal_gives_a_permit_that_sends_nothing() -> None:
     ritual = Ritual()
-    ritual.choose(is_rehearsal=True)
+    ritual.choose(TALK, is_rehearsal=True)
     ritual.arm(T0)
     ritual.press(T0)
     (permit,) = hold(ritual, T0, 2.5)
     assert permit.is_rehearsal
     assert not permit.is_good(Act.DEPLOY, permit.granted_at)
-    ritual.choose()
+    ritual.choose(TALK)
     assert ritual.is_rehearsal is False
 
 
@@ -136,10 +137,8 @@ CANCEL            I I I I F
 FOCUS_LOST        I I I I F
 WINDOW_LEFT       I I I I F
 OUT_OF_SIGHT      I I I I F
-LINK_LOST         I I I I F
-MODULE_RESTARTED  I I I I F
+INTERRUPTED       I I I I F
 CONDITION_OPENED  I C I I F
-SLEPT             I I I I F
 FAILED            I I I I F
 """
 
@@ -203,7 +202,7 @@ def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | fl
             continue
         match step:
             case "choose":
-                ritual.choose()
+                ritual.choose(TALK)
             case "arm":
                 ritual.arm(now)
                 armed_at = now if stage is Stage.CHOSEN else armed_at

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from app.engine.snapshots import Snapshot, restorable
+from app.modules.names import store_snapshot
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.safety.left_active import KnownAs
+from app.store.acts import Where, note_report, note_said_safe
 from app.store.fact_store import Store
 from app.store.kinds import SettingsSeen
-from app.store.left_active import KnownAs, LeftActive
-from app.store.modules import store_snapshot
-from app.store.store_journal import StoreJournal, note_continued, note_locked, note_report
+from app.store.store_journal import StoreJournal
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import audit, begin, kept_settings, left_in, modules_in, open_store, register, settle
 
@@ -30,7 +31,7 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
     with closing(open_store(tmp_path, clock=noon)) as store:
         first = begin(store, Act.ZERO, FRAME, {"tilt_deg": 3}, port="sim://", origin="command line")
         second = begin(store, Act.LOCK, FRAME, {}, port="sim://")
-        settle(store, second, Outcome.CONFIRMED, {"active": False})
+        settle(store, second, Act.LOCK, Outcome.CONFIRMED, {"active": False}, port="sim://")
     with closing(open_store(tmp_path)) as store:
         newest, oldest = audit(store)
     assert (oldest.id, oldest.outcome, oldest.origin) == (first, Outcome.UNKNOWN, "command line")
@@ -41,10 +42,11 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
 
 def test_an_outcome_is_written_once(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        entry = begin(store, Act.ZERO, FRAME, {}, port="p")
-        settle(store, entry, Outcome.UNKNOWN)
-        settle(store, entry, Outcome.CONFIRMED)
-        assert audit(store)[0].outcome is Outcome.UNKNOWN
+        journal = StoreJournal(store, port="p", origin="window")
+        entry = journal.begin(Act.ZERO, FRAME, {})
+        journal.settle(entry, Outcome.UNKNOWN, {})
+        journal.settle(entry, Outcome.CONFIRMED, {})
+        assert [one.outcome for one in audit(store)] == [Outcome.UNKNOWN]
 
 
 def test_modules_and_snapshots(tmp_path: Path) -> None:
@@ -52,7 +54,7 @@ def test_modules_and_snapshots(tmp_path: Path) -> None:
         register(store, "M-07", "usb 1")
         register(store, "M-07", "usb 2")
         register(store, "M-07")  # who does not know the adapter takes away nothing
-        assert modules_in(store) == (("M-07", "usb 2"),)
+        assert [(module.name, module.adapter) for module in modules_in(store)] == [("M-07", "usb 2")]
         register(store, "M-08")
         register(store, "M-07")
         assert [module.name for module in modules_in(store)] == ["M-07", "M-08"]
@@ -79,55 +81,49 @@ def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
         ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.CONFIRMED)], []),
         ([(Act.ACTIVATE, None), (Act.LOCK, Outcome.CONFIRMED)], []),
         ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.UNKNOWN)], [True]),
-        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, Outcome.NOT_SENT)], [False]),
         ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.LOCK, None)], [True]),
+        ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.ACTIVATE, Outcome.NOT_SENT)], [False]),
+        ([(Act.LOCK, Outcome.UNKNOWN)], [True]),
+        ([(Act.LOCK, Outcome.REFUSED)], [True]),
         ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.SHUTDOWN, Outcome.CONFIRMED)], []),
         ([(Act.ACTIVATE, Outcome.CONFIRMED), (Act.SHUTDOWN, Outcome.UNKNOWN)], [False]),
         ([(Act.ZERO, None), (Act.LOCK, Outcome.CONFIRMED)], []),
     ],
 )
+@pytest.mark.promise("l")
 def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[bool], tmp_path: Path) -> None:
+    known_as = KnownAs("M-07", "run")
     for act, outcome in acts:
-        with closing(open_store(tmp_path)) as store:  # each by another run of the program
-            entry = begin(store, act, FRAME, {}, port=PORT, known_as=KnownAs("M-07", "run"))
+        with closing(open_store(tmp_path)) as store:  # also after `kill -9`
+            entry = begin(store, act, FRAME, {}, port=PORT, known_as=known_as)
             if outcome is not None:
-                settle(store, entry, outcome)
+                settle(store, entry, act, outcome, port=PORT, known_as=known_as)
     with closing(open_store(tmp_path)) as store:
         assert [one.is_lock_unconfirmed for one in left_in(store)] == left
 
 
-def test_a_lock_ends_only_what_is_of_the_same_module(tmp_path: Path) -> None:
+def test_a_simulated_module_leaves_nothing_active(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        for name, run, port in (("M-07", "a", PORT), ("M-08", "a", PORT), ("", "a", PORT), ("", "b", PORT)):
-            known_as = KnownAs(name, run)
-            settle(store, begin(store, Act.ACTIVATE, FRAME, {}, port=port, known_as=known_as), Outcome.CONFIRMED)
-        in_doubt = KnownAs("M-07", "a", is_in_doubt=True)
-        settle(store, begin(store, Act.LOCK, FRAME, {}, port=PORT, known_as=in_doubt), Outcome.CONFIRMED)
-        assert len(left_in(store)) == 4
-        known_as = KnownAs("M-07", "c")
-        settle(store, begin(store, Act.LOCK, FRAME, {}, port=PORT, known_as=known_as), Outcome.CONFIRMED)
-        assert sorted(one.known_as for one in left_in(store)) == [
-            ("", "a", False),
-            ("", "b", False),
-            ("M-08", "a", False),
-        ]
+        begin(store, Act.ACTIVATE, FRAME, {}, port="sim://M-07", known_as=KnownAs("M-07", "run"))
+        store.write(lambda facts: note_report(facts, Where("sim://", "window"), is_active=True))
+        assert left_in(store) == ()
 
 
+@pytest.mark.promise("l")
 def test_what_the_module_reports_and_a_person_says(tmp_path: Path) -> None:
-    here = LeftActive(KnownAs("M-07", "run"), PORT, "usb 1")
+    here = Where(PORT, "window", "usb 1", KnownAs("M-07", "run"))
     with closing(open_store(tmp_path)) as store:
         for is_active, count in ((False, 0), (True, 1), (True, 1), (False, 0)):
-            store.write(partial(note_report, here=here, origin="window", is_active=is_active))
+            store.write(partial(note_report, where=here, is_active=is_active))
             assert len(left_in(store)) == count
-        store.write(lambda facts: note_report(facts, here, "window", is_active=True))
+        store.write(partial(note_report, where=here, is_active=True))
         (left,) = left_in(store)
-        store.write(lambda facts: note_locked(facts, left, "window"))
+        assert (left.known_as, left.port, left.adapter) == (here.known_as, PORT, "usb 1")
+        store.write(lambda facts: note_said_safe(facts, left, "window"))
         assert left_in(store) == ()
-        unnamed = LeftActive(KnownAs("", "before"), PORT, "usb 1")
-        store.write(lambda facts: note_report(facts, unnamed, "window", is_active=True))
-        (left,) = left_in(store)
-        store.write(lambda facts: note_continued(facts, left, here, "window"))
-        assert left_in(store) == ()
+        (said,) = audit(store)
+        assert (said.act, said.outcome, said.frame) == (Act.LOCK, Outcome.CONFIRMED, b"")
+        assert said.detail == {"reported_by": "person"}
 
 
 def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
-from app.procedures.write_all import WriteReport
+from app.procedures.write import WriteReport
 from app.store.fact_store import Store
 from app.terminal import command_journal
 from app.terminal.arguments import WrongUsage

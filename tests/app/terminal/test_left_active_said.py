@@ -11,10 +11,10 @@ from app.engine.ports import PortInfo
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
+from app.safety.left_active import KnownAs
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
 from app.store.fact_store import utc_now
-from app.store.left_active import KnownAs
 from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
@@ -37,7 +37,7 @@ def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome
     with closing(open_store(clock=lambda: utc_now() + timedelta(hours=1))) as store:
         known_as = KnownAs(module, f"before {module}")
         entry = begin(store, act, REQUESTS[act].encode(), {}, port=port, known_as=known_as)
-        settle(store, entry, outcome, {})
+        settle(store, entry, act, outcome, {}, port=port, known_as=known_as)
 
 
 def left() -> list[str]:
@@ -133,7 +133,7 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, dps_s: Pr
         ("lock --yes", ["", "M-07"], 2),
         ("lock --yes --module M-08", ["", "M-07"], 1),
         ("lock --yes --module M-07", [""], 1),
-        ("lock --yes --same-module", [], 0),
+        ("lock --yes --same-module", ["M-07"], 1),
         ("lock --yes --module M-07 --same-module", [], 0),
         ("lock --yes --module M-08 --same-module", ["M-07"], 0),
     ],

@@ -4,35 +4,31 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
+from protocol.catalogue import Hazard, Request
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.lies import lying_bench
-from tests.support.line.sim_line import Rig, watched
+from tests.support.line.sim_line import Rig
 
 GAP_S = 0.5
-"""While the cable is in nobody's hands: longer than a silence that is noticed, shorter than one that is asked about."""
+"""While the cable is in nobody's hands: the shortest silence that is noticed for certain."""
 _FIRST: Mapping[str, Any] = {"uptime": 60, "noise": 0, "boots": 37, "rate": 10, "history": 3, "seed": 1}
 _SECOND: Mapping[str, Any] = {"uptime": 60, "noise": 0, "rate": 10, "history": 5, "seed": 2}
 _SETTINGS = {"attitude_threshold": 85, "light_threshold": 70, "freefall_acceleration": 4, "freefall_time": 60}
 
 
 class ExchangedRig(Rig):
-    """A session of the window on a module without a name; another one with `boots` follows at the frame `at`, which is
-    lost."""
+    """A conversation with a module; another one with `boots` follows at the frame `at` of those that are still to be
+    sent, which is lost."""
 
-    def __init__(self, at: int, *, boots: int = 90) -> None:
-        super().__init__(_FIRST, is_attended=True)
+    def __init__(self, at: int, *, boots: int = 90, gap_s: float = GAP_S, **first: Any) -> None:
+        super().__init__({**_FIRST, **first})
         self.first, self.second = self.bench, lying_bench({**_SECOND, "boots": boots}, self.clock)
         for name, value in _SETTINGS.items():
             setattr(self.second.module.memory, name, value)
         self._arrived = list[Request]()
         at_each_frame(self.second, self._arrived.append)
-        watched(self)
-        self.step_for(3.0)
-        self.exchange_at(at)
-
-    def exchange_at(self, frame: int) -> None:
-        at_frame(self.first, frame, partial(self.line.lead_to, self.second, GAP_S), is_lost=True)
+        self.begin()
+        at_frame(self.first, at, partial(self.line.lead_to, self.second, gap_s), is_lost=True)
 
     @property
     def is_exchanged(self) -> bool:
@@ -40,5 +36,5 @@ class ExchangedRig(Rig):
 
     @property
     def to_second(self) -> list[Request]:
-        """What was not a query, and not for the stream."""
-        return [one for one in self._arrived if one.hazard is not Hazard.NONE and one.command is not SERIAL_OUTPUT]
+        """What reached it and was not a question."""
+        return [one for one in self._arrived if one.hazard is not Hazard.NONE]

@@ -1,10 +1,12 @@
 """A session on the independent module, or on several that share a line, with a fake clock that reading advances."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from app.engine.conversation import ConversationView
+from app.engine.job import Job
 from app.engine.procedure import Procedure
-from app.engine.session import Run, Session
+from app.engine.session import Session
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
 from tests.module.module import Module
@@ -49,7 +51,8 @@ class ModuleLine:
 
 
 class ModuleRig:
-    """A session, its line and its clock. `reopen` is the next command on the same line."""
+    """A session, its line and its clock. `reopen` is the next command on the same line; `begin` waits for the
+    conversation."""
 
     def __init__(self, options: Options | None = None, *others: Options) -> None:
         self.clock = FakeClock()
@@ -65,16 +68,27 @@ class ModuleRig:
         self.session = Session(self.line, self.clock)
         self.clock.now_s += 1e-6
 
-    def run(self, procedure: Procedure[Result], *, is_urgent: bool = False, limit_s: float = 120.0) -> Result:
-        run = Run(procedure)
-        self.session.run(run, is_urgent=is_urgent)
-        return self.end(run, limit_s=limit_s)
+    @property
+    def conversation(self) -> ConversationView:
+        """The one that goes on, or else the last one."""
+        return self.session.conversation_view(self.clock())
 
-    def end(self, run: Run[Result], *, limit_s: float = 120.0) -> Result:
-        self.step_until(lambda: run.is_done, limit_s=limit_s)
-        if run.error is not None:
-            raise run.error
-        return run.result  # type: ignore[return-value]
+    def begin(self, limit_s: float = 5.0) -> "ModuleRig":
+        self.step_until(lambda: self.conversation.is_going, limit_s=limit_s)
+        return self
+
+    def job(self, procedure: Procedure[Result], *, is_urgent: bool = False, **more: Any) -> Job[Result]:
+        """Submit it; `more`: as of `Job`."""
+        job = Job(procedure, **more)
+        self.session.run(job, is_urgent=is_urgent)
+        return job
+
+    def run(self, procedure: Procedure[Result], *, limit_s: float = 120.0, **more: Any) -> Result:
+        return self.end(self.job(procedure, **more), limit_s=limit_s)
+
+    def end(self, job: Job[Result], *, limit_s: float = 120.0) -> Result:
+        self.step_until(lambda: job.has_ended, limit_s=limit_s)
+        return job.outcome()
 
     def step_until(self, is_enough: Callable[[], bool], *, limit_s: float = 120.0) -> None:
         end_s = self.clock.now_s + limit_s
@@ -88,4 +102,4 @@ class ModuleRig:
             self.session.step(min(1.0, end_s - self.clock.now_s))
 
     def permit(self, act: Act) -> Permit:
-        return Permit(act, Origin.COMMAND_LINE, self.clock())
+        return Permit(act, Origin.COMMAND_LINE, self.clock(), self.conversation.number)

@@ -5,17 +5,17 @@ from math import inf
 from typing import Any, TypeVar
 
 from app.engine import worker
-from app.engine.device import DeviceView
-from app.engine.identity import Expected
-from app.engine.procedure import EngineView, LinkView, PortLost, Procedure, Report
-from app.engine.session import Run, Session
+from app.engine.conversation import ConversationView
+from app.engine.job import Job
+from app.engine.procedure import EngineView, LinkView, Procedure, Report
+from app.engine.session import Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
-from protocol.catalogue import Request
-from protocol.events import Counters
+from protocol.catalogue import Hazard, Request
+from protocol.events import Counters, EndReason
 from protocol.frame import decode_request
 from tests.support.line.lies import lying_bench
 from tests.support.line.odd_module import end_faults
@@ -158,7 +158,7 @@ class ThreadlessWorker(worker.Worker):
     """The worker that the window and the commands use, without its thread; `turn` is one round of its loop."""
 
     def __init__(self, callback: Any, clock: FakeClock) -> None:
-        super().__init__(callback, clock=clock, with_sleep=None)
+        super().__init__(callback, clock=clock)
         self._has_ended = False
 
     def start(self) -> None:
@@ -168,14 +168,7 @@ class ThreadlessWorker(worker.Worker):
         """Run one round; return whether there was anything to do."""
         if self._has_ended or (self._session is None and self._orders.empty()):
             return False
-        try:
-            self._turn()
-        except PortError as error:
-            self._lose_port(error)
-        except Exception as error:  # noqa: BLE001  as the worker's own loop, which tells of it and goes on
-            self._lose_port(error)
-            worker.report_uncaught_error(error)  # type: ignore[attr-defined]  # where tests replace it
-        self._publish()
+        self._turn()
         return True
 
     def stop(self, deadline_s: float = 2.0) -> bool:
@@ -185,7 +178,7 @@ class ThreadlessWorker(worker.Worker):
             while not self._is_stopping:
                 self.turn()
             self._has_ended = True
-            self._end_session(PortLost())
+            self._end_session(EndReason.CLOSED)
             self._pending.is_urgent = True
             self._publish()
         return True
@@ -196,42 +189,55 @@ INSTANT_S = 1e-6
 
 
 class Rig:
-    """A session with its line and clock."""
+    """A session with its line and clock. `begin` waits for the conversation, as most tests want it."""
 
     def __init__(
         self,
         options: Mapping[str, Any] | None = None,
         *,
         baud_rate: int = 115200,
-        expected: Expected | None = None,
-        is_attended: bool = False,
+        background: Callable[[], Procedure[None]] | None = None,
     ) -> None:
         self.clock = FakeClock()
         self.line = SimulatedLine(self.clock, {"rate": 10, **(options or {})}, baud_rate=baud_rate)
-        self.session = Session(self.line, self.clock, expected=expected, is_attended=is_attended)
+        self.session = Session(self.line, self.clock, background=background)
         self.clock.now_s += INSTANT_S
 
     @property
     def bench(self) -> SimulatedBench:
         return self.line.bench
 
-    def started(
+    @property
+    def conversation(self) -> ConversationView:
+        """The one that goes on, or else the last one."""
+        return self.session.conversation_view(self.clock())
+
+    @property
+    def acts(self) -> list[bytes]:
+        """Every frame of the host that was no question."""
+        return [request.encode() for request in self.line.requests if request.hazard is not Hazard.NONE]
+
+    def begin(self, limit_s: float = 5.0) -> "Rig":
+        self.step_until(lambda: self.conversation.is_going, limit_s=limit_s)
+        return self
+
+    def job(
         self,
         procedure: Procedure[Result],
         on_progress: Callable[[Report], None] | None = None,
         *,
         is_urgent: bool = False,
-    ) -> Run[Result]:
-        run = Run(procedure, on_progress)
-        self.session.run(run, is_urgent=is_urgent)
-        return run
+        **more: Any,
+    ) -> Job[Result]:
+        """Submit it; `more`: as of `Job`."""
+        job = Job(procedure, on_progress, **more)
+        self.session.run(job, is_urgent=is_urgent)
+        return job
 
-    def end(self, run: Run[Result], *, limit_s: float = 120.0) -> Result:
-        """Go on to the end of `run`; raise what it raised, and fail after `limit_s` of the fake clock."""
-        self.step_until(lambda: run.is_done, limit_s=limit_s)
-        if run.error is not None:
-            raise run.error
-        return run.result  # type: ignore[return-value]
+    def end(self, job: Job[Result], *, limit_s: float = 120.0) -> Result:
+        """Go on to the end of `job`; raise what it raised, and fail after `limit_s` of the fake clock."""
+        self.step_until(lambda: job.has_ended, limit_s=limit_s)
+        return job.outcome()
 
     def run(
         self,
@@ -239,13 +245,15 @@ class Rig:
         on_progress: Callable[[Report], None] | None = None,
         *,
         limit_s: float = 120.0,
+        **more: Any,
     ) -> Result:
         """Run `procedure` from its beginning to its end."""
-        return self.end(self.started(procedure, on_progress), limit_s=limit_s)
+        return self.end(self.job(procedure, on_progress, **more), limit_s=limit_s)
 
     def permit(self, act: Act) -> Permit:
         """As a person at the window gives it now."""
-        return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION, self.clock())
+        origin = Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION
+        return Permit(act, origin, self.clock(), self.conversation.number)
 
     def step_until(self, is_enough: Any, *, limit_s: float = 120.0) -> None:
         end_s = self.clock.now_s + limit_s
@@ -266,34 +274,20 @@ class Rig:
 
 
 def settled_rig(**options: object) -> Rig:
-    """Return a rig on a module that has run for a minute and reports no noise."""
-    return Rig({"uptime": 60, "noise": 0} | options)
+    """Return a rig on a module that has run for a minute and reports no noise, in its first conversation."""
+    return Rig({"uptime": 60, "noise": 0} | options).begin()
 
 
 def engine_view(
-    now: float = 0.0, device: DeviceView | None = None, counters: Counters | None = None, **more: Any
+    now: float = 0.0, conversation: ConversationView | None = None, counters: Counters | None = None, **more: Any
 ) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
-    known: dict[str, Any] = {
-        "proven_rate": None,
-        "is_rate_searched": False,
-        "overtaken_at": None,
-        "is_settled": True,
-    }
+    known: dict[str, Any] = {"proven_rate": None, "is_rate_searched": False, "overtaken_at": None}
     link = LinkView(counters or Counters(), None, None)
-    return EngineView(now, 0.0, 115200, device or DeviceView(), link, **(known | more))
+    return EngineView(now, 0.0, 115200, conversation or ConversationView(), link, **(known | more))
 
 
-def watched(rig: Rig, switch: StreamSwitch | None = None) -> StreamSwitch:
-    """Run `watch` in the background."""
-    switch = switch or StreamSwitch()
-    rig.session.run_in_background(watch(switch))
-    return switch
-
-
-def end_watch(rig: Rig) -> None:
-    """Cancel the background procedure, and wait for its end."""
-    background = rig.session.background
-    assert background is not None
-    background.cancel()
-    rig.step_until(lambda: rig.session.background is None, limit_s=5)
+def watched_rig(switch: StreamSwitch | None = None, **options: object) -> Rig:
+    """Return a rig whose background is `watch`, in its first conversation."""
+    used = switch or StreamSwitch()
+    return Rig({"uptime": 60, "noise": 0} | options, background=lambda: watch(used)).begin()

@@ -6,17 +6,17 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
 
+from app.modules.names import Remembered, modules, remember, remembered
 from app.records.checks import CheckLine, checks_in
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.store import acts, modules
+from app.safety.left_active import KnownAs, LeftActive, all_left
+from app.store import acts
 from app.store.fact_store import Clock, Facts, Store, utc_now
 from app.store.kinds import SettingsSeen
-from app.store.left_active import KnownAs, LeftActive
 from app.store.opening import connect
-from app.store.store_journal import UNNAMED, left_active
+from app.store.store_journal import UNNAMED
 from app.trigger_records.kept import KeptTriggers, SeenRecord
-from protocol.fields import Value
 from tests.support.patience import PATIENCE_S
 
 
@@ -47,32 +47,34 @@ def begin(
     return store.write(lambda facts: acts.begin(facts, act, frame, detail, where)).result(PATIENCE_S)
 
 
-def settle(store: Store, intent: str, outcome: Outcome, result: Mapping[str, object] = MappingProxyType({})) -> None:
-    store.write(lambda facts: acts.settle(facts, intent, outcome, result)).result(PATIENCE_S)
+def settle(
+    store: Store,
+    intent: str,
+    act: Act,
+    outcome: Outcome,
+    result: Mapping[str, object] = MappingProxyType({}),
+    *,
+    port: str,
+    known_as: KnownAs = UNNAMED,
+) -> None:
+    where = acts.Where(port, "window", "", known_as)
+    store.write(lambda facts: acts.settle(facts, intent, act, where, outcome, result)).result(PATIENCE_S)
 
 
 def left_in(store: Store) -> tuple[LeftActive, ...]:
-    return store.write(left_active).result(PATIENCE_S)
+    return store.write(all_left).result(PATIENCE_S)
 
 
-def modules_in(store: Store) -> tuple[modules.Module, ...]:
-    return store.write(modules.modules).result(PATIENCE_S)
+def modules_in(store: Store) -> tuple[Remembered, ...]:
+    return store.write(modules).result(PATIENCE_S)
 
 
-def module_named(store: Store, name: str) -> modules.Module | None:
-    return store.write(lambda facts: modules.module_named(facts, name)).result(PATIENCE_S)
+def remembered_in(store: Store, name: str) -> Remembered | None:
+    return store.write(lambda facts: remembered(facts, name)).result(PATIENCE_S)
 
 
 def register(store: Store, name: str, adapter: str = "") -> None:
-    store.write(lambda facts: modules.register_module(facts, name, adapter)).result(PATIENCE_S)
-
-
-def evidence_of(store: Store, name: str) -> modules.LastRead:
-    return store.write(lambda facts: modules.evidence_of(facts, name)).result(PATIENCE_S)
-
-
-def keep_evidence(store: Store, name: str, read: tuple[int | None, Mapping[str, Value]]) -> None:
-    store.write(lambda facts: modules.store_evidence(facts, name, read)).result(PATIENCE_S)
+    store.write(lambda facts: remember(facts, name, adapter=adapter)).result(PATIENCE_S)
 
 
 def records_of(store: Store, name: str) -> tuple[SeenRecord, ...]:

@@ -14,7 +14,7 @@ import pytest
 import app.__main__ as program
 from app.cli.commands import ENTRIES, complete_parser
 from app.cli.results import NAMES, schema_of
-from app.engine.device import STATUS_KEYS
+from app.engine.conversation import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
 from app.store.kinds import PreflightCheck
 from protocol.catalogue import BAUD_RATES, BY_NAME

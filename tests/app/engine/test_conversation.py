@@ -1,0 +1,300 @@
+"""What is known in one conversation: from which frames, for how long, and nothing after its end."""
+
+import pytest
+
+from app.engine.conversation import (
+    FRESH_FOR_S,
+    SLOW_KEYS,
+    SLOW_LINE_S,
+    STATUS_KEYS,
+    STREAM_PROVES_S,
+    Conversation,
+    ConversationView,
+    How,
+    Interrupted,
+    Known,
+    StaleReason,
+    reason_message,
+)
+from app.engine.setting_changes import UNREADABLE
+from app.safety.acts import REQUESTS, Act
+from app.text.user_error import ErrorCode
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
+from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
+from protocol.flag_answers import FlagAnswers
+from protocol.frame import Direction, Frame, encode_long, encode_reply
+from protocol.messages import Acknowledgement, Reading, decode
+from tests.support.line.link_bench import PULSE, RECORD
+
+NOW = 1000.0
+THRESHOLD, TIME = BY_NAME["attitude_threshold"], BY_NAME["freefall_time"]
+TRIGGER = BY_NAME["attitude_trigger"]
+"""It cannot be read (E8)."""
+
+
+def heard(raw: bytes, role: Role, at: float = NOW, asked: Request | None = None, sent_after: float = NOW) -> Received:
+    return Received(Frame(Direction.MODULE_TO_HOST, raw), decode(raw, asked), role, at, sent_after)
+
+
+def status(tilt: int = 7, *, active: bool = False, triggered: bool = False) -> bytes:
+    return encode_long(STATUS.code, bytes((tilt, 10, int(triggered), int(active))))
+
+
+def read(command: Command, raw: int, at: float = NOW) -> Received:
+    return heard(encode_reply(command.code, raw), Role.ANSWER, at, command.query())
+
+
+def acknowledged(request: Request, raw: int | None = None, at: float = NOW) -> Answered:
+    echo = request.data if raw is None else raw
+    return Answered(request, (Acknowledgement(request, echo),), 1, 0.003, at)
+
+
+def begun() -> Conversation:
+    return Conversation(3, 37, NOW, 115200, FlagAnswers(0.0))
+
+
+@pytest.fixture
+def talk() -> Conversation:
+    """A module that answered: a setting that can be read, one that cannot, and a status."""
+    made = begun()
+    made.apply(read(THRESHOLD, 60))
+    made.apply(acknowledged(TRIGGER.set(True)))
+    made.apply(heard(status(), Role.ANSWER))
+    return made
+
+
+def streamed(talk: Conversation, *times_s: float) -> ConversationView:
+    for time_s in times_s:
+        talk.apply(heard(status(), Role.STREAMED, NOW + time_s))
+    return talk.view(NOW + max(times_s))
+
+
+# What is known
+
+
+def test_it_begins_with_the_boot_count_and_the_rate_and_nothing_else() -> None:
+    view = begun().view(NOW)
+    assert {key: known.value for key, known in view.values.items()} == {"boot_count": 37, "baud_rate": 115200}
+    assert (view.number, view.boot_count, view.is_going) == (3, 37, True)
+    assert view.fresh("attitude_threshold_deg", NOW) is None
+    assert view.proven("active", NOW) is None
+    assert not ConversationView().is_going, "before the first one"
+
+
+def test_an_answer_is_read_and_an_acknowledgement_acknowledged(talk: Conversation) -> None:
+    values = talk.view(NOW).values
+    assert values["attitude_threshold_deg"] == Known(60, How.READ, NOW, sent_after=NOW)
+    assert values["attitude_trigger"] == Known(True, How.ACKNOWLEDGED, NOW)
+    assert values["active"] == Known(False, How.READ, NOW, sent_after=NOW)
+
+
+@pytest.mark.promise("a")
+def test_e08_a_flag_that_nobody_set_is_unknown() -> None:
+    assert not UNREADABLE & begun().view(NOW).values.keys()
+
+
+@pytest.mark.promise("a")
+def test_e04_a_flag_is_not_known_while_a_copy_of_the_other_ones_answer_may_come() -> None:
+    flags = FlagAnswers(NOW - 10.0)
+    talk = Conversation(1, 37, NOW, 115200, flags)
+    flags.on_sent(TRIGGER.set(True), NOW)
+    flags.on_answer(TRIGGER.set(True), encode_reply(0x16, 0), NOW)
+    talk.apply(acknowledged(TRIGGER.set(True)))
+    assert "attitude_trigger" not in talk.view(NOW + 2.9).values
+    assert talk.view(NOW + 3.1).values["attitude_trigger"].value is True
+    flags.on_other(encode_reply(0x16, 0), NOW + 4.0)
+    assert "attitude_trigger" not in talk.view(NOW + 60.0).values, "it came twice"
+
+
+@pytest.mark.promise("j")
+def test_an_acknowledged_activation_is_known_at_once_and_a_lock_only_when_it_is_reported(talk: Conversation) -> None:
+    talk.apply(acknowledged(ACTIVATION.set(True)))
+    assert talk.view(NOW).values["active"] == Known(True, How.ACKNOWLEDGED, NOW)
+    talk.apply(acknowledged(LOCK))  # proves nothing: a module that does not lock says the same
+    talk.apply(OutcomeUnknown(LOCK, 1.0, NOW))
+    assert talk.view(NOW).values["active"].value is True
+    talk.apply(heard(status(), Role.ANSWER))
+    assert talk.view(NOW).values["active"].value is False
+
+
+@pytest.mark.parametrize("is_answered", [True, False])
+@pytest.mark.parametrize(("act", "key"), [(Act.DEPLOY, "triggered"), (Act.ZERO, "tilt_deg")])
+def test_after_an_act_what_it_changes_is_unknown_until_it_is_reported(
+    talk: Conversation, act: Act, key: str, is_answered: bool
+) -> None:
+    request = REQUESTS[act]
+    talk.apply(acknowledged(request) if is_answered else OutcomeUnknown(request, 1.0, NOW))
+    assert key not in talk.view(NOW).values
+    talk.apply(heard(status(3), Role.ANSWER))
+    assert key in talk.view(NOW).values
+
+
+@pytest.mark.parametrize("request_", [TRIGGER.set(False), TIME.set(1.2), SERIAL_OUTPUT.set(True)])
+def test_a_set_without_an_answer_leaves_the_setting_unknown(talk: Conversation, request_: Request) -> None:
+    talk.apply(read(TIME, 160))
+    talk.apply(OutcomeUnknown(request_, 1.0, NOW))
+    assert request_.command.key not in talk.view(NOW).values
+
+
+def test_e02_a_refused_set_leaves_the_setting_unknown(talk: Conversation) -> None:
+    talk.apply(acknowledged(THRESHOLD.set(70), raw=60))
+    assert "attitude_threshold_deg" not in talk.view(NOW).values
+
+
+def test_e02_an_acknowledged_set_is_not_read(talk: Conversation) -> None:
+    talk.apply(acknowledged(TIME.set(1.2), raw=1))
+    assert talk.view(NOW).values["freefall_time_s"] == Known(1.2, How.ACKNOWLEDGED, NOW)
+
+
+def test_e09_an_acknowledged_rate_is_no_known_rate(talk: Conversation) -> None:
+    talk.apply(acknowledged(BY_NAME["baud_rate"].set(9600)))
+    assert "baud_rate" not in talk.view(NOW).values
+
+
+@pytest.mark.parametrize("role", [Role.LATE, Role.ECHO])
+@pytest.mark.promise("a")
+def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, role: Role) -> None:
+    talk.apply(heard(status(80, active=True), role, NOW + 0.1))
+    assert talk.view(NOW + 0.1).fresh("tilt_deg", NOW + 0.1) == 7
+    assert len(talk.take_samples()) == 1
+
+
+@pytest.mark.parametrize("role", [Role.LATE, Role.DUPLICATE, Role.UNSOLICITED])
+@pytest.mark.promise("a")
+def test_a_reading_that_answers_nothing_is_no_value(talk: Conversation, role: Role) -> None:
+    talk.apply(heard(encode_reply(THRESHOLD.code, 85), role))
+    talk.apply(heard(PULSE, role, asked=HEARTBEAT.query()))
+    assert talk.view(NOW).fresh("attitude_threshold_deg", NOW) == 60
+
+
+@pytest.mark.parametrize(("role", "is_stray"), [(Role.LATE, True), (Role.UNSOLICITED, True), (Role.ANSWER, False)])
+def test_records_outside_an_answer_are_kept(talk: Conversation, role: Role, is_stray: bool) -> None:
+    talk.apply(heard(RECORD, role))
+    assert [record.raw for record in talk.view(NOW).stray_records] == [RECORD] * is_stray
+
+
+def test_every_status_is_a_sample_once(talk: Conversation) -> None:
+    streamed(talk, 0.1, 0.2)
+    assert [sample.at for sample in talk.take_samples()] == [NOW, NOW + 0.1, NOW + 0.2]
+    assert talk.take_samples() == []
+
+
+def test_the_settings_are_those_that_are_known(talk: Conversation) -> None:
+    talk.apply(acknowledged(SERIAL_OUTPUT.set(True)))
+    settings = talk.view(NOW).settings(NOW)
+    assert settings == {"attitude_threshold_deg": 60, "attitude_trigger": True, "baud_rate": 115200}
+
+
+def test_motion_is_that_of_the_last_seconds(talk: Conversation) -> None:
+    talk.apply(heard(status(20), Role.STREAMED, NOW + 1.0))
+    motion = talk.view(NOW + 1.0).motion
+    assert motion is not None
+    assert (motion.tilt_low_deg, motion.tilt_high_deg) == (7, 20)
+    assert talk.view(NOW + 10.0).motion is None
+
+
+# For how long
+
+
+@pytest.mark.parametrize("key", [*STATUS_KEYS, *SLOW_KEYS])
+@pytest.mark.promise("a")
+def test_a_live_value_ages(talk: Conversation, key: str) -> None:
+    for name in ("cell_voltage", "charging", "light"):
+        talk.apply(read(BY_NAME[name], 0))
+    view = talk.view(NOW)
+    limit_s = FRESH_FOR_S[key]
+    assert view.fresh(key, NOW + limit_s) is not None
+    known = view.known(key, NOW + limit_s + 0.01)
+    assert known is not None
+    assert known.stale_reason is StaleReason.AGED
+    assert view.fresh(key, NOW + limit_s + 0.01) is None
+
+
+@pytest.mark.parametrize("key", ["boot_count", "baud_rate", "attitude_threshold_deg", "attitude_trigger"])
+def test_what_does_not_change_by_itself_does_not_age(talk: Conversation, key: str) -> None:
+    assert talk.view(NOW).fresh(key, NOW + 3600.0) is not None
+
+
+@pytest.mark.promise("a")
+def test_on_a_slow_line_a_value_is_as_old_as_the_line_is_late(talk: Conversation) -> None:
+    view = talk.view(NOW, lag_s=0.7)
+    assert view.is_late
+    assert view.fresh("active", NOW + 0.2) is False
+    known = view.known("active", NOW + 0.4)
+    assert known is not None
+    assert (known.stale_reason, known.at) == (StaleReason.LATE, NOW - 0.7)
+    quick = talk.view(NOW, lag_s=SLOW_LINE_S)
+    assert not quick.is_late
+    assert quick.fresh("active", NOW + 0.9) is False
+
+
+def test_a_status_is_proven_by_a_question_within_the_last_second(talk: Conversation) -> None:
+    talk.apply(heard(status(), Role.STREAMED, NOW + 2.0, sent_after=NOW + 1.5))
+    view = talk.view(NOW + 2.0)
+    assert view.proven("active", NOW + 2.5) is not None
+    assert view.proven("active", NOW + 2.51) is None
+    assert view.fresh("active", NOW + 2.6) is False, "it came lately, but perhaps was said long ago"
+
+
+def test_a_stream_is_one_after_two_reports_and_until_it_stops(talk: Conversation) -> None:
+    assert not streamed(talk, 0.0).is_streaming
+    view = streamed(talk, 0.5, 1.0)
+    assert (view.is_streaming, view.stream_hz) == (True, 2.0)
+    assert view.values["serial_output"] == Known(True, How.STREAMED, NOW + 1.0)
+    assert not talk.view(NOW + 1.0 + STREAM_PROVES_S).is_streaming
+
+
+def test_a_streamed_status_may_be_as_old_as_the_next_one_is_late(talk: Conversation) -> None:
+    view = streamed(talk, 0.0, 1.0, 2.0)
+    assert view.fresh("active", NOW + 3.4) is False, "one report a second"
+    assert view.fresh("active", NOW + 3.6) is None
+
+
+def test_a_stream_that_is_switched_off_is_none(talk: Conversation) -> None:
+    streamed(talk, 0.0, 0.1, 0.2)
+    talk.apply(acknowledged(SERIAL_OUTPUT.set(False), at=NOW + 0.2))
+    assert not talk.view(NOW + 0.2).is_streaming
+
+
+def test_missing_reports_are_counted(talk: Conversation) -> None:
+    view = streamed(talk, *(number * 0.02 for number in range(100)))
+    assert view.stream_gaps == 0
+    assert streamed(talk, 2.4, 2.42).stream_gaps == 1
+    slow = begun()
+    assert streamed(slow, 0.0, 1.0, 2.0, 3.0).stream_gaps == 0
+
+
+# After its end
+
+
+@pytest.mark.promise("f")
+@pytest.mark.parametrize("reason", EndReason)
+def test_with_its_end_nothing_is_fresh_any_more(talk: Conversation, reason: EndReason) -> None:
+    streamed(talk, 0.0, 0.1)
+    talk.apply(Ended(reason, NOW + 0.1))
+    view = talk.view(NOW + 0.1)
+    assert not view.is_going
+    assert not view.is_streaming
+    for key in view.values:
+        known = view.known(key, NOW + 0.1)
+        assert known is not None
+        assert known.stale_reason is StaleReason.ENDED
+        assert view.fresh(key, NOW + 0.1) is None
+    assert view.proven("active", NOW + 0.1) is None
+    assert view.settings(NOW + 0.1) == {}
+    assert view.boot_count == 37, "what it was is still to be seen"
+    assert view.reported == (False, False)
+
+
+@pytest.mark.parametrize("reason", EndReason)
+def test_every_reason_is_one_sentence(reason: EndReason) -> None:
+    error = Interrupted(reason)
+    assert error.code is ErrorCode.INTERRUPTED
+    assert error.reason is reason
+    assert str(error).endswith((".", "?"))
+
+
+def test_a_contradiction_says_the_setting_and_both_values() -> None:
+    contradiction = Contradiction(Reading(THRESHOLD, 60), Reading(THRESHOLD, 85))
+    said = reason_message(EndReason.CONTRADICTED, contradiction).in_english()
+    assert said == "Attitude threshold: 60°, then 85°. Two modules on this line?"

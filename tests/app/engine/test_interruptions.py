@@ -1,0 +1,399 @@
+"""The end of a conversation: what ends with it, what goes on, and how the next one begins."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+from app.engine.conversation import Interrupted
+from app.engine.job import Job
+from app.engine.procedure import Ask, Cancelled, Inspect, Pause, Procedure, UseRate
+from app.procedures.lock import lock
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
+from protocol.events import Answered, Began, Ended, EndReason, Unanswered
+from tests.support.line.link_bench import BOOTS
+from tests.support.line.odd_module import end_faults, restart_silently
+from tests.support.line.sim_line import Rig, settled_rig
+
+LIGHT = BY_NAME["light"].query()
+SET = BY_NAME["freefall_time"].set(1.2)
+ACTIVATE = ACTIVATION.set(True)
+
+
+def silent(rig: Rig) -> None:
+    rig.silence(0.6)
+
+
+def restarted(rig: Rig) -> None:
+    rig.bench.restart()
+    rig.step_for(0.5)
+
+
+def silently_restarted(rig: Rig) -> None:
+    restart_silently(rig.bench, rig.clock())
+    rig.step_for(1.5)
+
+
+def contradicted(rig: Rig) -> None:
+    rig.bench.module.memory.boot_count -= 10
+    rig.step_for(1.5)
+
+
+def slept(rig: Rig) -> None:
+    rig.clock.now_s += 60.0
+    rig.step_for(0.1)
+
+
+def stood_still(rig: Rig) -> None:
+    rig.clock.now_s += 0.7
+    rig.step_for(0.1)
+
+
+def said(rig: Rig) -> None:
+    rig.session.treat_as_another()
+    rig.step_for(0.1)
+
+
+def lost(rig: Rig) -> None:
+    rig.session.close(EndReason.PORT_LOST)
+
+
+def closed(rig: Rig) -> None:
+    rig.session.close(EndReason.CLOSED)
+
+
+def at_another_rate(rig: Rig) -> None:
+    def other() -> Procedure[None]:
+        yield UseRate(9600)
+        yield UseRate(115200)
+
+    rig.end(rig.job(other(), is_urgent=True, outlives=True))
+    rig.step_for(0.1)
+
+
+ENDS: list[tuple[Callable[[Rig], None], EndReason]] = [
+    (silent, EndReason.SILENT),
+    (restarted, EndReason.RESTARTED),
+    (silently_restarted, EndReason.RESTARTED),
+    (contradicted, EndReason.CONTRADICTED),
+    (slept, EndReason.SLEPT),
+    (stood_still, EndReason.SILENT),
+    (said, EndReason.ANOTHER),
+    (lost, EndReason.PORT_LOST),
+    (closed, EndReason.CLOSED),
+    (at_another_rate, EndReason.RATE_CHANGED),
+]
+every_end = pytest.mark.parametrize(("end", "reason"), ENDS)
+on_the_port = pytest.mark.parametrize(("end", "reason"), [one for one in ENDS if one[0] not in (lost, closed)])
+whatever_ends_it = pytest.mark.parametrize("end", [end for end, _ in ENDS if end not in (lost, closed)])
+
+
+def rest() -> Procedure[None]:
+    """Ask now and then, as long as it is let."""
+    while True:
+        yield Ask(LIGHT)
+        yield Pause(0.02)
+
+
+def stubborn() -> Procedure[None]:
+    """It wants to undo something, whatever happens."""
+    try:
+        yield from rest()
+    finally:
+        yield Ask(SET)
+
+
+def sent_since(rig: Rig, count: int) -> list[Request]:
+    return [request for request in rig.line.requests[count:] if request not in (BOOTS, HEARTBEAT.query())]
+
+
+@every_end
+@pytest.mark.promise("f")
+def test_it_ends_every_job_with_the_reason(end: Callable[[Rig], None], reason: EndReason) -> None:
+    rig = settled_rig()
+    running, queued = rig.job(rest()), rig.job(rest())
+    rig.step_for(0.2)
+    end(rig)
+    for job in (running, queued):
+        assert isinstance(job.error, Interrupted)
+        assert job.error.reason is reason
+    (ended,) = [event for event in rig.session.take_events() if isinstance(event, Ended)]
+    assert ended.reason is reason
+
+
+@whatever_ends_it
+@pytest.mark.promise("f")
+def test_the_next_one_begins_by_itself_with_nothing_known(end: Callable[[Rig], None]) -> None:
+    rig = settled_rig()
+    rig.run(_ask(BY_NAME["attitude_threshold"].query()))
+    assert "attitude_threshold_deg" in rig.conversation.values
+    end(rig)
+    rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
+    assert rig.conversation.number == 2
+    assert set(rig.conversation.values) == {"boot_count", "baud_rate"}
+    kinds = [type(event) for event in rig.session.take_events() if isinstance(event, Began | Ended)]
+    assert kinds == [Began, Ended, Began]
+
+
+@on_the_port
+@pytest.mark.promise("f")
+def test_what_a_job_wants_to_undo_reaches_nobody(end: Callable[[Rig], None], reason: EndReason) -> None:
+    rig = settled_rig()
+    job = rig.job(stubborn())
+    rig.step_for(0.2)
+    end(rig)
+    rig.step_for(2.0)
+    assert isinstance(job.error, Interrupted)
+    assert job.error.reason is reason
+    assert SET not in rig.line.requests
+
+
+@on_the_port
+def test_a_procedure_may_return_what_it_has_found(end: Callable[[Rig], None], reason: EndReason) -> None:
+    def careful() -> Procedure[EndReason | None]:
+        try:
+            yield from rest()
+        except Interrupted as interrupted:
+            return interrupted.reason
+        return None
+
+    rig = settled_rig()
+    job = rig.job(careful())
+    rig.step_for(0.1)
+    end(rig)
+    assert job.outcome() is reason
+
+
+@whatever_ends_it
+@pytest.mark.promise("f")
+def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig], None]) -> None:
+    rig = settled_rig()
+    number = rig.conversation.number
+    end(rig)
+    rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
+    sent = len(rig.line.requests)
+    job = rig.job(_ask(SET), conversation=number)
+    rig.step_for(0.5)
+    assert isinstance(job.error, Interrupted)
+    assert sent_since(rig, sent) == []
+
+
+@whatever_ends_it
+def test_the_background_is_made_anew(end: Callable[[Rig], None]) -> None:
+    made: list[float] = []
+
+    def background() -> Procedure[None]:
+        made.append(rig.clock())
+        yield from rest()
+
+    rig = Rig({"uptime": 60}, background=background)
+    rig.begin()
+    rig.step_for(0.3)
+    end(rig)
+    rig.step_for(2.0)
+    assert len(made) == 2
+    assert LIGHT in sent_since(rig, len(rig.line.requests) - 20)
+
+
+@pytest.mark.parametrize("end", [silent, contradicted, stood_still, said])
+@pytest.mark.promise("j")
+def test_lock_goes_on_and_is_sent_to_who_answers_next(end: Callable[[Rig], None]) -> None:
+    rig = settled_rig(locks=False, active=True)
+    job = rig.job(lock(), is_urgent=True, outlives=True)
+    rig.step_for(0.05)
+    sent = rig.line.requests.count(LOCK)
+    end(rig)
+    rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
+    rig.step_for(0.5)
+    assert not job.has_ended
+    assert rig.line.requests.count(LOCK) > sent
+
+
+@on_the_port
+@pytest.mark.promise("f")
+def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig], None], reason: EndReason) -> None:
+    def expecting() -> Procedure[list[object]]:
+        with suppress(Interrupted):
+            yield from rest()
+        view = yield Inspect()
+        while not view.conversation.is_going:
+            yield Pause(0.05)
+            view = yield Inspect()
+        answered = yield Ask(STATUS.query())
+        refused = yield Ask(SET)
+        return [answered, refused]
+
+    rig = settled_rig()
+    job = rig.job(expecting(), expects=frozenset({reason}))
+    rig.step_for(0.1)
+    end(rig)
+    answered, refused = rig.end(job, limit_s=5.0)
+    assert isinstance(answered, Answered)
+    assert refused == Unanswered(SET, 0, 0.0, refused.at)  # type: ignore[attr-defined]
+    assert SET not in rig.line.requests
+
+
+def test_who_expects_another_reason_ends() -> None:
+    rig = settled_rig()
+    job = rig.job(rest(), expects=frozenset({EndReason.RESTARTED}))
+    rig.step_for(0.1)
+    silent(rig)
+    assert isinstance(job.error, Interrupted)
+
+
+def test_who_changes_the_rate_is_not_interrupted_by_that() -> None:
+    def changing() -> Procedure[Any]:
+        yield UseRate(9600)
+        yield Pause(0.1)
+        yield UseRate(115200)
+        return (yield Ask(SET))
+
+    rig = settled_rig()
+    other = rig.job(rest(), conversation=1)
+    rig.session._jobs.remove(other)
+    job = rig.job(changing())
+    refused = rig.end(job)
+    assert isinstance(refused, Unanswered), "it may be another module's rate: questions only"
+    assert rig.conversation.number == 2 or not rig.conversation.is_going
+
+
+@pytest.mark.promise("f")
+@pytest.mark.parametrize("is_held", [True, False])
+def test_it_is_told_whether_a_set_had_left(is_held: bool) -> None:
+    def writing() -> Procedure[bool]:
+        yield Ask(LIGHT)
+        try:
+            yield Ask(SET)
+        except Interrupted as interrupted:
+            return interrupted.is_unsent
+        raise AssertionError
+
+    rig = settled_rig()
+    rig.bench.change(delay_ms=100)
+    job = rig.job(writing())
+    if is_held:
+        rig.step_until(lambda: job.pending_ask is not None and job.pending_ask.request == SET)
+    else:
+        rig.step_until(lambda: SET in rig.line.requests)
+    rig.session.treat_as_another()
+    assert job.outcome() is is_held
+    rig.step_for(1.0)
+    assert rig.line.requests.count(SET) == (not is_held)
+
+
+@pytest.mark.parametrize("end", [restarted, slept, stood_still, said, lost, closed, at_another_rate])
+@pytest.mark.promise("i")
+def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(end: Callable[[Rig], None]) -> None:
+    def acting() -> Procedure[None]:
+        yield Ask(LIGHT)
+        yield Ask(ACTIVATE, is_deliberate=True)
+
+    rig = settled_rig()
+    job = rig.job(acting())
+    rig.step_until(lambda: job.pending_ask is not None and job.pending_ask.request == ACTIVATE)
+    end(rig)
+    if end not in (lost, closed):
+        rig.step_for(1.0)
+    assert ACTIVATE not in rig.line.requests
+
+
+def test_a_cancelled_job_is_not_interrupted_too() -> None:
+    rig = settled_rig()
+    job = rig.job(rest())
+    rig.step_for(0.1)
+    job.cancel()
+    rig.session.step()
+    silent(rig)
+    assert isinstance(job.error, Cancelled)
+
+
+def test_numbers_count_on() -> None:
+    rig = settled_rig()
+    for number in range(1, 5):
+        assert rig.conversation.number == number
+        said(rig)
+        rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
+
+
+def test_after_a_sleep_what_the_driver_held_is_thrown_away() -> None:
+    rig = settled_rig(rate=50, **{"stream-at-boot": True})
+    rig.step_for(2.0)
+    rig.session.take_samples()
+    rig.clock.now_s += 600.0
+    rig.session.step()
+    assert rig.session.take_samples() == []
+    ended = rig.conversation.ended
+    assert ended is not None
+    assert ended.reason is EndReason.SLEPT
+
+
+# LOCK that is owed
+
+
+def _ask(*requests: Request) -> Procedure[None]:
+    for request in requests:
+        yield Ask(request, is_deliberate=True)
+
+
+def activating(after: Procedure[None] | None = None) -> Procedure[None]:
+    yield Ask(ACTIVATE, is_deliberate=True)
+    if after is not None:
+        yield from after
+    yield Pause(10.0)
+
+
+@pytest.mark.parametrize("end", [end for end, _ in ENDS])
+@pytest.mark.promise("j")
+def test_an_interrupted_activation_leaves_lock_owed(end: Callable[[Rig], None]) -> None:
+    rig = settled_rig()
+    rig.job(activating())
+    rig.step_for(0.2)
+    assert not rig.session.owes_lock
+    end(rig)
+    assert rig.session.owes_lock
+
+
+@pytest.mark.promise("j")
+def test_also_one_that_was_not_acknowledged() -> None:
+    rig = settled_rig(**{"mute-codes": "10"})
+    job = rig.job(activating())
+    rig.step_until(lambda: ACTIVATE in rig.line.requests)
+    rig.session.treat_as_another()
+    assert job.has_ended
+    assert rig.session.owes_lock
+
+
+@pytest.mark.promise("j")
+def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
+    rig = settled_rig(locks=False, active=True)
+    rig.job(lock(), is_urgent=True, outlives=True)
+    rig.step_for(0.2)
+    lost(rig)
+    assert rig.session.owes_lock
+
+
+def test_nothing_is_owed_after_a_lock_that_was_reported() -> None:
+    rig = settled_rig()
+    rig.job(activating(_ask(LOCK, STATUS.query())))
+    rig.step_for(0.5)
+    silent(rig)
+    assert not rig.session.owes_lock
+
+
+def test_nothing_is_owed_where_the_act_had_ended() -> None:
+    rig = settled_rig()
+    rig.run(_ask(ACTIVATE, STATUS.query()))
+    silent(rig)
+    assert not rig.session.owes_lock
+
+
+@pytest.mark.promise("j")
+def test_what_goes_first_goes_before_the_background() -> None:
+    rig = Rig({"uptime": 60, "active": True}, background=rest)
+    job: Job[Any] = Job(lock(), outlives=True)
+    rig.session._make_first = lambda: job
+    rig.begin()
+    rig.end(job)
+    assert sent_since(rig, 0)[0] == LOCK
+    end_faults(rig.bench)

@@ -1,0 +1,171 @@
+"""What the background keeps fresh in each conversation, and that the stream is left as it was found."""
+
+from itertools import pairwise
+
+import pytest
+
+from app.engine.procedure import Cancelled
+from app.procedures.stream import LISTEN_S, StreamSwitch, watch
+from app.store.stream_memory import StreamMemory
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
+from protocol.events import Sent
+from tests.support.line.sim_line import Rig
+
+ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
+BRIEF_S = 0.2
+
+
+def watched(
+    switch: StreamSwitch | None = None,
+    memory: StreamMemory | None = None,
+    listen_s: float = LISTEN_S,
+    **options: object,
+) -> Rig:
+    """In its first conversation; each one gets the same switch and memory."""
+    used, kept = switch or StreamSwitch(), memory or StreamMemory()
+    background = lambda: watch(used, memory=kept, listen_s=listen_s)  # noqa: E731
+    return Rig({"uptime": 60, "noise": 0, "rate": 50} | options, background=background).begin()
+
+
+def sets(rig: Rig) -> list[Request]:
+    return [request for request in rig.line.requests if request.command is SERIAL_OUTPUT]
+
+
+def end(rig: Rig) -> None:
+    background = rig.session._background
+    assert background is not None
+    background.cancel()
+    rig.step_until(lambda: background.has_ended, limit_s=5)
+    assert isinstance(background.error, Cancelled)
+
+
+@pytest.mark.parametrize("rate", [20, 50, 200, 1440])
+@pytest.mark.parametrize("listen_s", [LISTEN_S, BRIEF_S])
+@pytest.mark.promise("c")
+def test_a_stream_is_switched_on_after_listening_and_off_at_the_end(rate: int, listen_s: float) -> None:
+    rig = watched(rate=rate, listen_s=listen_s)
+    rig.step_for(listen_s - 0.1)
+    assert sets(rig) == []
+    rig.step_for(0.3)
+    assert sets(rig) == [ON]
+    rig.session.take_samples()
+    rig.step_for(2.0)
+    assert len(rig.session.take_samples()) == pytest.approx(2 * rate, rel=0.01, abs=2)
+    end(rig)
+    assert sets(rig) == [ON, OFF]
+    assert not rig.bench.state().is_streaming
+
+
+@pytest.mark.parametrize("rate", [1, 2, 20, 50, 200, 1440])
+@pytest.mark.promise("c")
+def test_one_that_was_on_is_left_on(rate: int) -> None:
+    rig = watched(rate=rate, stream_at_boot=True)
+    rig.step_for(6)
+    end(rig)
+    assert sets(rig) == []
+    assert rig.bench.state().is_streaming
+
+
+def test_while_nobody_needs_it_it_stays_off() -> None:
+    switch = StreamSwitch(is_wanted=False)
+    rig = watched(switch)
+    rig.step_for(4)
+    assert sets(rig) == []
+    switch.is_recorded = True
+    rig.step_for(0.3)
+    assert sets(rig) == [ON]
+    switch.is_recorded = False
+    rig.step_for(0.3)
+    assert sets(rig) == [ON, OFF]
+
+
+@pytest.mark.parametrize("stream", ["acknowledged", "silent"])
+def test_a_module_that_does_not_stream_is_polled(stream: str) -> None:
+    rig = watched(stream=stream)
+    rig.step_for(6)
+    rig.session.take_samples()
+    rig.step_for(2)
+    assert len(rig.session.take_samples()) > 15
+    assert sets(rig).count(ON) == 1
+
+
+def test_off_is_sent_three_times_to_a_module_that_does_not_answer_it() -> None:
+    rig = watched()
+    rig.step_for(4)
+    rig.bench.change(mute_codes=frozenset({SERIAL_OUTPUT.code}))
+    end(rig)
+    assert sets(rig) == [ON, OFF, OFF, OFF]
+
+
+def test_everything_is_read_first_and_kept_fresh() -> None:
+    rig = watched()
+    rig.step_for(0.5)
+    assert {"light_threshold_v", "attitude_threshold_deg", "cell_voltage_v"} <= rig.conversation.values.keys()
+    rig.session.take_events()
+    rig.step_for(25.0)
+    asked: dict[str, list[float]] = {}
+    for event in rig.session.take_events():
+        if isinstance(event, Sent):
+            asked.setdefault(event.request.command.name, []).append(event.at)
+    for name, every_s in (("cell_voltage", 1.0), ("light", 1.0), ("attitude_threshold", 10.0), ("boot_count", 1.0)):
+        assert max(later - sooner for sooner, later in pairwise(asked[name])) < 1.2 * every_s, name
+
+
+def test_on_a_slow_line_the_status_does_not_starve_the_others() -> None:
+    rig = watched(StreamSwitch(is_wanted=False), delay_ms=400.0)
+    rig.step_for(20.0)
+    before = len(rig.line.requests)
+    rig.step_for(30.0)
+    asked = {request.command.name for request in rig.line.requests[before:]}
+    assert {"status", "cell_voltage", "light", "charging", "attitude_threshold"} <= asked
+
+
+def test_a_stream_that_streams_is_not_polled_as_well() -> None:
+    rig = watched(stream_at_boot=True)
+    rig.step_for(2.0)
+    before = rig.line.requests.count(STATUS.query())
+    rig.step_for(5.0)
+    assert rig.line.requests.count(STATUS.query()) == before
+
+
+# Left on
+
+
+@pytest.mark.promise("c")
+def test_a_stream_left_on_by_an_interruption_is_switched_off_in_the_next_conversation_with_the_module() -> None:
+    switch = StreamSwitch()
+    rig = watched(switch)
+    rig.step_for(4)
+    assert sets(rig) == [ON]
+    rig.session.treat_as_another()  # a person was wrong: it is the same one
+    rig.step_for(2.0)
+    assert sets(rig) == [ON]
+    switch.is_wanted = False
+    rig.step_for(0.5)
+    assert sets(rig) == [ON, OFF]
+    assert not rig.bench.state().is_streaming
+
+
+def test_of_a_module_on_another_start_it_is_as_found() -> None:
+    switch = StreamSwitch()
+    memory = StreamMemory()
+    memory.note_on(36)
+    rig = watched(switch, memory, boots=37, stream_at_boot=True)
+    rig.step_for(4.0)
+    switch.is_wanted = False
+    rig.step_for(0.5)
+    end(rig)
+    assert sets(rig) == []
+    assert not memory.was_left_on
+
+
+def test_a_restart_makes_it_listen_anew() -> None:
+    rig = watched()
+    rig.step_for(4)
+    assert sets(rig) == [ON]
+    rig.bench.restart()
+    rig.step_until(lambda: rig.conversation.number == 2 and rig.conversation.is_going)
+    began = rig.clock()
+    rig.step_until(lambda: sets(rig) == [ON, ON], limit_s=5.0)
+    assert rig.clock() - began == pytest.approx(LISTEN_S, abs=0.2)
+    assert BY_NAME["attitude_threshold"].key in rig.conversation.values, "everything was read again"

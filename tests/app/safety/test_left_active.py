@@ -1,0 +1,226 @@
+"""Modules left ACTIVE: which report, and which person's word, ends what; and whether one may have fired unseen."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import pytest
+
+from app.engine.conversation import ConversationView, How, Known
+from app.safety.firing_doubt import FiringDoubt
+from app.safety.last_known import Activation, keep_away, seen_activation, was_heard_active
+from app.safety.left_active import (
+    LEFT,
+    KnownAs,
+    LeftActive,
+    all_left,
+    drop_intent,
+    keep_left,
+    note_go,
+    note_locked,
+    note_named,
+    note_safe,
+)
+from protocol.events import Ended, EndReason
+
+PORT = "/dev/ttyUSB0"
+
+
+class State:
+    """The store's state in memory; what is kept is encoded as the store does it."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, Any] = {}
+
+    def states(self, prefix: str, /) -> Mapping[str, Any]:
+        found = {key.removeprefix(prefix): value for key, value in self.kept.items() if key.startswith(prefix)}
+        return MappingProxyType(found)
+
+    def state(self, key: str, /) -> Any:
+        return self.kept.get(key)
+
+    def set_state(self, key: str, value: object, /) -> None:
+        from msgspec import to_builtins
+
+        self.kept.pop(key, None)
+        if value is not None:
+            self.kept[key] = to_builtins(value)
+
+    def names(self) -> list[str]:
+        return [left.known_as.name or left.known_as.run for left in all_left(self)]
+
+
+def left(run: str, name: str = "", at: str = "2026-01-02T12:00:00+00:00", **more: Any) -> LeftActive:
+    return LeftActive(KnownAs(name, run), PORT, at=at, **more)
+
+
+@pytest.mark.promise("l")
+def test_it_ends_when_the_module_reports_locked_in_the_same_conversation() -> None:
+    state = State()
+    keep_left(state, left("a"))
+    keep_left(state, left("b"))
+    note_locked(state, "b")
+    assert state.names() == ["a"], "another module at the same port never ends it"
+    note_locked(state, "a")
+    assert state.kept == {}
+
+
+@pytest.mark.promise("l")
+def test_a_named_one_ends_when_a_module_reports_locked_that_was_named_so_afterwards() -> None:
+    state = State()
+    note_named(state, KnownAs("M-07", "before"))
+    keep_left(state, left("a", "M-07"))
+    note_locked(state, "before")
+    assert state.names() == ["M-07"], "that one was named before"
+    note_named(state, KnownAs("M-08", "b"))
+    note_locked(state, "b")
+    assert state.names() == ["M-07"], "another name"
+    note_named(state, KnownAs("M-07", "c"))
+    assert state.names() == ["M-07"], "a name alone says nothing"
+    note_locked(state, "c")
+    assert state.kept == {}
+
+
+def test_one_that_is_active_again_after_a_name_was_said_elsewhere_is_not_ended_by_that_name() -> None:
+    state = State()
+    keep_left(state, left("a", "M-07"))
+    note_named(state, KnownAs("M-07", "b"))
+    keep_left(state, left("a", "M-07"))
+    note_locked(state, "b")
+    assert state.names() == ["M-07"]
+
+
+@pytest.mark.promise("l")
+def test_one_without_a_name_ends_by_a_persons_word_only() -> None:
+    state = State()
+    keep_left(state, left("a"))
+    note_named(state, KnownAs("M-07", "b"))
+    note_locked(state, "b")
+    assert state.names() == ["a"]
+    note_safe(state, all_left(state)[0])
+    assert state.kept == {}
+
+
+def test_it_gets_the_name_that_is_said_later_in_its_conversation() -> None:
+    state = State()
+    keep_left(state, left("a"))
+    note_named(state, KnownAs("M-07", "a"))
+    assert state.names() == ["M-07"]
+    keep_left(state, left("a"))  # by who does not know the name
+    assert state.names() == ["M-07"]
+
+
+def test_of_a_name_only_the_last_is_told_and_a_persons_word_ends_all() -> None:
+    state = State()
+    keep_left(state, left("a", "M-07", at="2026-01-02T12:00:00+00:00"))
+    keep_left(state, left("b", at="2026-01-02T13:00:00+00:00"))
+    keep_left(state, left("c", "M-07", at="2026-01-02T14:00:00+00:00"))
+    assert [one.known_as.run for one in all_left(state)] == ["c", "b"]
+    note_safe(state, all_left(state)[0])
+    assert state.names() == ["b"]
+
+
+def test_an_act_of_which_nothing_came_leaves_nothing_behind_and_takes_nothing_away() -> None:
+    state = State()
+    keep_left(state, left("a"), intent="first")
+    drop_intent(state, "a", "second")
+    assert state.names() == ["a"]
+    keep_left(state, left("a"), intent="second")
+    drop_intent(state, "a", "second")
+    assert state.names() == ["a"], "what was left behind before stays"
+    drop_intent(state, "a", "first")
+    assert state.kept == {}
+
+
+@pytest.mark.promise("l")
+def test_after_go_it_is_a_plain_line_and_else_a_warning() -> None:
+    state = State()
+    keep_left(state, left("a", "M-07"))
+    (warned,) = all_left(state)
+    assert warned.is_warning
+    assert warned.sentence.startswith("M-07 was left ACTIVE on 2026-01-02 ")
+    assert keep_away() in warned.sentence
+    note_go(state, "a")
+    keep_left(state, left("a", "M-07"))  # at the end of its conversation
+    (plain,) = all_left(state)
+    assert not plain.is_warning
+    assert keep_away() not in plain.sentence
+    keep_left(state, left("a", "M-07", is_lock_unconfirmed=True))
+    (unconfirmed,) = all_left(state)
+    assert unconfirmed.is_warning
+    assert unconfirmed.sentence.startswith("M-07: LOCK not confirmed on 2026-01-02 ")
+
+
+def test_what_an_older_build_kept_is_read() -> None:
+    state = State()
+    state.kept[f"{LEFT}former 3"] = {"module": "", "run": "x", "port": PORT, "adapter": "", "at": "2026-01-01T00:00:00"}
+    (one,) = all_left(state)
+    assert one.sentence.startswith(f"The module at {PORT} was left ACTIVE on ")
+
+
+# What is shown
+
+
+def view(active: bool | None, reason: EndReason | None = None, *, number: int = 1, boots: int = 37) -> ConversationView:
+    values = {"boot_count": Known(boots, How.READ, 1.0), "tilt_deg": Known(5, How.READ, 1.0)}
+    if active is not None:
+        values["active"] = Known(active, How.READ, 1.0)
+    ended = None if reason is None else Ended(reason, 2.0)
+    return ConversationView(number, values=MappingProxyType(values), ended=ended)
+
+
+def test_the_activation_as_it_is_shown() -> None:
+    assert seen_activation(view(True), 1.5) == (Activation.ACTIVE, 1.0)
+    assert seen_activation(view(False), 1.5) == (Activation.LOCKED, 1.0)
+    assert seen_activation(view(None), 1.5) == (Activation.UNKNOWN, None)
+    assert seen_activation(view(True), 9.0) == (Activation.WAS_ACTIVE, 1.0)
+    assert seen_activation(view(False), 9.0) == (Activation.WAS_LOCKED, 1.0)
+    assert seen_activation(view(True, EndReason.SILENT), 2.0).state is Activation.WAS_ACTIVE
+    assert [seen_activation(view(one), 9.0).may_fire for one in (True, False, None)] == [True, False, False]
+    assert [was_heard_active(view(one, EndReason.SILENT)) for one in (True, False, None)] == [True, False, False]
+
+
+# Fired before the restart?
+
+
+def is_in_doubt(ended: ConversationView, begun: ConversationView) -> bool:
+    doubt = FiringDoubt()
+    doubt.note_ended(ended)
+    doubt.note_begun(begun)
+    return doubt.is_open
+
+
+@pytest.mark.parametrize(
+    ("active", "reason", "boots", "is_open"),
+    [
+        (True, EndReason.RESTARTED, 38, True),
+        (None, EndReason.RESTARTED, 38, True),
+        (False, EndReason.RESTARTED, 38, False),
+        (True, EndReason.SILENT, 38, True),
+        (True, EndReason.CONTRADICTED, 38, True),
+        (True, EndReason.SILENT, 37, False),
+        (True, EndReason.SILENT, 90, False),
+        (False, EndReason.SILENT, 38, False),
+    ],
+)
+@pytest.mark.promise("f")
+def test_a_module_that_restarted_while_active_may_have_fired(
+    active: bool | None, reason: EndReason, boots: int, is_open: bool
+) -> None:
+    assert is_in_doubt(view(active, reason), view(False, number=2, boots=boots)) is is_open
+
+
+def test_the_boot_count_goes_around() -> None:
+    assert is_in_doubt(view(True, EndReason.SILENT, boots=255), view(False, number=2, boots=0))
+
+
+@pytest.mark.promise("f")
+def test_the_doubt_stays_until_the_records_were_read_and_the_notice_was_closed() -> None:
+    doubt = FiringDoubt()
+    assert not doubt.is_open
+    for first, second in ((doubt.note_records_read, doubt.note_closed), (doubt.note_closed, doubt.note_records_read)):
+        doubt.note_ended(view(True, EndReason.RESTARTED))
+        first()
+        assert doubt.is_open
+        second()
+        assert not doubt.is_open
