@@ -54,7 +54,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
     with held(store):
         locked = locked_by(rig, journal)
         assert locked.is_locked
-        assert not rig.bench.state().is_active
+        assert not rig.bench.module.state.is_active
         assert store.read(audit_in) == ()
     store.write(lambda _facts: None).result(LIMIT_S)
     (entry,) = audit(store)

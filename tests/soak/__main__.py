@@ -242,7 +242,7 @@ def _run(seconds: float, seed: int) -> Outcome:
             start(assembly, options)
             turn_until(lambda: pages.count() > 0, LIMIT_S)
             turn_for(0.5)
-            with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
+            with streaming_module(link, "rate=1440", "lifelike=yes") as module:
                 _soak(assembly, module, outcome, seconds=seconds, seed=seed)
                 assembly.window.close_now()
     left = [thread.name for thread in set(threading.enumerate()) - before]

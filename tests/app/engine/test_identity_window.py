@@ -16,7 +16,7 @@ from app.engine.identity import UNKNOWN, IdentityEvidence, evidence_of
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.safety.acts import Act
-from app.simulator.hardware import BOOT_GAP_S
+from app.simulator.module import BOOT_GAP_S
 from app.store.fact_store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.link_states import Presence

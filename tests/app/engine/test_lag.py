@@ -113,7 +113,7 @@ def test_nothing_is_sent_to_a_module_that_has_been_active_for_longer_than_a_seco
 def test_a_module_that_lies_at_80_degrees_is_not_activated(lag_ms: float, hz: float | None) -> None:
     for age_s in (1.0, 1.5, 2.0):
         rig = lagging(lag_ms, hz)
-        rig.bench.set_tilt(80.0)
+        rig.bench.set_world(tilt_deg=80.0)
         rig.step_for(age_s)
         done = rig.run(WAYS["activate"](rig))
         assert done.outcome is Outcome.NOT_SENT

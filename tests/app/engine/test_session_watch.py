@@ -47,7 +47,7 @@ def test_a_stream_of_one_report_a_second_is_a_stream() -> None:
         assert rig.session.device.view(rig.clock.now_s).is_streaming
     assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
     end_watch(rig)
-    assert rig.bench.state().is_streaming
+    assert rig.bench.module.is_streaming
 
 
 @pytest.mark.parametrize("stream", ["acknowledged", "silent"])
@@ -324,4 +324,4 @@ def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
     for is_wanted in (False, True):
         switch.is_wanted = is_wanted
         rig.step_for(3)
-        assert rig.bench.state().is_streaming is is_wanted
+        assert rig.bench.module.is_streaming is is_wanted

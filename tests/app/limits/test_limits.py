@@ -302,7 +302,7 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         connect(qtbot, assembly, "sim://weak")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         assert top.cell.meaning is None
-        bench.set_cell(3.5)
+        bench.set_world(cell_v=3.5)
         qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low")
         assert top.cell.meaning is Meaning.ATTENTION
         assert "limit 3.80 V" in top.cell.accessibleName()

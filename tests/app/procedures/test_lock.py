@@ -79,7 +79,7 @@ def test_it_is_repeated_until_it_is_reported() -> None:
     times = deafen(rig, lambda number, frame: frame == LOCK and number < 7)
     locked = pressed(rig)
     assert (locked.is_locked, locked.sent) == (True, 7)
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
     gaps = [later - sooner for sooner, later in pairwise(times)]
     assert all(0.1 <= gap <= 0.25 for gap in gaps), gaps
     assert locked.sentence == "The module reports LOCKED."
@@ -153,7 +153,7 @@ def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> No
 def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
     rig = settled_rig(active=True)
     assert pressed(rig, journal=NoJournal()).is_locked
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
 
 
 @pytest.mark.parametrize("steps", range(0, 30, 3))
@@ -170,7 +170,7 @@ def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -
     after = rig.line.requests[before:]
     assert after.count(LOCK) >= 5
     assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
 
 
 def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
@@ -224,7 +224,7 @@ def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: 
     rig.step_for(after_s)
     locked = pressed(rig)
     assert locked.is_locked
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
     assert rig.end(finding).baud_rate == rate
 
 
@@ -296,7 +296,7 @@ def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, 
         rig = settled_rig(active=True, seed=seed * 31 + 7, **faults)
         rig.step_for(0.3)
         locked = pressed(rig)
-        assert not rig.bench.state().is_active, f"seed {seed}: it did not arrive"
+        assert not rig.bench.module.state.is_active, f"seed {seed}: it did not arrive"
         assert locked.is_locked is not False
         confirmed += locked.is_locked is True
     assert confirmed >= SEEDS * 0.95

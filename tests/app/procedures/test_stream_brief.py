@@ -63,7 +63,7 @@ def test_one_that_was_on_is_left_on(rate: int) -> None:
     rig.step_for(3)
     end_watch(rig)
     assert sets(rig) == []
-    assert rig.bench.state().is_streaming
+    assert rig.bench.module.is_streaming
 
 
 @pytest.mark.parametrize("rate", [1, 50])
@@ -97,7 +97,7 @@ def test_one_report_is_enough_to_listen_longer() -> None:
     rig.step_for(4)
     end_watch(rig)
     assert sets(rig) == []
-    assert rig.bench.state().is_streaming
+    assert rig.bench.module.is_streaming
 
 
 @pytest.mark.parametrize("stream", ["acknowledged", "silent"])

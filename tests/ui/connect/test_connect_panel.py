@@ -182,11 +182,11 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
 def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     somebody = object()
     with simulated("busy") as bench, window(qapp, tmp_path) as assembly:
-        assert bench.hold(somebody)
+        bench.holder = somebody
         assembly.connector.connect_to(Target("sim://busy", 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None)
         assert "in use" in notice_text(assembly.window.notice_bar)
-        bench.release(somebody)
+        bench.holder = None
         press(qtbot, assembly.window.notice_bar.button("connect_again"))
         wait_online(qtbot, assembly)
 

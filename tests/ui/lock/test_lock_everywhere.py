@@ -61,7 +61,7 @@ class Bench:
     def await_locked(self) -> None:
         """Until LOCK is repeated no more: one that is still under way would lock what the test activates next."""
         lock = self.assembly.connector.current.lock
-        self.qtbot.waitUntil(lambda: not self.module.state().is_active and not lock.is_repeating)
+        self.qtbot.waitUntil(lambda: not self.module.module.state.is_active and not lock.is_repeating)
 
 
 @pytest.fixture
@@ -316,7 +316,7 @@ def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
     bench.activate()
     bench.qtbot.keyClick(QApplication.focusWidget() or dialog, Qt.Key.Key_Return)
     bench.qtbot.wait(300)
-    assert bench.module.state().is_active
+    assert bench.module.module.state.is_active
 
 
 # What changes while a dialog is open

@@ -83,10 +83,10 @@ def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QAp
         row = one.commands.acts[Act.ACTIVATE]
         one.until(lambda: "threshold 60°" in row.conditions.text())
         assert not row.confirm.ask.isEnabled()
-        one.bench.set_tilt(0)
+        one.bench.set_world(tilt_deg=0)
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
-        one.bench.set_tilt(70)
+        one.bench.set_world(tilt_deg=70)
         one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
         assert one.changes() == []
 
@@ -95,7 +95,7 @@ def test_what_is_open_before_zeroing_changes_no_height(one: Desk) -> None:
     zero = one.commands.acts[Act.ZERO]
     one.assembly.window.resize(1366, 768)
     for tilt_deg, is_open in ((0, False), (70, True)):
-        one.bench.set_tilt(tilt_deg)
+        one.bench.set_world(tilt_deg=tilt_deg)
         one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
         let_lay_out(one.commands)
         heights = [row.height() for row in one.commands.acts.values()]
@@ -194,7 +194,7 @@ def test_it_moves_at_the_last_moment() -> None:
     switch = watched(rig)
     run = begin(rig)
     rig.step_for(1.9)
-    rig.bench.set_tilt(7)
+    rig.bench.set_world(tilt_deg=7)
     done = end(rig, run)
     assert [refusal.condition for refusal in done.refusals] == [Interlock.IS_STILL]
     assert switch is not None

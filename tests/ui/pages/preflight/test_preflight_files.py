@@ -104,7 +104,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         name_module(bench, "M-07")
         bench.find(QLineEdit, "preflight_aircraft_edit").setText("H6-12")
         assert bench.check() is Standing.NO_GO
-        bench.bench.set_cell(4.0)
+        bench.bench.set_world(cell_v=4.0)
         assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history

@@ -83,7 +83,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert row.chip.meaning is Meaning.DANGER
         assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"
         assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
-        bench.bench.set_cell(4.0)
+        bench.bench.set_world(cell_v=4.0)
         enable = page.list.rows["attitude_trigger"].act
         page.list.ensureWidgetVisible(enable)
         bench.click(enable)

@@ -103,7 +103,7 @@ def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(rig: OnBenc
     store = store_of(rig.assembly.storage)
     connector = rig.assembly.connector
     rig.bench.module.activate(is_active=True)
-    rig.bench.set_tilt(90)
+    rig.bench.set_world(tilt_deg=90)
     rig.until(lambda: connector.current.device.reported[0] is True)
     name_module(rig, "M-08")
     rig.until(lambda: bool(store.read(partial(all_fired, module="M-08"))))
@@ -117,10 +117,10 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     assert full_rig.check() is Standing.READY
     page, spoken = full_rig.preflight, announced(monkeypatch)
     assert full_rig.triggers.isVisible()
-    full_rig.bench.set_bay(is_open=True)
+    full_rig.bench.set_world(bay_is_open=True)
     full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
-    full_rig.bench.set_bay(is_open=False)
+    full_rig.bench.set_world(bay_is_open=False)
     full_rig.until(lambda: full_rig.assembly.connector.current.device.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
     assert full_rig.preflight.banner.announcement.standing is Standing.VOID
@@ -141,7 +141,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
 def test_a_new_check_shows_nothing_of_the_old_one(rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
-    rig.bench.set_cell(3.0)
+    rig.bench.set_world(cell_v=3.0)
     rig.click(page.buttons.run)
     assert page.banner.announcement.word == "CHECKING"
     assert "GO" not in page.banner.accessibleName()

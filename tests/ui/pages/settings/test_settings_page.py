@@ -298,7 +298,7 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     panel = one.settings.calibration
     one.click("calibration_closed_measure")
     one.until(panel.sides["open"].button.isEnabled)
-    one.bench.set_bay(is_open=True)
+    one.bench.set_world(bay_is_open=True)
     one.click("calibration_open_measure")
     one.until(panel.take.isEnabled)
     assert ("reads lower" in panel.detail.text()) is is_inverted

@@ -127,16 +127,16 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
 
 
 def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:
-    bar, state = bench.window.notice_bar, bench.bench.state
+    bar = bench.window.notice_bar
 
     def is_said() -> bool:
         return "has triggered" in notice_text(bar)
 
     activated(bench)
-    bench.bench.set_tilt(70)
+    bench.bench.set_world(tilt_deg=70)
     bench.until(lambda: bench.guided._connector.current.device.fresh("triggered", bench.clock.now_s))
     bench.wait(1.0)
-    assert state().is_triggered
+    assert bench.bench.module.is_triggered
     assert not is_said()
     bench.guided.work.cancel()
     bench.until(is_said)  # nobody else says now what comes next
