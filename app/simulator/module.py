@@ -238,7 +238,9 @@ class SimulatedModule:
         return sent
 
     def next_due(self, now_s: float) -> float | None:
-        """Return when it does something by itself, None for never."""
+        """Return when it does something by itself, or has something to collect; None for never."""
+        if self._out:
+            return now_s
         due_s = self._due_s()
         return None if due_s == math.inf else max(now_s, due_s)
 
