@@ -916,10 +916,6 @@
         <translation>失重时间过长，无法给出建议。</translation>
     </message>
     <message>
-        <source>Faults</source>
-        <translation>故障</translation>
-    </message>
-    <message>
         <source>Files</source>
         <translation>文件</translation>
     </message>
@@ -1656,10 +1652,6 @@
         <translation>鼠标或空格键</translation>
     </message>
     <message>
-        <source>Mute</source>
-        <translation>静默</translation>
-    </message>
-    <message>
         <source>NO-GO</source>
         <translation>禁止飞行</translation>
     </message>
@@ -2188,10 +2180,6 @@
         <translation>PWM 触发</translation>
     </message>
     <message>
-        <source>PWM trigger after</source>
-        <translation>PWM 触发（启动后）</translation>
-    </message>
-    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>
@@ -2222,10 +2210,6 @@
     <message>
         <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Physics</source>
-        <translation>物理环境</translation>
     </message>
     <message>
         <source>Picture: {what}</source>
@@ -2354,10 +2338,6 @@
     <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
-    </message>
-    <message>
-        <source>Random seed</source>
-        <translation>随机种子</translation>
     </message>
     <message>
         <source>Raw bytes</source>
@@ -2628,10 +2608,6 @@
         <translation>仅在查询时应答。</translation>
     </message>
     <message>
-        <source>Sensor noise</source>
-        <translation>传感器噪声</translation>
-    </message>
-    <message>
         <source>Sent, not confirmed.</source>
         <translation>已发送，未确认。</translation>
     </message>
@@ -2862,10 +2838,6 @@
     <message>
         <source>Stop motors and fans.</source>
         <translation>停止电机和风扇。</translation>
-    </message>
-    <message>
-        <source>Stream rate</source>
-        <translation>输出速率</translation>
     </message>
     <message>
         <source>Streams the status unasked.</source>
@@ -3660,10 +3632,6 @@
     <message>
         <source>Windows has no pseudo-terminals: use {option}.</source>
         <translation>Windows 没有伪终端：请使用 {option}。</translation>
-    </message>
-    <message>
-        <source>Wireless lag</source>
-        <translation>无线延迟</translation>
     </message>
     <message>
         <source>With external power it is the charging voltage.</source>

@@ -279,6 +279,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # as the page Flights does, too
+    rig.wait(1.0)  # the button lies elsewhere since the verdict
     assert rig.check() is Standing.NO_GO
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 3\n", encoding="utf-8")
