@@ -20,11 +20,10 @@ class Wire:
     def __init__(self, module: SimulatedModule, *, host_baud: int | None = None) -> None:
         self.module = module
         self.host_baud = host_baud
-        # What is on its way, with the time at which it arrives, in the order of these times.
+        # What is on its way, with the time at which it arrives, unless something before it is later.
         self._to_module: deque[tuple[float, bytes]] = deque()
         self._to_host: deque[tuple[float, bytes]] = deque()
         self._free_s = -math.inf
-        self._arrived_s = -math.inf
         self._random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
 
     def write(self, data: bytes, now_s: float) -> None:
@@ -61,7 +60,6 @@ class Wire:
         self._to_module.clear()
         self._to_host.clear()
         self._free_s = -math.inf
-        self._arrived_s = -math.inf
 
     def _collect(self, now_s: float) -> None:
         for sent in self.module.collect(now_s):
@@ -79,8 +77,7 @@ class Wire:
 
     def deliver(self, data: bytes, at_s: float) -> None:
         """Bring it to the host after the lag; it overtakes nothing."""
-        self._arrived_s = max(self._arrived_s, at_s + self.module.setup.lag_ms / 1000)
-        self._to_host.append((self._arrived_s, data))
+        self._to_host.append((at_s + self.module.setup.lag_ms / 1000, data))
 
     def _turned(self, byte: int) -> int:
         return byte ^ (1 << self._random.randrange(8))

@@ -115,6 +115,14 @@ def decode_voltage(module: SimulatedModule, now_s: float) -> float:
     return float(receive(module, request.encode(), now_s)[4] / 50)
 
 
+def test_a_new_baud_rate_holds_behind_its_acknowledgement() -> None:
+    module = running()
+    module.receive(bytes.fromhex("42 61 24 02 02 28 42 61 23 01 00 24"), 0.0)
+    assert [sent.baud_rate for sent in module.collect(1.0)] == [115200, 9600]
+    module.restart(2.0)
+    assert module.baud_rate == 9600
+
+
 def test_zeroing_takes_todays_mounting_as_level() -> None:
     module = running(Physics(tilt_deg=-4))
     assert say(module, "42 61 32 01 00 33")[9:11] == "04"
@@ -198,6 +206,26 @@ def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
     assert module.is_triggered
     assert say(module, "42 61 10 02 00 12", 10.0)
     assert not module.is_triggered
+
+
+def test_a_disabled_free_fall_trigger_does_not_fire() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    say(module, "42 61 17 02 01 1a")
+    module.world.drop(50, 0.0)
+    tick(module, 5.0)
+    assert not module.is_triggered
+
+
+def test_the_parachute_ends_a_fall() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    module.world.drop(100, 0.0)
+    measured_g = []
+    for number in range(1, 31):
+        tick(module, number / 10)
+        measured_g.append(round(module.measure(number / 10).acceleration_g, 1))
+    assert measured_g == [0.0] * 18 + [3.2] + [1.0] * 11, "it fires after 1.6 s, and the parachute needs 0.2 s"
 
 
 @pytest.mark.parametrize("frame", ["42 61 16 02 01 19", "42 61 11 02 00 13"])

@@ -374,9 +374,7 @@ class OddWire(Wire):
         is_spared = faults.direction is FaultDirection.TO_MODULE
         for worn in [data] if is_spared else self._worn(data):
             for position, piece in enumerate(self._pieces(worn)):
-                if position:
-                    self._arrived_s += faults.split_ms / 1000
-                self.deliver(piece, at_s + delay_s)
+                self.deliver(piece, at_s + delay_s + position * faults.split_ms / 1000)
 
     def _pieces(self, data: bytes) -> list[bytes]:
         if not odd(self.module).split_ms or len(data) < 2:
