@@ -1,12 +1,12 @@
 """What people did to a module: repacked it, changed ejector or cell, its firmware; and which of that is due again."""
 
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date, datetime
 from enum import Enum
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
+from app.store.fact_store import Kept
 from app.store.kinds import Serviced
 from app.text.messages import MAX_TEXT_LENGTH, UserMessage, clean, joined, message
 from app.text.user_error import UserError
@@ -68,41 +68,42 @@ class DueService(NamedTuple):
     """The module may have fired: without a repack it is not fit to fly, whatever a profile asks for."""
 
 
-def service_of(content: Mapping[str, Any]) -> Service:
-    """Raises `ValueError` for a kind or a date of a newer version."""
-    due = content["due"]
+def service_of(content: Serviced) -> Service:
     return Service(
-        kind=ServiceKind(content["service"]), on=date.fromisoformat(content["on"]),
-        due=None if due is None else date.fromisoformat(due), who=clean(content["who"]), note=clean(content["note"]),
-    )  # fmt: skip
+        kind=ServiceKind(content.service),
+        on=content.on,
+        due=content.due,
+        who=clean(content.who),
+        note=clean(content.note),
+    )
 
 
-def repack_due(fired_at: str | None, services: Iterable[tuple[str, Mapping[str, Any]]]) -> DueService | None:
-    """A module that may have fired has no parachute until a person has packed one. `services`: when each was entered,
-    in UTC, and what. None where nothing fired or a repack was entered since."""
+def repack_due(fired_at: str | None, services: Iterable[Kept[Serviced]]) -> DueService | None:
+    """A module that may have fired has no parachute until a person has packed one. None where nothing fired, or a
+    repack was entered since. `fired_at`: ISO 8601 in UTC."""
     if fired_at is None:
         return None
-    fired_on = datetime.fromisoformat(fired_at).astimezone().date().isoformat()
-    for made_at, content in services:
-        is_repack = content.get("service") == ServiceKind.REPACK.value
-        if is_repack and made_at > fired_at and str(content.get("on")) >= fired_on:
+    fired_on = datetime.fromisoformat(fired_at).astimezone().date()
+    for kept in services:
+        is_repack = kept.content.service == ServiceKind.REPACK.value
+        if is_repack and kept.at > fired_at and kept.content.on >= fired_on:
             return None
-    text = message(marked("It fired, or was told to, on {date}; no repack was entered since."), date=fired_on)
-    return DueService(text, is_overdue=True, is_after_firing=True)
+    text = marked("It fired, or was told to, on {date}; no repack was entered since.")
+    return DueService(message(text, date=fired_on.isoformat()), is_overdue=True, is_after_firing=True)
 
 
-def due_services(contents: Iterable[Mapping[str, Any]], today: date) -> list[DueService]:
-    """What is due of the last service of each kind; unreadable ones, and those of days to come, are left out.
-    `contents`: the oldest first."""
-    last: dict[ServiceKind, Service] = {}
+def due_services(contents: Iterable[Serviced], today: date) -> list[DueService]:
+    """What is due of the last service of each kind, without those of days to come. `contents`: the oldest first."""
+    last: dict[str, Serviced] = {}
     for content in contents:
-        with suppress(ValueError):
-            service = service_of(content)
-            if service.on <= today:
-                last[service.kind] = service
-    due = (last[kind] for kind in ServiceKind if kind in last)
-    return [_due(service.kind, service.due, (service.due - today).days) for service in due
-            if service.due is not None and (service.due - today).days <= SOON_DAYS]  # fmt: skip
+        if content.on <= today:
+            last[content.service] = content
+    due = []
+    for kind in ServiceKind:
+        service = last.get(kind.value)
+        if service is not None and service.due is not None and (service.due - today).days <= SOON_DAYS:
+            due.append(_due(kind, service.due, (service.due - today).days))
+    return due
 
 
 def _due(kind: ServiceKind, on: date, days: int) -> DueService:

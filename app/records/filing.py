@@ -12,8 +12,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from msgspec import to_builtins
-
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
@@ -142,11 +140,10 @@ def service_due(
 ) -> list[DueService]:
     """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
     not under its name yet. Only what this station knows: a verdict rests on it."""
-    kept = facts.of_module(Serviced, name)
-    done = [to_builtins(one.content) for one in kept]
+    done = facts.of_module(Serviced, name)
     fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
-    repack = repack_due(max(fired, default=None), [(one.at, to_builtins(one.content)) for one in kept])
-    due = due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
+    repack = repack_due(max(fired, default=None), done)
+    due = due_services(sorted((one.content for one in done), key=lambda content: content.on), at.date())
     return due if repack is None else [repack, *due]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec import to_builtins
+from msgspec.structs import replace
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -42,6 +42,7 @@ from app.records.record import sign
 from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
+from app.store.kinds import Serviced
 from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
 from app.text.user_error import UserError
@@ -329,10 +330,8 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
 TODAY = date(2026, 11, 24)
 
 
-def repacked(due: date | None, on: date = date(2026, 5, 24)) -> dict[str, object]:
-    service = Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
-    plain: dict[str, object] = to_builtins(service)
-    return plain
+def repacked(due: date | None, on: date = date(2026, 5, 24)) -> Serviced:
+    return Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
 
 
 @pytest.mark.parametrize(
@@ -353,10 +352,9 @@ def test_what_is_due_is_said_in_time(days: int | None, said: list[tuple[str, boo
 
 def test_the_last_of_each_kind_counts() -> None:
     late = repacked(date(2026, 11, 1))
-    cell = {**late, "service": "cell"}
-    unreadable = [{**late, "service": "balloon"}, {**late, "due": "soon"}]
+    cell = replace(late, service="cell")
     assert len(due_services([late, cell], TODAY)) == 2
-    assert due_services([late, cell, *unreadable, repacked(None), {**cell, "due": "2030-01-01"}], TODAY) == []
+    assert due_services([late, cell, repacked(None), replace(cell, due=date(2030, 1, 1))], TODAY) == []
 
 
 def test_it_reads_as_it_was_kept() -> None:

@@ -18,7 +18,7 @@ from app import version
 from app.engine.target import is_simulated
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
-from app.records.checks import measured_in
+from app.records.checks import cell_voltage_in
 from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import report_html
@@ -75,7 +75,7 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert (record.who, record.module, record.aircraft) == ("Li Wei", "M-07", "B-1234")
     assert version() in record.program
     assert record.read["settings"]["attitude_trigger"] is True
-    assert measured_in(record).items() >= {"cell_voltage_v": 3.9, "boot_count": 37, "heartbeats_lost": 0}.items()
+    assert cell_voltage_in(record).items() >= {"cell_voltage_v": 3.9, "boot_count": 37, "heartbeats_lost": 0}.items()
     assert (0.0, "out", "42 61 23 01 00 24") in record.frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in record.frames)
     assert record.notes == list(NOTES)
