@@ -155,9 +155,10 @@ def _two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
     visits.reverse()
     found = []
     for (at_before, station_before, before), (at, station, count) in pairwise(visits):
+        if not went_back(before, count) or at[:10] <= explained:
+            continue
         apart = datetime.fromisoformat(at) - datetime.fromisoformat(at_before)
-        is_compared = station == station_before or apart > CLOCKS
-        if is_compared and went_back(before, count) and at[:10] > explained:
+        if station == station_before or apart > CLOCKS:
             text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")
             found.append(message(text, before=before, then=at_before[:10], now=count, day=at[:10]))
     return found

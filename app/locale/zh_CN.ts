@@ -800,10 +800,6 @@
         <translation>时长</translation>
     </message>
     <message>
-        <source>Each check or test adds its module.</source>
-        <translation>每次检查或测试都会加入相应的模块。</translation>
-    </message>
-    <message>
         <source>Each module gets these settings and both triggers, is checked and named:</source>
         <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
     </message>
@@ -1824,10 +1820,6 @@
         <translation>{port} 上没有模块应答。</translation>
     </message>
     <message>
-        <source>No modules yet</source>
-        <translation>还没有模块</translation>
-    </message>
-    <message>
         <source>No new flight logs.</source>
         <translation>没有新的飞行日志。</translation>
     </message>
@@ -2684,10 +2676,6 @@
         <translation>参数设置</translation>
     </message>
     <message>
-        <source>Settings approved: {settings}.</source>
-        <translation>设置已批准：{settings}。</translation>
-    </message>
-    <message>
         <source>Settings as approved</source>
         <translation>参数与批准的一致</translation>
     </message>
@@ -2698,10 +2686,6 @@
     <message>
         <source>Settings not written: {count}.</source>
         <translation>尚未写入的参数：{count} 项。</translation>
-    </message>
-    <message>
-        <source>Settings written: {after}; before: {before}.</source>
-        <translation>设置已写入：{after}；之前：{before}。</translation>
     </message>
     <message>
         <source>Several adapters look the same: choose the module's port.</source>
@@ -3510,10 +3494,6 @@
         <translation>有未保存的修改。</translation>
     </message>
     <message>
-        <source>Use</source>
-        <translation>使用</translation>
-    </message>
-    <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.</source>
         <translation>请使用设备名、socket://HOST:PORT 或 rfc2217://HOST:PORT；打开文件请用 dps-s FILE。</translation>
     </message>
@@ -4314,10 +4294,6 @@
         <translation>不是成对的十六进制数字</translation>
     </message>
     <message>
-        <source>no password was found for it</source>
-        <translation>没有找到它的密码</translation>
-    </message>
-    <message>
         <source>no reply</source>
         <translation>无应答</translation>
     </message>
@@ -4802,10 +4778,6 @@
         <translation>此后恢复平稳，直到 {time}</translation>
     </message>
     <message>
-        <source>this computer does not trust its certificate</source>
-        <translation>本电脑不信任其证书</translation>
-    </message>
-    <message>
         <source>this line repeats answers: not known</source>
         <translation>此线路会重复应答：未知</translation>
     </message>
@@ -4978,10 +4950,6 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
-        <source>{check}: judged {measured}, read {read}</source>
-        <translation>{check}：判定值 {measured}，读取值 {read}</translation>
-    </message>
-    <message>
         <source>{code}: {answer}, status: {reported}.</source>
         <translation>{code}：{answer}，状态：{reported}。</translation>
     </message>
@@ -5032,10 +5000,6 @@
     <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
-    </message>
-    <message>
-        <source>{count}, first read since the repack: {since}</source>
-        <translation>{count}，自上次叠伞装仓后首次读取：{since}</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>

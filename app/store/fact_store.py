@@ -228,11 +228,15 @@ class Store:
 
     def copy_if_due(self) -> None:
         """Returns at once: the day's copy is made in a thread of its own, and one at a time."""
-        is_copying = self._copying is not None and self._copying.is_alive()
-        if self.opened.done() and self.opened.exception() is None and not is_copying and not self._is_closed:
-            copy = partial(copy_if_due, self.path, self._clock())
-            self._copying = threading.Thread(target=copy, name="dps-s copies", daemon=True)
-            self._copying.start()
+        if not self.opened.done() or self.opened.exception() is not None:
+            return
+        with self._lock:
+            is_copying = self._copying is not None and self._copying.is_alive()
+            if not is_copying and not self._is_closed:
+                copy = partial(copy_if_due, self.path, self._clock())
+                thread = threading.Thread(target=copy, name="dps-s copies", daemon=True)
+                thread.start()
+                self._copying = thread
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is left; returns how many pieces were not written within the limit. Idempotent, never raises."""

@@ -117,7 +117,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert [one.verdict for one in of_module] == ["READY", "NO-GO"]
     of_aircraft = kept.read(lambda facts: checks_in(facts, aircraft="B-1234"))
     assert [one.verdict for one in of_aircraft] == ["READY", "NO-GO"]
-    assert [check.measured["cell_voltage_v"] for check in of_module] == [3.9, 3.9]
+    assert [check.cell_voltage_v for check in of_module] == [3.9, 3.9]
     assert [one.outcome for one in audit(kept, Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 

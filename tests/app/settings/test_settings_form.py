@@ -5,12 +5,11 @@ from typing import Any
 
 import pytest
 
-from app.archive.module_history import _setting
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.setting_texts import DEFAULTS
+from app.settings.setting_texts import DEFAULTS, setting_message
 from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
@@ -251,4 +250,4 @@ def test_nothing_is_rounded_to_a_value(text: str) -> None:
 )
 def test_a_setting_of_the_past_is_said_in_the_language_in_use(key: str, value: Value, said: str) -> None:
     with temporary_language(CHINESE):
-        assert _setting(key, value).translated() == said
+        assert setting_message(key, value).translated() == said
