@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QToolButton
 
-from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.sentences import labelled
-from ui.archive.archive_exchange import ArchiveExchange, Seen
+from ui.archive.archive_exchange import ArchiveExchange, exchanged_text
 from ui.services.context import Services
 from ui.shell.main_window import MainWindow
 from ui.style.icons import Icon, icon
@@ -59,12 +58,3 @@ class ArchiveActions(QObject):
         self.line.setText(text)
         self.line.setAccessibleName(labelled(tr("Archive"), text))
         self.line.setToolTip(text if seen.trouble is None else f"{text}\n{seen.trouble.translated()}")
-
-
-def exchanged_text(seen: Seen) -> str:
-    """Of the exchanges with the server; empty without one."""
-    if seen.exchanged is None:
-        return ""
-    last_at = seen.exchanged.last_at
-    time = tr("never") if last_at is None else local_time(last_at, MINUTE)
-    return tr("Not shared: {count}. Last: {time}.", count=seen.exchanged.not_shared, time=time)

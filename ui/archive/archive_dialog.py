@@ -19,8 +19,7 @@ from app.text.messages import clean
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.archive.archive_actions import exchanged_text
-from ui.archive.archive_exchange import ArchiveExchange, Seen, archive_of
+from ui.archive.archive_exchange import ArchiveExchange, Seen, archive_of, exchanged_text
 from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import ThenPath, ask_path, show_over_page
@@ -177,7 +176,10 @@ class ArchiveDialog(QDialog):
         set_role(self.state, role)
 
     def _show(self, modules: list[ModuleToday]) -> None:
+        """The chosen one stays chosen, also where others came to it."""
+        names = [row.name for row in self.modules.chosen()]
         self.modules.show_rows(modules)
+        self.modules.choose(lambda row: row.name in names)
         if modules and not self.modules.chosen():
             select_row(self.modules, 0)
         self._show_life()

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.system.wall_clock import MINUTE, local_time
+from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
@@ -31,6 +33,15 @@ class Seen(NamedTuple):
     exchanged: "Exchanged | None" = None
     done: "Synced | None" = None
     trouble: UserMessage | None = None
+
+
+def exchanged_text(seen: Seen) -> str:
+    """Of the exchanges with the server; empty without one."""
+    if seen.exchanged is None:
+        return ""
+    last_at = seen.exchanged.last_at
+    time = tr("never") if last_at is None else local_time(last_at, MINUTE)
+    return tr("Not shared: {count}. Last: {time}.", count=seen.exchanged.not_shared, time=time)
 
 
 class ArchiveExchange(QObject):

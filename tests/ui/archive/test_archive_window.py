@@ -52,6 +52,10 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, qapp: QApplicati
         assert "Received: " in dialog.state.text()
         dialog.modules.selectRow(1)
         qtbot.waitUntil(lambda: dialog.life.model().rowCount() > 2, timeout=WAIT_MS)
+        store_of(assembly.storage).add(SaidNew(is_new=True), "M-00").result(PATIENCE_S)
+        dialog.bring_up()
+        qtbot.waitUntil(lambda: model.rowCount() == 3, timeout=WAIT_MS)
+        assert [row.name for row in dialog.modules.chosen()] == ["M-07"]
 
 
 def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
