@@ -25,7 +25,7 @@ from app.text.user_error import ErrorCode, UserError
 
 if TYPE_CHECKING:
     from app.engine.transport import PortError
-    from app.records.labels import Paper
+    from app.modules.labels import Paper
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1, errors show their traceback and the log goes to standard error."""

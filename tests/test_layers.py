@@ -27,6 +27,7 @@ ROOMS = (
     "app/procedures",
     "app/guided",
     "app/settings",
+    "app/modules",
     "app/limits",
     "app/trigger_records",
     "app/samples",

@@ -9,7 +9,7 @@ from app.archive.archive import Archive
 from app.guided.guided_store import told_test
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS
-from app.limits.service import service_of
+from app.modules.service import service_summary
 from app.records.checks import CheckLine, check_line, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
@@ -104,7 +104,7 @@ def _told(content: Content) -> UserMessage | None:
         case MayHaveFired():
             return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
         case Serviced():
-            return service_of(content).summary()
+            return service_summary(content)
         case ModuleProvisioned():
             return message(marked("Made in the batch {batch}."), batch=clean(content.batch))
         case _:

@@ -13,9 +13,8 @@ from app.archive.archive import Archive
 from app.archive.due import DueKind
 from app.guided.guided_store import last_tests
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
-from app.limits.service import ServiceKind
+from app.modules.service import COUNTS_ANEW, service_due
 from app.records.checks import CheckLine, check_line
-from app.records.filing import service_due
 from app.store.fact_store import Facts, Kept
 from app.store.fired import all_fired
 from app.store.kinds import KIND_OF, ModuleVisited, PreflightCheck, Serviced, TriggerRecordJudged, TriggerRecordSeen
@@ -32,8 +31,6 @@ CLOCKS = timedelta(minutes=15)
 """The clocks of two stations may differ by this much."""
 DOUBT_DAYS = 180
 """A contradiction that is older is history: nobody can answer for it any more."""
-_PARTS = (ServiceKind.FIRMWARE.value, ServiceKind.EJECTOR.value)
-"""A service of these explains a boot count that went back."""
 
 
 class Due(NamedTuple):
@@ -143,7 +140,7 @@ def _test_due(test: StoredTest, now: datetime, test_days: int) -> list[Due]:
 def _two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
     """Where the boot count went back within half a year. The time of two stations may differ by minutes, so what they
     read so close together contradicts nothing. An exchange of parts that a person entered later has explained it."""
-    parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in _PARTS]
+    parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in COUNTS_ANEW]
     explained = max(parts).isoformat() if parts else ""
     since = time_text(now - timedelta(days=DOUBT_DAYS))
     visits: list[tuple[str, str, int]] = []

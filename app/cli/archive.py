@@ -28,7 +28,7 @@ from app.cli.results import (
     ServicedJson,
     SyncJson,
 )
-from app.limits.service import Service, ServiceKind
+from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.checks import CheckLine
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of
@@ -195,14 +195,13 @@ def run_module(args: argparse.Namespace) -> int:
 
 def run_service(args: argparse.Namespace) -> int:
     """Keep what a person did to a module; print what is due."""
-    service = Service(kind=ServiceKind(args.what), on=args.on or local_now().date(), due=args.due, who=args.who,
-                      note=args.note)  # fmt: skip
-    content = service.content()
+    on = args.on or local_now().date()
+    content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
     with opened_archive() as archive:
         if args.module not in archive.read(lambda facts: facts.modules()):
             raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
         keep_service(archive.store, args.module, content)
-    told = service.summary()
+    told = service_summary(content)
     console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
     return console.SUCCESS
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from app.fleet.batch import OPEN, READY, BatchRow, ModuleBatch
-from app.records.labels import A4, Label, Paper, Printer, write_labels
+from app.modules.labels import A4, Label, Paper, Printer, write_labels
 from app.records.report_files import carries, check_target
 from app.system.files import write_whole
 from app.text.csv_cells import csv_text, utc_cell

@@ -7,10 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from app.modules.labels import A4, Printer
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
-from app.records.labels import A4, Printer
 from app.records.report_files import carries, check_target, suggested_name, write_report
 from app.system.files import write_whole
 from app.text.i18n import tr

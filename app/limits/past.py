@@ -9,7 +9,7 @@ from protocol.fields import Value
 
 if TYPE_CHECKING:  # reading loads none of it
     from app.guided.results import GuidedKind, StoredTest
-    from app.limits.service import DueService
+    from app.modules.service import DueService
 
 
 class LastTested(NamedTuple):

@@ -5,7 +5,6 @@ Used by the window and the command line. Where the store fails, the verdict and 
 
 import logging
 from collections import Counter
-from collections.abc import Iterable
 from concurrent.futures import CancelledError
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -15,7 +14,7 @@ from typing import NamedTuple
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
-from app.limits.service import DueService, due_services, repack_due
+from app.modules.service import repack_due, service_due
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
@@ -25,8 +24,7 @@ from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.stations.station import own_station
 from app.store.fact_store import Facts, Store
-from app.store.fired import Fired, all_fired, claim_fired, unnamed_fired
-from app.store.kinds import Serviced
+from app.store.fired import claim_fired, unnamed_fired
 from app.store.modules import LastRead, evidence_of, last_booted, register_module, store_evidence, went_back
 from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
@@ -133,18 +131,6 @@ def keep_check(facts: Facts, filed: Filed) -> None:
         if assessment.case.person.is_same_module and now.is_complete:
             store_evidence(facts, name, now)
         _keep_word(triggers, name, assessment.case)
-
-
-def service_due(
-    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
-) -> list[DueService]:
-    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
-    not under its name yet. Only what this station knows: a verdict rests on it."""
-    done = facts.of_module(Serviced, name)
-    fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
-    repack = repack_due(max(fired, default=None), done)
-    due = due_services(sorted((one.content for one in done), key=lambda content: content.on), at.date())
-    return due if repack is None else [repack, *due]
 
 
 def _name_of(person: Person) -> str | None:

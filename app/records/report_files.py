@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from app.records.labels import A4, Printer
+from app.modules.labels import A4, Printer
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Record, SignedRecord, read_document
 from app.records.report import report_html
 from app.system.files import write_whole

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QLineEdit, QPushButt
 
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.report import ModuleToday, report
-from app.limits.service import Service
 from app.records.verification import shown_key
+from app.store.kinds import Serviced
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -148,10 +148,10 @@ class ArchiveDialog(QDialog):
             keep = partial(self._keep_service, module.name)
             ServiceForm(self, clean(module.name), self._services.preferences.who, keep)
 
-    def _keep_service(self, module: str, service: Service) -> None:
+    def _keep_service(self, module: str, service: Serviced) -> None:
         storage = self._services.storage
         self._keeping.run(
-            lambda _running: archive_of(storage).store.add(service.content(), module).result(),
+            lambda _running: archive_of(storage).store.add(service, module).result(),
             lambda _kept: self._exchange.exchange(None),
             self._fail,
         )

@@ -15,7 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limits.service import TITLES, Service, ServiceKind
+from app.modules.service import TITLES, ServiceKind, serviced
+from app.store.kinds import Serviced
 from app.text.i18n import tr
 from ui.files.file_dialogs import open_dialog
 from ui.widgets.controls import control, named
@@ -28,7 +29,7 @@ REPACKED_FOR_MONTHS = 6
 class ServiceForm(QDialog):
     """`then` gets the service once it was confirmed."""
 
-    def __init__(self, parent: QWidget, module: str, who: str, then: Callable[[Service], object]) -> None:
+    def __init__(self, parent: QWidget, module: str, who: str, then: Callable[[Serviced], object]) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("Service of {module}", module=module))
         today = QDate.currentDate()
@@ -63,10 +64,10 @@ class ServiceForm(QDialog):
         open_dialog(self, "service_form", lambda: then(self.service))
 
     @property
-    def service(self) -> Service:
+    def service(self) -> Serviced:
         due = _date_of(self.due) if self.is_due.isChecked() else None
-        return Service(kind=ServiceKind(self.kind.currentData()), on=_date_of(self.on), due=due,
-                       who=self.who.text(), note=self.note.text())  # fmt: skip
+        kind = ServiceKind(self.kind.currentData())
+        return serviced(kind, on=_date_of(self.on), due=due, who=self.who.text(), note=self.note.text())
 
 
 def _date_of(day: QDateEdit) -> date:

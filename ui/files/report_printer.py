@@ -20,7 +20,7 @@ from PySide6.QtGui import (
     QTextOption,
 )
 
-from app.records.labels import Paper
+from app.modules.labels import Paper
 
 SMALLEST_PT, STEP_PT = 4.0, 0.25
 RESOLUTION_DPI = 600

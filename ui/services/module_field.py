@@ -4,7 +4,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
-from app.records.labels import MAX_NAME_LENGTH
+from app.modules.labels import MAX_NAME_LENGTH
 from app.text.i18n import tr
 from ui.services.port import Ports
 from ui.style.icons import Icon, icon

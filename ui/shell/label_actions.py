@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QCursor
 
 from app.engine.snapshots import fresh_settings
-from app.records.labels import PAPERS, Label, Paper, write_labels
+from app.modules.labels import PAPERS, Label, Paper, write_labels
 from app.settings.fingerprint import Fingerprint, fingerprint
 from app.store.fact_store import Store
 from app.store.modules import evidence_of, modules

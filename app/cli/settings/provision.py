@@ -19,11 +19,11 @@ from app.cli.settings.set import warn
 from app.engine.procedure import await_asking
 from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, TAKEN, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
 from app.fleet.batch_list import cells, check_batch_target, is_done, write_batch_labels, write_list
+from app.modules.labels import PAPERS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.provision import await_gone
 from app.procedures.write_all import WriteContext
-from app.records.labels import PAPERS
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.terminal import console

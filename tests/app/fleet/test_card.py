@@ -15,6 +15,7 @@ from app.fleet.card import Card, HeldVerdict, Need, by_need, card_of
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
 from app.limits.out_of_limits import LimitsInUse
+from app.modules.labels import Paper
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict, Void, assess
@@ -23,7 +24,6 @@ from app.procedures.read import read_everything
 from app.procedures.write import SetReply
 from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, file_check, local_now
-from app.records.labels import Paper
 from app.records.record import make_record
 from app.records.report_files import document_in
 from app.safety.journal import Outcome

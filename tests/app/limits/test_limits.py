@@ -1,17 +1,13 @@
-"""No profile goes below the hard limits; softer ones are said beside the verdict; what people did, and what is due
-again.
-"""
+"""No profile goes below the hard limits; softer ones are said beside the verdict."""
 
 import math
 from collections import Counter
 from collections.abc import Iterator
-from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -32,7 +28,6 @@ from app.limits.out_of_limits import (
     record_outside,
     value_outside,
 )
-from app.limits.service import Service, ServiceKind, due_services, service_of
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
@@ -42,10 +37,8 @@ from app.records.record import sign
 from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
-from app.store.kinds import Serviced
 from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
-from app.text.user_error import UserError
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
@@ -325,41 +318,3 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert not line.sign.pixmap().isNull()
         line.on_batch(damaged._replace(at=connector.clock() + 11))
         assert line.fault.isHidden()
-
-
-TODAY = date(2026, 11, 24)
-
-
-def repacked(due: date | None, on: date = date(2026, 5, 24)) -> Serviced:
-    return Service(kind=ServiceKind.REPACK, on=on, due=due, who="Li Wei", note="\x1b[2J").content()
-
-
-@pytest.mark.parametrize(
-    ("days", "said"),
-    [
-        (31, []),
-        (30, [("Repack due on 2026-12-24, days left: 30.", False)]),
-        (0, [("Repack due on 2026-11-24, days left: 0.", False)]),
-        (-1, [("Repack overdue since 2026-11-23.", True)]),
-        (None, []),
-    ],
-)
-def test_what_is_due_is_said_in_time(days: int | None, said: list[tuple[str, bool]]) -> None:
-    content = repacked(None if days is None else TODAY + timedelta(days=days))
-    due = due_services([content], TODAY)
-    assert [(service.text.in_english(), service.is_overdue) for service in due] == said
-
-
-def test_the_last_of_each_kind_counts() -> None:
-    late = repacked(date(2026, 11, 1))
-    cell = replace(late, service="cell")
-    assert len(due_services([late, cell], TODAY)) == 2
-    assert due_services([late, cell, repacked(None), replace(cell, due=date(2030, 1, 1))], TODAY) == []
-
-
-def test_it_reads_as_it_was_kept() -> None:
-    service = service_of(repacked(date(2026, 12, 6)))
-    assert (service.kind, service.on, service.due) == (ServiceKind.REPACK, date(2026, 5, 24), date(2026, 12, 6))
-    assert service.summary().in_english() == "Repack on 2026-05-24 by Li Wei, due again: 2026-12-06. [U+001B][2J"
-    with pytest.raises(UserError, match="on a later day"):
-        repacked(TODAY, on=TODAY)

@@ -10,7 +10,7 @@ from app.engine.device import StatusSample
 from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastAnswer, LastTested, Past
-from app.limits.service import DueService
+from app.modules.service import DueService
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding, Person
 from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint

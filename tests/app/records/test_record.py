@@ -16,10 +16,10 @@ import pytest
 
 from app import version
 from app.engine.target import is_simulated
+from app.modules.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.checks import cell_voltage_in
-from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import report_html
 from app.records.report_files import check_target, suggested_name, write_report

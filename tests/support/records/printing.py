@@ -1,6 +1,6 @@
 """Prints reports as the program does."""
 
-from app.records.labels import A4
+from app.modules.labels import A4
 from ui.files.report_printer import print_pages
 
 

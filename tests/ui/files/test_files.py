@@ -210,7 +210,7 @@ def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> N
         from PySide6.QtCore import Qt
         from PySide6.QtGui import QGuiApplication, QImage
         from shiboken6 import Object
-        from app.records.labels import A4
+        from app.modules.labels import A4
         import ui.main
         from ui.files.report_printer import print_pages
         from ui.files.save_bar import png_parts

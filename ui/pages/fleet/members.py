@@ -10,7 +10,8 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card, card_of
-from app.records.filing import local_now, service_due
+from app.modules.service import service_due
+from app.records.filing import local_now
 from app.store.fact_store import Facts, Store
 from app.text.messages import UserMessage
 from protocol.catalogue import DEFAULT_BAUD_RATE

@@ -8,7 +8,7 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from app.records.labels import Printer
+from app.modules.labels import Printer
 from app.records.record import SignedRecord
 from app.records.report_files import suggested_name, write_report
 from app.records.verification import RecordState, Verification, is_green, verify_file

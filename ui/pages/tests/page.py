@@ -28,8 +28,8 @@ from PySide6.QtWidgets import (
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
+from app.modules.labels import A4
 from app.procedures.lock import SENTENCES
-from app.records.labels import A4
 from app.records.report import guided_html
 from app.records.report_files import check_target, is_report
 from app.safety.acts import Act

@@ -13,6 +13,7 @@ from app.engine.procedure import Cancelled, Procedure
 from app.engine.snapshots import Snapshot
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
+from app.modules.labels import Printer
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
@@ -21,7 +22,6 @@ from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import SettingChange, WriteContext
 from app.records.filing import Filed, local_now
-from app.records.labels import Printer
 from app.records.record import make_record
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile

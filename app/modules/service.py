@@ -1,0 +1,110 @@
+"""What people did to a module: repacked it, changed ejector or cell, its firmware; and which of that is due again."""
+
+from collections.abc import Iterable, Mapping
+from datetime import date, datetime
+from enum import Enum
+from typing import Final, NamedTuple
+
+from app.store.fact_store import Facts, Kept
+from app.store.fired import Fired, all_fired
+from app.store.kinds import Serviced
+from app.text.messages import UserMessage, clean, joined, message
+from app.text.user_error import UserError
+from protocol.translatable import marked
+
+SOON_DAYS: Final = 30
+
+
+class ServiceKind(Enum):
+    """The value is the word in facts and on the command line."""
+
+    REPACK = "repack"
+    EJECTOR = "ejector"
+    CELL = "cell"
+    FIRMWARE = "firmware"
+
+
+TITLES: Final[Mapping[ServiceKind, str]] = {
+    ServiceKind.REPACK: marked("Repack"),
+    ServiceKind.EJECTOR: marked("Ejector"),
+    ServiceKind.CELL: marked("Cell"),
+    ServiceKind.FIRMWARE: marked("Firmware"),
+}
+# With another one of these the module may count its starts anew.
+COUNTS_ANEW: Final = (ServiceKind.FIRMWARE.value, ServiceKind.EJECTOR.value)
+
+
+def serviced(kind: ServiceKind, *, on: date, due: date | None = None, who: str = "", note: str = "") -> Serviced:
+    """Done `on` a day by `who`, and to be done again on the day `due`, if any. Raises `UserError` for what makes no
+    sense."""
+    if due is not None and due <= on:
+        raise UserError(marked("It must be due on a later day."))
+    return Serviced(service=kind.value, on=on, due=due, who=clean(who.strip()), note=clean(note.strip()))
+
+
+def service_summary(service: Serviced) -> UserMessage:
+    """ "Repack on 2026-11-24 by Li Wei, due again: 2027-05-24. Note"."""
+    done = message(
+        marked("{what} on {date} by {who}, due again: {due}."),
+        what=message(TITLES[ServiceKind(service.service)]),
+        date=service.on.isoformat(),
+        who=clean(service.who) or message(marked("not named")),
+        due=message(marked("never")) if service.due is None else UserMessage(service.due.isoformat()),
+    )
+    return joined([done, UserMessage(clean(service.note))], " ") if service.note else done
+
+
+# What is due
+
+
+class DueService(NamedTuple):
+    """What is due within 30 days, or overdue."""
+
+    text: UserMessage
+    is_overdue: bool
+    # The module may have fired: without a repack it is not fit to fly, whatever a profile asks for.
+    is_after_firing: bool = False
+
+
+def service_due(
+    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
+) -> list[DueService]:
+    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
+    not under its name yet. Only what this station knows: a verdict rests on it."""
+    services = facts.of_module(Serviced, name)
+    fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
+    return all_due(max(fired, default=None), services, at.date())
+
+
+def all_due(fired_at: str | None, services: Iterable[Kept[Serviced]], today: date) -> list[DueService]:
+    """`fired_at`: when the module may have fired last, in UTC. Of each kind the last service counts, that was not
+    entered for a day to come."""
+    known = list(services)
+    repack = repack_due(fired_at, known)
+    due = [] if repack is None else [repack]
+    for kind in ServiceKind:
+        done = [one.content for one in known if one.content.service == kind.value and one.content.on <= today]
+        done.sort(key=lambda service: service.on)
+        last = done[-1] if done else None
+        if last is not None and last.due is not None and (last.due - today).days <= SOON_DAYS:
+            due.append(_due(kind, last.due, (last.due - today).days))
+    return due
+
+
+def repack_due(fired_at: str | None, services: Iterable[Kept[Serviced]] = ()) -> DueService | None:
+    """A module that may have fired has no parachute until a person has packed one. None where nothing fired, or a
+    repack was entered since."""
+    if fired_at is None:
+        return None
+    fired_on = datetime.fromisoformat(fired_at).astimezone().date()
+    for one in services:
+        is_repack = one.content.service == ServiceKind.REPACK.value
+        if is_repack and one.at > fired_at and one.content.on >= fired_on:
+            return None
+    text = marked("It fired, or was told to, on {date}; no repack was entered since.")
+    return DueService(message(text, date=fired_on.isoformat()), is_overdue=True, is_after_firing=True)
+
+
+def _due(kind: ServiceKind, on: date, days: int) -> DueService:
+    text = marked("{what} overdue since {date}.") if days < 0 else marked("{what} due on {date}, days left: {days}.")
+    return DueService(message(text, what=message(TITLES[kind]), date=on.isoformat(), days=days), days < 0)
