@@ -220,8 +220,8 @@ def test_a_simulated_module_is_no_evidence() -> None:
 
 
 def test_times_have_the_local_zone() -> None:
-    assert "UTC+08:00" in printed()
-    assert "00:00:00 UTC<" in printed(at=datetime(2026, 1, 2, tzinfo=UTC))
+    assert "2026-11-21 14:03:05+08:00" in printed()
+    assert "2026-01-02 00:00:00+00:00" in printed(at=datetime(2026, 1, 2, tzinfo=UTC))
 
 
 def test_settings_that_a_person_approved_just_now_are_their_own_limit() -> None:
