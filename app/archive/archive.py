@@ -10,19 +10,21 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from app.records.verification import StationNames
 from app.store.fact_store import Facts, Store
 from app.store.kinds import StationNamed
 from app.store.opening import connect
-from app.store.rows import AHEAD, fact_id
+from app.store.rows import AHEAD, last_id_of
 from app.store.trouble import StoreTrouble, trouble_of
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")
 
 OTHERS_FILE = "archive.sqlite"
+CHECKPOINT_PAGES = 100
+"""Of 4 kB. An act's intent waits at the disk for as much as is being written there, so that it is little at a time."""
 # Rows of a place that are left out: remembered there and for that day, so that they are fetched and named once. Not for
 # longer and not for other places: the id of a row that was altered is that of a good one, which may still come.
 _REFUSED = """
@@ -30,20 +32,24 @@ _REFUSED = """
         place TEXT NOT NULL, id TEXT NOT NULL, why TEXT NOT NULL, "on" TEXT NOT NULL, PRIMARY KEY (place, id)
     ) STRICT
 """
-_EXCHANGED = "exchanged:"
 
 
 class ArchiveStatus(NamedTuple):
-    """`not_shared`: facts of this station that are not known to be at the place. `last_at`: of the last complete
-    exchange with it. `ahead`: stations with facts of more than a day from now, which count for nothing."""
+    """`stations`: what they call themselves, by key. `ahead`: stations with facts of more than a day from now, which
+    count for nothing."""
 
     facts: int
     own: int
     stations: dict[str, str]
-    """Names by key."""
-    not_shared: int
-    last_at: str | None
     ahead: list[str]
+
+
+class Exchanged(NamedTuple):
+    """What is known of the exchanges with a place. `last_at`: of the last complete one, ISO 8601. `not_shared`: facts
+    of this station that are not known to be there."""
+
+    last_at: str | None
+    not_shared: int
 
 
 class Archive:
@@ -55,11 +61,12 @@ class Archive:
 
     @contextmanager
     def opened(self) -> Iterator[sqlite3.Connection]:
-        """The file of the others, with the store beside it as `own`. Only the first may be written."""
+        """The file of the others, with the store beside it as `own`. That is read only: a transaction of an exchange
+        would else hold it, too, and an act's intent would wait for each page."""
         self.store.opened.result()
         try:
             with closing(self._connect()) as connection:
-                connection.execute("ATTACH ? AS own", (str(self.store.path),))
+                connection.execute("ATTACH ? AS own", (f"{self.store.path.as_uri()}?mode=ro",))
                 yield connection
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
@@ -70,37 +77,29 @@ class Archive:
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
             return work(Facts(connection, self.store.station, lambda: datetime.now(UTC)))
 
-    def status(self, place: str | None) -> ArchiveStatus:
-        """`place`: as an exchange with it is noted; None: of no place."""
-        exchanged = self._exchanged(place)
-        with self.opened() as connection:
-            others = _number(connection, "SELECT count(*) FROM main.facts")
-            own = _number(connection, "SELECT count(*) FROM own.facts")
-            not_shared = _number(connection, "SELECT count(*) FROM own.facts WHERE rowid > ?", exchanged.get("last", 0))
-        stations, ahead = self.read(lambda facts: (station_names(facts), _stations_ahead(facts)))
-        return ArchiveStatus(others + own, own, stations, not_shared, exchanged.get("at"), ahead)
+    def status(self) -> ArchiveStatus:
+        def read(facts: Facts) -> ArchiveStatus:
+            query = "SELECT (SELECT count(*) FROM main.facts), (SELECT count(*) FROM own.facts)"
+            others, own = facts.connection.execute(query).fetchone()
+            later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
+            ahead = facts.connection.execute(later, (last_id_of(datetime.now(UTC) + AHEAD),))
+            return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
 
-    def not_shared(self, place: str) -> int:
+        return self.read(read)
+
+    def exchanged(self, place: str) -> Exchanged:
         """Quick; only of this station's store."""
-        last = self._exchanged(place).get("last", 0)
+        noted = self.store.state(f"exchanged:{place}") or {}
         query = "SELECT count(*) FROM facts WHERE rowid > ?"
-        return self.store.read(lambda facts: _number(facts.connection, query, last))
-
-    def last_own(self) -> int:
-        """What was written by now. Rows of the store have ascending numbers in the order of commits, as one writes."""
-        return self.store.read(lambda facts: _number(facts.connection, "SELECT coalesce(max(rowid), 0) FROM facts"))
+        last = noted.get("last", 0)
+        count = self.store.read(lambda facts: facts.connection.execute(query, (last,)).fetchone()[0])
+        return Exchanged(noted.get("at"), count)
 
     def note_exchange(self, place: str, last: int) -> None:
-        """A complete one."""
+        """A complete one, with the own facts up to the row `last`: one thread writes them, so that rows have ascending
+        numbers in the order in which they were committed."""
         at = datetime.now(UTC).isoformat(timespec="seconds")
-        self.store.set_state(_EXCHANGED + place, {"at": at, "last": last}).result()
-
-    def last_exchange(self, place: str) -> str | None:
-        at = self._exchanged(place).get("at")
-        return at if isinstance(at, str) else None
-
-    def _exchanged(self, place: str | None) -> dict[str, Any]:
-        return {} if place is None else self.store.state(_EXCHANGED + place) or {}
+        self.store.set_state(f"exchanged:{place}", {"at": at, "last": last}).result()
 
     def _connect(self) -> sqlite3.Connection:
         """A file that cannot be used is thrown away."""
@@ -114,41 +113,26 @@ class Archive:
                 self.path.with_name(self.path.name + end).unlink(missing_ok=True)
             connection = connect(self.path, is_checked=False)
         connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
+        connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
         connection.execute(_REFUSED)
         return connection
 
 
-def station_names(facts: Facts) -> dict[str, str]:
-    """What stations call themselves, by key; of one that has several names the last. A name is no trust."""
-    return dict(introductions(facts))
-
-
 def introductions(facts: Facts) -> list[tuple[str, str]]:
-    """Keys with names. Only a station itself introduces itself."""
+    """The keys of stations with what they call themselves, the oldest first. A name is no trust, and only a station
+    itself introduces itself."""
     kept = facts.of_kind(StationNamed)
     return [(one.content.public_key, one.content.name) for one in kept if one.row.station == one.content.public_key]
 
 
 def known_names(store: Store | None) -> StationNames:
-    """What the stations of this store and its archive call themselves; of an archive that cannot be read nothing."""
+    """What the stations of this store and its archive call themselves; nothing where they cannot be read."""
     if store is None:
-        return StationNames(None)
+        return StationNames()
     try:
         archive = Archive(store)
         names = archive.read(introductions) if archive.path.exists() else store.read(introductions)
         return StationNames(store.station, names)
     except StoreTrouble as error:
         _log.warning("The names of stations cannot be read: %s", error)
-        return StationNames(None)
-
-
-def _stations_ahead(facts: Facts) -> list[str]:
-    """An id begins with the time."""
-    latest = (datetime.now(UTC) + AHEAD).isoformat()
-    since = fact_id("", None, "", latest, "")[:12]
-    rows = facts.connection.execute("SELECT DISTINCT station FROM facts WHERE id > ?", (since + "g",))
-    return sorted(station for (station,) in rows)
-
-
-def _number(connection: sqlite3.Connection, query: str, *values: object) -> int:
-    return int(connection.execute(query, values).fetchone()[0])
+        return StationNames()

@@ -1,9 +1,6 @@
-"""What a module needs."""
+"""What a module may need."""
 
 from enum import StrEnum
-from typing import NamedTuple
-
-from app.text.messages import UserMessage
 
 
 class DueKind(StrEnum):
@@ -17,8 +14,3 @@ class DueKind(StrEnum):
     OLD_TEST = "old_test"
     SERVICE = "service"
     TWO_MODULES = "two_modules"
-
-
-class Due(NamedTuple):
-    kind: DueKind
-    text: UserMessage

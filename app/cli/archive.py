@@ -5,14 +5,14 @@ Exit code 0 done; 1 there is no such module; 2 no archive file, or an invalid ad
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 
 from app.archive.archive import Archive
-from app.archive.module_history import ModuleHistory, module_history
+from app.archive.module_history import HistoryEvent, module_history
+from app.archive.postgres import is_server, server_url, store_server, stored_server
 from app.archive.report import CHECK_DAYS, TEST_DAYS, ModuleToday, report
-from app.archive.server_url import SCHEMES, server_url, store_server, stored_server
 from app.archive.sync import Synced, sync
 from app.cli.results import (
     ArchiveCheckJson,
@@ -23,7 +23,6 @@ from app.cli.results import (
     ArchiveStationJson,
     ArchiveStatusJson,
     ArchiveTestJson,
-    ArchiveValueJson,
     LeftOutJson,
     ModuleHistoryJson,
     ServicedJson,
@@ -47,10 +46,10 @@ from app.text.user_error import ErrorCode
 
 SERVER = "postgresql://USER@HOST/DATABASE"
 REPORT_HEAD = (
-    "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft", "settings_code",
-    "checks", "trigger_records", "not_judged", "since_repack", "due",
+    "module", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft", "settings_code",
+    "checks", "trigger_records", "not_judged", "due",
 )  # fmt: skip
-HISTORY_HEAD = ("at", "station", "kind", "told", "value_name", "value")
+HISTORY_HEAD = ("at", "station", "kind", "told", "cell_voltage_v")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +100,8 @@ def opened_archive() -> Iterator[Archive]:
 def run_status(args: argparse.Namespace) -> int:
     place = stored_server(data_folder())
     with opened_archive() as archive:
-        status = archive.status(place)
+        status = archive.status()
+        exchanged = archive.exchanged(place or "")
         own = archive.store.station
     stations = [ArchiveStationJson(station=_shown(key), name=name) for key, name in sorted(status.stations.items())]
     answer = ArchiveStatusJson(
@@ -110,8 +110,8 @@ def run_status(args: argparse.Namespace) -> int:
         own=status.own,
         stations=stations,
         server=place,
-        not_shared=status.not_shared,
-        last_sync_at=status.last_at,
+        not_shared=exchanged.not_shared,
+        last_sync_at=exchanged.last_at,
         stations_ahead=[_shown(key) for key in status.ahead],
     )
     page = [
@@ -122,7 +122,8 @@ def run_status(args: argparse.Namespace) -> int:
         ), indent=2),
         tr("This station: {fingerprint}", fingerprint=_shown(own))
         + in_brackets(labelled(tr("Records"), f"{status.own}")),
-        tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=local_time(status.last_at or "–")),
+        tr("Not shared: {count}. Last: {time}.",
+           count=exchanged.not_shared, time=local_time(exchanged.last_at or "–")),
         *(tr("{station} wrote with a clock that is ahead: that counts for nothing.", station=_shown(key))
           for key in status.ahead),
     ]  # fmt: skip
@@ -139,8 +140,7 @@ def run_sync(args: argparse.Namespace) -> int:
     address = args.place or stored_server(folder)
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
-    is_server = address.partition("://")[0].lower() in SCHEMES
-    shown = server_url(address).shown if is_server else address
+    shown = server_url(address).shown if is_server(address) else address
     if args.remember:
         store_server(folder, address)
     with opened_archive() as archive:
@@ -180,16 +180,16 @@ def run_report(args: argparse.Namespace) -> int:
 def run_module(args: argparse.Namespace) -> int:
     """The history of one module."""
     with opened_archive() as archive:
-        history = module_history(archive, args.module)
-    if history is None:
+        events = module_history(archive, args.module)
+    if not events:
         raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
     if args.csv:
-        console.write(csv_text(HISTORY_HEAD, _history_rows(history)))
+        console.write(csv_text(HISTORY_HEAD, _history_rows(events)))
         return console.SUCCESS
-    rows = [(local_time(event.row.made_at), _shown(event.row.station)[:9], event.text.translated())
-            for event in history.events]  # fmt: skip
-    page = [history.name, *console.columns([(tr("Time"), tr("Station"), ""), *rows])]
-    console.emit(args, _history_json(history), page)
+    rows = [(local_time(event.row.made_at), _shown(event.row.station)[:9], event.text.translated()) for event in events]
+    page = [args.module, *console.columns([(tr("Time"), tr("Station"), ""), *rows])]
+    answer = ModuleHistoryJson(module=args.module, events=[_event_json(event) for event in events])
+    console.emit(args, answer, page)
     return console.SUCCESS
 
 
@@ -222,19 +222,17 @@ def _counts(done: Synced) -> str:
 def _report_row(state: ModuleToday) -> tuple[str, ...]:
     check = state.last_check
     at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
-    return (state.name, at, verdict, state.counted.translated(), state.due_words)
+    return (state.name, at, verdict, str(state.trigger_records), state.due_words)
 
 
 def _module_json(state: ModuleToday) -> ArchiveModuleJson:
     return ArchiveModuleJson(
         module=state.name,
-        stations=[_shown(key) for key in state.stations],
         last_at=state.last_at or None,
         last_check=None if state.last_check is None else _check_json(state.last_check),
         checks=state.checks,
         trigger_records=state.trigger_records,
         not_judged=state.unjudged,
-        since_repack=state.since_repack,
         tests=[ArchiveTestJson(test=test.kind.value, verdict=test.verdict.value, at=test.at) for test in state.tests],
         due=[ArchiveDueJson(kind=due.kind, text=due.text.in_english()) for due in state.due],
         two_modules=[text.in_english() for text in state.two_modules],
@@ -259,7 +257,6 @@ def _report_cells(state: ModuleToday) -> tuple[object, ...]:
     void = check is not None and (check.is_void or check.is_fired_since)
     return (
         state.name,
-        len(state.stations),
         utc_cell(state.last_at),
         None if check is None else check.verdict,
         void,
@@ -271,34 +268,23 @@ def _report_cells(state: ModuleToday) -> tuple[object, ...]:
         state.checks,
         state.trigger_records,
         state.unjudged,
-        state.since_repack,
         state.due_words,
     )
 
 
-def _history_json(history: ModuleHistory) -> ModuleHistoryJson:
-    events = []
-    for event in history.events:
-        told = ArchiveEventJson(
-            at=event.row.made_at,
-            station=_shown(event.row.station),
-            kind=event.row.kind,
-            id=event.row.id,
-            told=event.text.in_english(),
-            content=event.content,
-        )
-        events.append(told)
-    values = {
-        name: [ArchiveValueJson(at=point.at, station=_shown(point.station), value=point.value) for point in points]
-        for name, points in history.values.items()
-    }
-    return ModuleHistoryJson(module=history.name, events=events, values=values)
+def _event_json(event: HistoryEvent) -> ArchiveEventJson:
+    return ArchiveEventJson(
+        at=event.row.made_at,
+        station=_shown(event.row.station),
+        kind=event.row.kind,
+        id=event.row.id,
+        told=event.text.in_english(),
+        content=event.content,
+    )
 
 
-def _history_rows(history: ModuleHistory) -> Iterator[tuple[object, ...]]:
-    for event in history.events:
-        station = _shown(event.row.station)
-        yield utc_cell(event.row.made_at), station, event.row.kind, event.text.translated(), None, None
-    for name, points in history.values.items():
-        for point in points:
-            yield utc_cell(point.at), _shown(point.station), "value", "", name, point.value
+def _history_rows(events: Sequence[HistoryEvent]) -> Iterator[tuple[object, ...]]:
+    for event in events:
+        row = event.row
+        voltage = event.content.get("cell_voltage_v")
+        yield utc_cell(row.made_at), _shown(row.station), row.kind, event.text.translated(), voltage

@@ -384,16 +384,14 @@ class ArchiveDueJson(ResultJson, frozen=True, kw_only=True):
 
 
 class ArchiveModuleJson(ResultJson, frozen=True, kw_only=True, tag_field="kind", tag="module"):
-    """`stations`: those that checked it; `two_modules`: contradictions, as if two modules had this name."""
+    """`two_modules`: contradictions, as if two modules had this name."""
 
     module: str
-    stations: list[str]
     last_at: Time | None
     last_check: ArchiveCheckJson | None
     checks: Count
     trigger_records: Count
     not_judged: Count
-    since_repack: Count | None
     tests: list[ArchiveTestJson]
     due: list[ArchiveDueJson]
     two_modules: list[str]
@@ -415,16 +413,9 @@ class ArchiveEventJson(ResultJson, frozen=True, kw_only=True):
     content: dict[str, Any]
 
 
-class ArchiveValueJson(ResultJson, frozen=True, kw_only=True):
-    at: Time
-    station: str
-    value: float
-
-
 class ModuleHistoryJson(ResultJson, frozen=True, kw_only=True, tag_field="kind", tag="history"):
     module: str
     events: list[ArchiveEventJson]
-    values: dict[str, list[ArchiveValueJson]]
 
 
 class ServicedJson(ResultJson, frozen=True, kw_only=True):

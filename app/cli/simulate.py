@@ -4,12 +4,13 @@ import argparse
 import signal
 import sys
 from contextlib import closing
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
-from app.simulator.setup import OPTIONS, YES_OR_NO, Group, Setup, as_text, parse_options
+from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, expected
 from app.text.i18n import tr
@@ -20,26 +21,30 @@ _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
   dps-s simulate --tcp 127.0.0.1:0
   dps-s simulate --history 9 --cell 3.6
-  dps-s simulate --active --pwm-after 20
+  dps-s simulate --active --fall-after 20
   sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `simulate`, in their groups."""
+    """Add the options of `simulate`."""
     parser.description = "Run a simulated module until Ctrl-C. The first line is its port."
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
     parser.epilog = f"{parser.epilog}\n{_EXAMPLES}"
     way = parser.add_mutually_exclusive_group()
     add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
-    groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
-    for option in OPTIONS:
-        default = as_text(option.default)
-        way_of: dict[str, Any] = {"nargs": "?", "const": ""} if option.metavar == YES_OR_NO else {}
-        groups[option.group].add_argument(
-            "--" + option.name.replace("_", "-"), dest=option.name, metavar=option.metavar, default=argparse.SUPPRESS,
-            help=(tr(option.text) + (f" [{default}]" if default else "")).replace("%", "%%"), **way_of,
-        )  # fmt: skip
+    module = parser.add_argument_group("module, line and world")
+    for option in fields(Setup):
+        metavar = option.metadata["metavar"]
+        value: dict[str, Any] = {"nargs": "?", "const": ""} if metavar == YES_OR_NO else {}
+        module.add_argument(
+            "--" + option.name.replace("_", "-"),
+            dest=option.name,
+            metavar=metavar,
+            default=argparse.SUPPRESS,
+            help=f"{option.metadata['text']} [{as_text(option.default)}]",
+            **value,
+        )
 
 
 def _tcp_address(text: str) -> tuple[str, int]:
@@ -52,7 +57,7 @@ def _tcp_address(text: str) -> tuple[str, int]:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
-    texts = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
+    texts = {option.name: getattr(args, option.name) for option in fields(Setup) if hasattr(args, option.name)}
     bench = SimulatedBench(Setup(**parse_options(texts)))
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))

@@ -32,10 +32,12 @@ def keep_test(
 def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
     """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
     last: dict[GuidedKind, StoredTest] = {}
-    for kept in facts.of_module(GuidedTestDone, module):
+    for kept in facts.back_from_newest(GuidedTestDone, module):
         test = told_test(kept)
         if test is not None and (counts_simulated or not test.is_simulated):
-            last[test.kind] = test
+            last.setdefault(test.kind, test)
+        if len(last) == len(GuidedKind):
+            break
     return last
 
 

@@ -121,7 +121,7 @@
     </message>
     <message>
         <source>ACTIVE, not locked.</source>
-        <translation>已激活，未锁定。</translation>
+        <translation>&#24050;&#28608;&#27963;&#65292;&#26410;&#38145;&#23450;&#12290;</translation>
     </message>
     <message>
         <source>ACTIVE; the check said READY</source>
@@ -224,6 +224,10 @@
         <translation>开机后时间</translation>
     </message>
     <message>
+        <source>Against it: {what}.</source>
+        <translation>不符之处：{what}。</translation>
+    </message>
+    <message>
         <source>Aircraft</source>
         <translation>飞行器</translation>
     </message>
@@ -260,16 +264,20 @@
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
+        <source>Another module</source>
+        <translation>另一个模块</translation>
+    </message>
+    <message>
         <source>Another module is shown now: nothing was opened.</source>
         <translation>当前显示的是另一个模块：未打开任何文件。</translation>
     </message>
     <message>
         <source>Another module may answer from now on.</source>
-        <translation>此后应答的可能是另一个模块。</translation>
+        <translation>&#27492;&#21518;&#24212;&#31572;&#30340;&#21487;&#33021;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
     </message>
     <message>
         <source>Another module was said to be connected.</source>
-        <translation>已说明连接了另一个模块。</translation>
+        <translation>&#24050;&#35828;&#26126;&#36830;&#25509;&#20102;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
@@ -437,7 +445,7 @@
     </message>
     <message>
         <source>Changed: {what}.</source>
-        <translation>已变化：{what}。</translation>
+        <translation>&#24050;&#21464;&#21270;&#65306;{what}&#12290;</translation>
     </message>
     <message>
         <source>Changing the baud rate…</source>
@@ -485,7 +493,7 @@
     </message>
     <message>
         <source>Check its power and cable, then do it again.</source>
-        <translation>请检查其供电和线缆，然后重试。</translation>
+        <translation>&#35831;&#26816;&#26597;&#20854;&#20379;&#30005;&#21644;&#32447;&#32518;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
     </message>
     <message>
         <source>Check its power and cable; hold its switch for 2 s.</source>
@@ -601,19 +609,19 @@
     </message>
     <message>
         <source>Confirm again: LOCK was pressed.</source>
-        <translation>请重新确认：已按下锁定。</translation>
+        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#24050;&#25353;&#19979;&#38145;&#23450;&#12290;</translation>
     </message>
     <message>
         <source>Confirm again: already used.</source>
-        <translation>请重新确认：确认已使用。</translation>
+        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#30830;&#35748;&#24050;&#20351;&#29992;&#12290;</translation>
     </message>
     <message>
         <source>Confirm again: it may be another module.</source>
-        <translation>请重新确认：可能是另一个模块。</translation>
+        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#21487;&#33021;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
     </message>
     <message>
         <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
+        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#30830;&#35748;&#24050;&#36807; {seconds:.1f} s&#12290;</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -653,7 +661,7 @@
     </message>
     <message>
         <source>Contradictory answers. Two modules on this line?</source>
-        <translation>应答互相矛盾。此线路上有两个模块吗？</translation>
+        <translation>&#24212;&#31572;&#20114;&#30456;&#30683;&#30462;&#12290;&#27492;&#32447;&#36335;&#19978;&#26377;&#20004;&#20010;&#27169;&#22359;&#21527;&#65311;</translation>
     </message>
     <message>
         <source>Copied.</source>
@@ -697,7 +705,7 @@
     </message>
     <message>
         <source>Damaged or altered; left out from {time} on.</source>
-        <translation>已损坏或被改动；从 {time} 起略去。</translation>
+        <translation>&#24050;&#25439;&#22351;&#25110;&#34987;&#25913;&#21160;&#65307;&#20174; {time} &#36215;&#30053;&#21435;&#12290;</translation>
     </message>
     <message>
         <source>Damaged; bytes left out: {count}.</source>
@@ -781,7 +789,7 @@
     </message>
     <message>
         <source>Do it again.</source>
-        <translation>请重试。</translation>
+        <translation>&#35831;&#37325;&#35797;&#12290;</translation>
     </message>
     <message>
         <source>Do it, and keep it in the archive: Service…</source>
@@ -826,10 +834,6 @@
     <message>
         <source>Duration</source>
         <translation>时长</translation>
-    </message>
-    <message>
-        <source>Each check or test adds its module.</source>
-        <translation>每次检查或测试都会加入相应的模块。</translation>
     </message>
     <message>
         <source>Each module gets these settings and both triggers, is checked and named:</source>
@@ -942,10 +946,6 @@
     <message>
         <source>Falls for too long for a proposal.</source>
         <translation>失重时间过长，无法给出建议。</translation>
-    </message>
-    <message>
-        <source>Faults</source>
-        <translation>故障</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1164,8 +1164,12 @@
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Interrupted.</source>
-        <translation>已中断。</translation>
+        <source>Interrupted at {time}: {why}</source>
+        <translation>{time} 通信中断：{why}</translation>
+    </message>
+    <message>
+        <source>Interrupted {count} times since {time}, last: {why}</source>
+        <translation>自 {time} 起通信中断 {count} 次，最近一次：{why}</translation>
     </message>
     <message>
         <source>Interrupted: maybe at {rate} baud now.</source>
@@ -1177,11 +1181,15 @@
     </message>
     <message>
         <source>Interruption</source>
-        <translation>通信中断</translation>
+        <translation>&#36890;&#20449;&#20013;&#26029;</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
         <translation>略去无效采样：{count} 个。</translation>
+    </message>
+    <message>
+        <source>Is it {module}?</source>
+        <translation>是 {module} 吗？</translation>
     </message>
     <message>
         <source>It answered before: read its label, restart it and check again.</source>
@@ -1189,7 +1197,7 @@
     </message>
     <message>
         <source>It cannot be told which adapter is the same: choose the port.</source>
-        <translation>无法判断哪个是原来的适配器：请选择串口。</translation>
+        <translation>&#26080;&#27861;&#21028;&#26029;&#21738;&#20010;&#26159;&#21407;&#26469;&#30340;&#36866;&#37197;&#22120;&#65306;&#35831;&#36873;&#25321;&#20018;&#21475;&#12290;</translation>
     </message>
     <message>
         <source>It crashed: it must fire.</source>
@@ -1197,7 +1205,7 @@
     </message>
     <message>
         <source>It did not come to its end.</source>
-        <translation>检查未完成。</translation>
+        <translation>&#26816;&#26597;&#26410;&#23436;&#25104;&#12290;</translation>
     </message>
     <message>
         <source>It did not rearm: other directions not tested.</source>
@@ -1225,19 +1233,19 @@
     </message>
     <message>
         <source>It is connected again as soon as the same adapter is back.</source>
-        <translation>同一适配器恢复后将自动连接。</translation>
+        <translation>&#21516;&#19968;&#36866;&#37197;&#22120;&#24674;&#22797;&#21518;&#23558;&#33258;&#21160;&#36830;&#25509;&#12290;</translation>
     </message>
     <message>
         <source>It is kept as recording {name}.</source>
         <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
-        <source>It is locked</source>
-        <translation>已锁定</translation>
+        <source>It is older than 15 minutes.</source>
+        <translation>&#26816;&#26597;&#24050;&#36229;&#36807; 15 &#20998;&#38047;&#12290;</translation>
     </message>
     <message>
-        <source>It is older than 15 minutes.</source>
-        <translation>检查已超过 15 分钟。</translation>
+        <source>It is safe</source>
+        <translation>已确认安全</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -1246,6 +1254,10 @@
     <message>
         <source>It is {module}</source>
         <translation>是 {module}</translation>
+    </message>
+    <message>
+        <source>It is {module} all the same</source>
+        <translation>仍确认是 {module}</translation>
     </message>
     <message>
         <source>It may be {module}: boot count and settings fit.</source>
@@ -1265,7 +1277,11 @@
     </message>
     <message>
         <source>It was cancelled.</source>
-        <translation>检查已取消。</translation>
+        <translation>&#26816;&#26597;&#24050;&#21462;&#28040;&#12290;</translation>
+    </message>
+    <message>
+        <source>It was checked again.</source>
+        <translation>已重新检查。</translation>
     </message>
     <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
@@ -1285,7 +1301,7 @@
     </message>
     <message>
         <source>Judge its records, then close the notice.</source>
-        <translation>请判定其记录，然后关闭提示。</translation>
+        <translation>&#35831;&#21028;&#23450;&#20854;&#35760;&#24405;&#65292;&#28982;&#21518;&#20851;&#38381;&#25552;&#31034;&#12290;</translation>
     </message>
     <message>
         <source>Judged as enabled: {names}.</source>
@@ -1336,12 +1352,8 @@
         <translation>正在锁定：{names}</translation>
     </message>
     <message>
-        <source>LOCK not reported; sent again when the port is back.</source>
-        <translation>尚未上报锁定；串口恢复后将再次发送。</translation>
-    </message>
-    <message>
-        <source>LOCK not sent: treat the module as ACTIVE. Sent when the port is back.</source>
-        <translation>锁定未发送：请将模块视为已激活。串口恢复后将发送。</translation>
+        <source>LOCK not confirmed: treat the module as ACTIVE. Sent when it answers.</source>
+        <translation>锁定未确认：请按已激活对待该模块。模块应答后立即发送锁定。</translation>
     </message>
     <message>
         <source>LOCK sent {count}×, not confirmed: treat the module as ACTIVE.</source>
@@ -1358,6 +1370,10 @@
     <message>
         <source>LOCK was not sent: treat the module as ACTIVE.</source>
         <translation>锁定命令未发送：请将模块视为已激活。</translation>
+    </message>
+    <message>
+        <source>LOCK was sent after the interruption.</source>
+        <translation>&#20013;&#26029;&#21518;&#24050;&#21457;&#36865;&#38145;&#23450;&#12290;</translation>
     </message>
     <message>
         <source>Lag</source>
@@ -1405,7 +1421,7 @@
     </message>
     <message>
         <source>Leave only one module on this line, then do it again.</source>
-        <translation>请在此线路上只留一个模块，然后重试。</translation>
+        <translation>&#35831;&#22312;&#27492;&#32447;&#36335;&#19978;&#21482;&#30041;&#19968;&#20010;&#27169;&#22359;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
     </message>
     <message>
         <source>Leave the plug alone</source>
@@ -1660,10 +1676,6 @@
         <translation>模块和串口均为 {new} 波特。</translation>
     </message>
     <message>
-        <source>Module not proven: only queries are sent.</source>
-        <translation>尚未确认模块身份：仅发送查询命令。</translation>
-    </message>
-    <message>
         <source>Modules</source>
         <translation>模块</translation>
     </message>
@@ -1698,10 +1710,6 @@
     <message>
         <source>Mouse or space bar</source>
         <translation>鼠标或空格键</translation>
-    </message>
-    <message>
-        <source>Mute</source>
-        <translation>静默</translation>
     </message>
     <message>
         <source>NO-GO</source>
@@ -1766,10 +1774,6 @@
     <message>
         <source>New folder…</source>
         <translation>新建文件夹…</translation>
-    </message>
-    <message>
-        <source>New module</source>
-        <translation>新模块</translation>
     </message>
     <message>
         <source>New profile…</source>
@@ -1877,11 +1881,7 @@
     </message>
     <message>
         <source>No module answers.</source>
-        <translation>没有模块应答。</translation>
-    </message>
-    <message>
-        <source>No modules yet</source>
-        <translation>还没有模块</translation>
+        <translation>&#27809;&#26377;&#27169;&#22359;&#24212;&#31572;&#12290;</translation>
     </message>
     <message>
         <source>No new flight logs.</source>
@@ -2021,7 +2021,7 @@
     </message>
     <message>
         <source>Not everything could be read again.</source>
-        <translation>未能重新读取全部数据。</translation>
+        <translation>&#26410;&#33021;&#37325;&#26032;&#35835;&#21462;&#20840;&#37096;&#25968;&#25454;&#12290;</translation>
     </message>
     <message>
         <source>Not judged: {names}</source>
@@ -2236,10 +2236,6 @@
         <translation>PWM 触发</translation>
     </message>
     <message>
-        <source>PWM trigger after</source>
-        <translation>PWM 触发（启动后）</translation>
-    </message>
-    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>
@@ -2272,10 +2268,6 @@
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
     <message>
-        <source>Physics</source>
-        <translation>物理环境</translation>
-    </message>
-    <message>
         <source>Picture: {what}</source>
         <translation>示意图：{what}</translation>
     </message>
@@ -2297,7 +2289,7 @@
     </message>
     <message>
         <source>Plug the adapter in, then do it again.</source>
-        <translation>请插入适配器，然后重试。</translation>
+        <translation>&#35831;&#25554;&#20837;&#36866;&#37197;&#22120;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
     </message>
     <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
@@ -2402,10 +2394,6 @@
     <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
-    </message>
-    <message>
-        <source>Random seed</source>
-        <translation>随机种子</translation>
     </message>
     <message>
         <source>Raw bytes</source>
@@ -2576,10 +2564,6 @@
         <translation>模拟模块：不能作为依据。</translation>
     </message>
     <message>
-        <source>Same module</source>
-        <translation>同一个模块</translation>
-    </message>
-    <message>
         <source>Same settings, same code</source>
         <translation>参数相同则校验码相同</translation>
     </message>
@@ -2676,10 +2660,6 @@
         <translation>仅在查询时应答。</translation>
     </message>
     <message>
-        <source>Sensor noise</source>
-        <translation>传感器噪声</translation>
-    </message>
-    <message>
         <source>Sent, not confirmed.</source>
         <translation>已发送，未确认。</translation>
     </message>
@@ -2756,10 +2736,6 @@
         <translation>参数设置</translation>
     </message>
     <message>
-        <source>Settings approved: {settings}.</source>
-        <translation>设置已批准：{settings}。</translation>
-    </message>
-    <message>
         <source>Settings as approved</source>
         <translation>参数与批准的一致</translation>
     </message>
@@ -2772,8 +2748,8 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
-        <source>Settings written: {after}; before: {before}.</source>
-        <translation>设置已写入：{after}；之前：{before}。</translation>
+        <source>Settings: {what}.</source>
+        <translation>设置：{what}。</translation>
     </message>
     <message>
         <source>Shake plug and cable gently</source>
@@ -2845,7 +2821,7 @@
     </message>
     <message>
         <source>Somebody marked this module as new.</source>
-        <translation>有人将此模块标记为新模块。</translation>
+        <translation>&#26377;&#20154;&#23558;&#27492;&#27169;&#22359;&#26631;&#35760;&#20026;&#26032;&#27169;&#22359;&#12290;</translation>
     </message>
     <message>
         <source>Source</source>
@@ -2906,10 +2882,6 @@
     <message>
         <source>Stop motors and fans.</source>
         <translation>停止电机和风扇。</translation>
-    </message>
-    <message>
-        <source>Stream rate</source>
-        <translation>输出速率</translation>
     </message>
     <message>
         <source>Streams the status unasked.</source>
@@ -2997,7 +2969,7 @@
     </message>
     <message>
         <source>The baud rate of the port was changed.</source>
-        <translation>串口波特率已更改。</translation>
+        <translation>&#20018;&#21475;&#27874;&#29305;&#29575;&#24050;&#26356;&#25913;&#12290;</translation>
     </message>
     <message>
         <source>The charger hides the cell's voltage.</source>
@@ -3008,16 +2980,12 @@
         <translation>时钟回跳；略去采样：{count} 个。</translation>
     </message>
     <message>
-        <source>The computer slept for {time}; everything is read again.</source>
-        <translation>电脑休眠了 {time}；所有数据正在重新读取。</translation>
-    </message>
-    <message>
         <source>The computer slept.</source>
-        <translation>电脑曾休眠。</translation>
+        <translation>&#30005;&#33041;&#26366;&#20241;&#30496;&#12290;</translation>
     </message>
     <message>
         <source>The conversation in which it was checked is over.</source>
-        <translation>检查时的通信已结束。</translation>
+        <translation>&#26816;&#26597;&#26102;&#30340;&#36890;&#20449;&#24050;&#32467;&#26463;&#12290;</translation>
     </message>
     <message>
         <source>The database of the archive has to be made with the encoding UTF8.</source>
@@ -3069,11 +3037,11 @@
     </message>
     <message>
         <source>The module counts its starts; a lower count than before is another module's.</source>
-        <translation>模块累计开机次数；比以前少则是另一个模块。</translation>
+        <translation>&#27169;&#22359;&#32047;&#35745;&#24320;&#26426;&#27425;&#25968;&#65307;&#27604;&#20197;&#21069;&#23569;&#21017;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
-        <translation>模块无应答。</translation>
+        <translation>&#27169;&#22359;&#26080;&#24212;&#31572;&#12290;</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
@@ -3094,6 +3062,14 @@
     <message>
         <source>The module is at {found} baud instead. Change it again.</source>
         <translation>模块实际为 {found} 波特。请重新更改。</translation>
+    </message>
+    <message>
+        <source>The module may have fired before the restart: read the trigger records.</source>
+        <translation>模块可能在重启前已触发：请读取触发记录。</translation>
+    </message>
+    <message>
+        <source>The module on {port} answers later than a second.</source>
+        <translation>{port} &#19978;&#30340;&#27169;&#22359;&#24212;&#31572;&#24930;&#20110;&#19968;&#31186;&#12290;</translation>
     </message>
     <message>
         <source>The module on {port} sends, but does not answer.</source>
@@ -3120,8 +3096,8 @@
         <translation>模块上报已触发开伞。</translation>
     </message>
     <message>
-        <source>The module restarted: enable the triggers and check again.</source>
-        <translation>模块已重启：请启用触发并重新检查。</translation>
+        <source>The module restarted.</source>
+        <translation>模块已重启。</translation>
     </message>
     <message>
         <source>The module still answers: not switched off.</source>
@@ -3141,7 +3117,7 @@
     </message>
     <message>
         <source>The module was silent for a moment.</source>
-        <translation>模块曾短暂无应答。</translation>
+        <translation>&#27169;&#22359;&#26366;&#30701;&#26242;&#26080;&#24212;&#31572;&#12290;</translation>
     </message>
     <message>
         <source>The module was switched off.</source>
@@ -3149,7 +3125,7 @@
     </message>
     <message>
         <source>The module was told to fire, or reports TRIGGERED.</source>
-        <translation>已向模块发出开伞命令，或模块上报已触发。</translation>
+        <translation>&#24050;&#21521;&#27169;&#22359;&#21457;&#20986;&#24320;&#20254;&#21629;&#20196;&#65292;&#25110;&#27169;&#22359;&#19978;&#25253;&#24050;&#35302;&#21457;&#12290;</translation>
     </message>
     <message>
         <source>The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and addresses stay: read everything before you pass it on. Nothing is sent.</source>
@@ -3161,11 +3137,11 @@
     </message>
     <message>
         <source>The port was closed.</source>
-        <translation>串口已关闭。</translation>
+        <translation>&#20018;&#21475;&#24050;&#20851;&#38381;&#12290;</translation>
     </message>
     <message>
         <source>The port was lost.</source>
-        <translation>串口断开。</translation>
+        <translation>&#20018;&#21475;&#26029;&#24320;&#12290;</translation>
     </message>
     <message>
         <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
@@ -3194,14 +3170,6 @@
     <message>
         <source>The records cannot be used and are kept as {file}.</source>
         <translation>记录无法使用，已另存为 {file}。</translation>
-    </message>
-    <message>
-        <source>The records do not follow those of {module}: is it the same module?</source>
-        <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
-    </message>
-    <message>
-        <source>The result is that of {module}.</source>
-        <translation>此结果属于模块 {module}。</translation>
     </message>
     <message>
         <source>The results below are void. Check again.</source>
@@ -3345,7 +3313,7 @@
     </message>
     <message>
         <source>This line is too slow for commands; use the cable.</source>
-        <translation>此线路太慢，无法发送命令；请使用线缆。</translation>
+        <translation>&#27492;&#32447;&#36335;&#22826;&#24930;&#65292;&#26080;&#27861;&#21457;&#36865;&#21629;&#20196;&#65307;&#35831;&#20351;&#29992;&#32447;&#32518;&#12290;</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>
@@ -3559,19 +3527,19 @@
     </message>
     <message>
         <source>Unknown: ACTIVE or LOCKED.</source>
-        <translation>未知：已激活还是已锁定。</translation>
+        <translation>&#26410;&#30693;&#65306;&#24050;&#28608;&#27963;&#36824;&#26159;&#24050;&#38145;&#23450;&#12290;</translation>
     </message>
     <message>
         <source>Unknown: attitude threshold.</source>
-        <translation>未知：姿态开伞阈值。</translation>
+        <translation>&#26410;&#30693;&#65306;&#23039;&#24577;&#24320;&#20254;&#38408;&#20540;&#12290;</translation>
     </message>
     <message>
         <source>Unknown: tilt.</source>
-        <translation>未知：倾角。</translation>
+        <translation>&#26410;&#30693;&#65306;&#20542;&#35282;&#12290;</translation>
     </message>
     <message>
         <source>Unknown: whether it has fired.</source>
-        <translation>未知：是否已触发。</translation>
+        <translation>&#26410;&#30693;&#65306;&#26159;&#21542;&#24050;&#35302;&#21457;&#12290;</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -3610,10 +3578,6 @@
         <translation>有未保存的修改。</translation>
     </message>
     <message>
-        <source>Use</source>
-        <translation>使用</translation>
-    </message>
-    <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.</source>
         <translation>请使用设备名、socket://HOST:PORT 或 rfc2217://HOST:PORT；打开文件请用 dps-s FILE。</translation>
     </message>
@@ -3632,6 +3596,10 @@
     <message>
         <source>Use in Settings</source>
         <translation>用到参数设置</translation>
+    </message>
+    <message>
+        <source>Use the cable, or a quicker line. LOCK works.</source>
+        <translation>&#35831;&#20351;&#29992;&#32447;&#32518;&#25110;&#26356;&#24555;&#30340;&#32447;&#36335;&#12290;&#38145;&#23450;&#20173;&#21487;&#29992;&#12290;</translation>
     </message>
     <message>
         <source>Use this threshold</source>
@@ -3671,7 +3639,7 @@
     </message>
     <message>
         <source>Void: {why}</source>
-        <translation>作废：{why}</translation>
+        <translation>&#20316;&#24223;&#65306;{why}</translation>
     </message>
     <message>
         <source>Waiting for the module</source>
@@ -3695,7 +3663,7 @@
     </message>
     <message>
         <source>What is read twice and agrees is one module's.</source>
-        <translation>两次读取一致，才是同一模块的数据。</translation>
+        <translation>&#20004;&#27425;&#35835;&#21462;&#19968;&#33268;&#65292;&#25165;&#26159;&#21516;&#19968;&#27169;&#22359;&#30340;&#25968;&#25454;&#12290;</translation>
     </message>
     <message>
         <source>What is this? Point at it</source>
@@ -3732,10 +3700,6 @@
     <message>
         <source>Windows has no pseudo-terminals: use {option}.</source>
         <translation>Windows 没有伪终端：请使用 {option}。</translation>
-    </message>
-    <message>
-        <source>Wireless lag</source>
-        <translation>无线延迟</translation>
     </message>
     <message>
         <source>With external power it is the charging voltage.</source>
@@ -3859,7 +3823,7 @@
     </message>
     <message>
         <source>above the threshold, direction unknown</source>
-        <translation>高于阈值，方向未知</translation>
+        <translation>&#39640;&#20110;&#38408;&#20540;&#65292;&#26041;&#21521;&#26410;&#30693;</translation>
     </message>
     <message>
         <source>acknowledged</source>
@@ -3871,7 +3835,7 @@
     </message>
     <message>
         <source>acknowledged then, before the interruption</source>
-        <translation>中断前曾应答</translation>
+        <translation>&#20013;&#26029;&#21069;&#26366;&#24212;&#31572;</translation>
     </message>
     <message>
         <source>acknowledged {time} ago</source>
@@ -3922,12 +3886,20 @@
         <translation>角度持续 0.2 s，加速度取 0.2 s 平均</translation>
     </message>
     <message>
+        <source>another module</source>
+        <translation>另一个模块</translation>
+    </message>
+    <message>
         <source>another module?</source>
         <translation>是另一个模块吗？</translation>
     </message>
     <message>
         <source>another press</source>
         <translation>按住期间有其他按键</translation>
+    </message>
+    <message>
+        <source>answers again</source>
+        <translation>恢复应答</translation>
     </message>
     <message>
         <source>as read with the bay open</source>
@@ -3958,24 +3930,16 @@
         <translation>波特</translation>
     </message>
     <message>
+        <source>baud rate changed</source>
+        <translation>波特率已更改</translation>
+    </message>
+    <message>
         <source>bay closed</source>
         <translation>伞仓关闭</translation>
     </message>
     <message>
         <source>bay open</source>
         <translation>伞仓打开</translation>
-    </message>
-    <message>
-        <source>before an unconfirmed write</source>
-        <translation>未确认的写入之前</translation>
-    </message>
-    <message>
-        <source>before contradictory answers</source>
-        <translation>应答矛盾之前</translation>
-    </message>
-    <message>
-        <source>before link loss</source>
-        <translation>通信中断之前</translation>
     </message>
     <message>
         <source>before the restart</source>
@@ -3987,7 +3951,7 @@
     </message>
     <message>
         <source>below the threshold, direction unknown</source>
-        <translation>低于阈值，方向未知</translation>
+        <translation>&#20302;&#20110;&#38408;&#20540;&#65292;&#26041;&#21521;&#26410;&#30693;</translation>
     </message>
     <message>
         <source>bench test</source>
@@ -4035,7 +3999,7 @@
     </message>
     <message>
         <source>changed: by itself, or another module?</source>
-        <translation>已变化：自行变化，还是另一个模块？</translation>
+        <translation>&#24050;&#21464;&#21270;&#65306;&#33258;&#34892;&#21464;&#21270;&#65292;&#36824;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#65311;</translation>
     </message>
     <message>
         <source>charger connected</source>
@@ -4052,10 +4016,6 @@
     <message>
         <source>charging</source>
         <translation>充电中</translation>
-    </message>
-    <message>
-        <source>checked again</source>
-        <translation>已重新检查</translation>
     </message>
     <message>
         <source>checking…</source>
@@ -4167,7 +4127,7 @@
     </message>
     <message>
         <source>enabled in this conversation</source>
-        <translation>在本次通信中启用</translation>
+        <translation>&#22312;&#26412;&#27425;&#36890;&#20449;&#20013;&#21551;&#29992;</translation>
     </message>
     <message>
         <source>entries</source>
@@ -4250,8 +4210,12 @@
         <translation>数值不可能</translation>
     </message>
     <message>
+        <source>interrupted</source>
+        <translation>被中断</translation>
+    </message>
+    <message>
         <source>interrupted; may have been carried out</source>
-        <translation>已中断，可能已执行</translation>
+        <translation>&#24050;&#20013;&#26029;&#65292;&#21487;&#33021;&#24050;&#25191;&#34892;</translation>
     </message>
     <message>
         <source>invalid</source>
@@ -4326,8 +4290,12 @@
         <translation>可能已执行</translation>
     </message>
     <message>
+        <source>may have fired</source>
+        <translation>可能已触发</translation>
+    </message>
+    <message>
         <source>may have fired before the restart</source>
-        <translation>重启前可能已触发</translation>
+        <translation>&#37325;&#21551;&#21069;&#21487;&#33021;&#24050;&#35302;&#21457;</translation>
     </message>
     <message>
         <source>measuring… {done}</source>
@@ -4356,6 +4324,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>named</source>
+        <translation>已命名</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -4416,10 +4388,6 @@
     <message>
         <source>no pairs of hex digits</source>
         <translation>不是成对的十六进制数字</translation>
-    </message>
-    <message>
-        <source>no password was found for it</source>
-        <translation>没有找到它的密码</translation>
     </message>
     <message>
         <source>no reply</source>
@@ -4523,7 +4491,7 @@
     </message>
     <message>
         <source>not enabled in this conversation</source>
-        <translation>本次通信中未启用</translation>
+        <translation>&#26412;&#27425;&#36890;&#20449;&#20013;&#26410;&#21551;&#29992;</translation>
     </message>
     <message>
         <source>not in the archive any more</source>
@@ -4630,6 +4598,10 @@
         <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
+        <source>of the interrupted conversation</source>
+        <translation>属于已中断的通信</translation>
+    </message>
+    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
@@ -4704,10 +4676,6 @@
     <message>
         <source>real</source>
         <translation>真实触发</translation>
-    </message>
-    <message>
-        <source>reconnected</source>
-        <translation>已重新连接</translation>
     </message>
     <message>
         <source>recorded</source>
@@ -4802,6 +4770,10 @@
         <translation>含多条记录</translation>
     </message>
     <message>
+        <source>silent</source>
+        <translation>无应答</translation>
+    </message>
+    <message>
         <source>simulated</source>
         <translation>模拟</translation>
     </message>
@@ -4850,10 +4822,6 @@
         <translation>模块保存了其他值</translation>
     </message>
     <message>
-        <source>the module restarted</source>
-        <translation>模块已重启</translation>
-    </message>
-    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
@@ -4868,10 +4836,6 @@
     <message>
         <source>then calm again until {time}</source>
         <translation>此后恢复平稳，直到 {time}</translation>
-    </message>
-    <message>
-        <source>this computer does not trust its certificate</source>
-        <translation>本电脑不信任其证书</translation>
     </message>
     <message>
         <source>this line repeats answers: not known</source>
@@ -4934,6 +4898,10 @@
         <translation>自动触发</translation>
     </message>
     <message>
+        <source>two modules?</source>
+        <translation>两个模块？</translation>
+    </message>
+    <message>
         <source>unasked</source>
         <translation>主动</translation>
     </message>
@@ -4987,7 +4955,7 @@
     </message>
     <message>
         <source>verified then, before the interruption</source>
-        <translation>中断前已验证</translation>
+        <translation>&#20013;&#26029;&#21069;&#24050;&#39564;&#35777;</translation>
     </message>
     <message>
         <source>void</source>
@@ -5046,12 +5014,8 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
-        <source>{check}: judged {measured}, read {read}</source>
-        <translation>{check}：判定值 {measured}，读取值 {read}</translation>
-    </message>
-    <message>
         <source>{code}: no reply.</source>
-        <translation>{code}：无应答。</translation>
+        <translation>{code}&#65306;&#26080;&#24212;&#31572;&#12290;</translation>
     </message>
     <message>
         <source>{code}: {answer}, status: {reported}.</source>
@@ -5104,10 +5068,6 @@
     <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
-    </message>
-    <message>
-        <source>{count}, first read since the repack: {since}</source>
-        <translation>{count}，自上次叠伞装仓后首次读取：{since}</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -5219,11 +5179,15 @@
     </message>
     <message>
         <source>{module} again? Read its label.</source>
-        <translation>还是 {module} 吗？请看标签。</translation>
+        <translation>&#36824;&#26159; {module} &#21527;&#65311;&#35831;&#30475;&#26631;&#31614;&#12290;</translation>
     </message>
     <message>
         <source>{module} is the name of another module: left out.</source>
         <translation>{module} 已是另一模块的名称：跳过。</translation>
+    </message>
+    <message>
+        <source>{module} reported TRIGGERED before {time}.</source>
+        <translation>{module} 在 {time} 之前报告过已触发。</translation>
     </message>
     <message>
         <source>{module} was left ACTIVE on {time}.</source>
@@ -5234,8 +5198,12 @@
         <translation>{module}，由 --module 指定</translation>
     </message>
     <message>
+        <source>{module}, interrupted {time}: {what}</source>
+        <translation>{module}，{time} 中断：{what}</translation>
+    </message>
+    <message>
         <source>{module}, named by a person in this conversation</source>
-        <translation>{module}，本次通信中由人员指定</translation>
+        <translation>{module}&#65292;&#26412;&#27425;&#36890;&#20449;&#20013;&#30001;&#20154;&#21592;&#25351;&#23450;</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>
@@ -5280,6 +5248,10 @@
     <message>
         <source>{name}: {low} to {high}; {why}.</source>
         <translation>{name}：{low} 到 {high}；{why}。</translation>
+    </message>
+    <message>
+        <source>{name}: {value}</source>
+        <translation>{name}：{value}</translation>
     </message>
     <message>
         <source>{new} of {total} not reviewed</source>

@@ -1,6 +1,7 @@
 """Pre-flight checks in the store: kept as signed documents, listed without opening one."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 from app.preflight.verdict import Verdict, verdict_named
@@ -14,18 +15,6 @@ from protocol.translatable import marked
 RECENT = 100
 """Number of checks that the list of aircraft is made from."""
 LISTED = 200
-MEASURED = {
-    "cell_voltage": "cell_voltage_v",
-    "light": "light_v",
-    "tilt": "tilt_deg",
-    "tilt_spread": "tilt_spread_deg",
-    "acceleration": "acceleration_g",
-    "acceleration_spread": "acceleration_spread_g",
-    "round_trip": "round_trip_ms",
-    "link_loss": "heartbeats_lost",
-    "boot_count": "boot_count",
-}
-"""Checks whose measured value is kept over time, with the name of the value."""
 
 
 def noted(word: UserMessage, note: str) -> UserMessage:
@@ -34,8 +23,9 @@ def noted(word: UserMessage, note: str) -> UserMessage:
 
 
 class CheckLine(NamedTuple):
-    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the
-    settings; `station`: who made it, "" here."""
+    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the settings;
+    `station`: the key of who made it; `is_fired_since`: a deploy left or a TRIGGERED was seen after it, so that what it
+    said of the module is no longer so."""
 
     id: str
     at: str
@@ -46,10 +36,9 @@ class CheckLine(NamedTuple):
     who: str
     aircraft: str
     code: str | None
-    measured: Mapping[str, float]
-    station: str = ""
+    cell_voltage_v: float | None
+    station: str
     is_fired_since: bool = False
-    """A deploy left or a TRIGGERED was seen after it: what it said of the module is no longer so."""
 
     def after(self, fired: Iterable[Fired]) -> "CheckLine":
         """What is left of it after its module may have fired."""
@@ -86,10 +75,17 @@ def keep_record(facts: Facts, signed: SignedRecord) -> None:
         aircraft=record.aircraft,
         adapter=record.adapter,
         code=record.settings_code,
-        measured=measured_in(record),
+        cell_voltage_v=cell_voltage_in(record),
         document=signed.text,
     )
     facts.add(check, record.module, at=record.at)
+
+
+def cell_voltage_in(record: Record) -> float | None:
+    """As it was measured, in volts."""
+    measured = [check.measured for check in record.checks if check.id == "cell_voltage"]
+    is_number = bool(measured) and isinstance(measured[0], int | float) and not isinstance(measured[0], bool)
+    return float(measured[0]) if is_number else None  # type: ignore[arg-type]
 
 
 def document_of(facts: Facts, id_: str) -> str:
@@ -102,11 +98,11 @@ def checks_in(facts: Facts, module: str | None = None, *, aircraft: str | None =
     """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
     each: not for the window's thread."""
     if aircraft is None:
-        kept = facts.of_module(PreflightCheck, module, is_newest_first=True, limit=LISTED)
+        found = facts.back_from_newest(PreflightCheck, module)
     else:
         every = facts.of_kind(PreflightCheck, is_newest_first=True)
-        kept = [check for check in every if check.content.aircraft == aircraft][:LISTED]
-    lines = [check_line(check) for check in kept]
+        found = (check for check in every if check.content.aircraft == aircraft)
+    lines = [check_line(check) for check in islice(found, LISTED)]
     fired = {name: all_fired(facts, name) for name in {line.module for line in lines} if name is not None}
     return tuple(line.after(fired.get(line.module or "", ())) for line in lines)
 
@@ -119,7 +115,7 @@ def aircraft_in(facts: Facts) -> tuple[str, ...]:
 
 def aircraft_of(facts: Facts, module: str) -> str:
     """In the last check of this module that names one; else empty."""
-    checks = facts.of_module(PreflightCheck, module, is_newest_first=True, limit=RECENT)
+    checks = islice(facts.back_from_newest(PreflightCheck, module), RECENT)
     return next((check.content.aircraft for check in checks if check.content.aircraft), "")
 
 
@@ -135,7 +131,7 @@ def check_line(check: Kept[PreflightCheck]) -> CheckLine:
         who=clean(content.who),
         aircraft=clean(content.aircraft),
         code=content.code,
-        measured=content.measured,
+        cell_voltage_v=content.cell_voltage_v,
         station=check.row.station,
     )
 
@@ -144,13 +140,3 @@ def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:
     """Those whose measured values are the module's: of a simulated one only where there is no other."""
     sound = [check for check in checks if not check.is_void]
     return [check for check in sound if not check.is_simulated] or sound
-
-
-def measured_in(record: Record) -> dict[str, float]:
-    """The values of `MEASURED` in a record."""
-    values: dict[str, float] = {}
-    for check in record.checks:
-        name, value = MEASURED.get(check.id), check.measured
-        if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
-            values[name] = float(value)
-    return values

@@ -69,16 +69,17 @@ def file_check(
     """Judges, signs and keeps a check, also one that failed or was interrupted. `past`: the module's history before the
     check; None reads it from the store. `adapter`: USB identity of the adapter; where it is "" the port is used
     instead. Waits for the store."""
-    at, adapter = local_now(), adapter or evidence.port
+    at = local_now()
+    adapter = adapter or evidence.port
     name = _name_of(person)
     trouble: UserError | None = None
     if past is None:
         past = Past(module=name)
-        try:
-            if store is not None:
+        if store is not None:
+            try:
                 past = store.read(lambda facts: _past(facts, name, evidence, adapter, at))
-        except StoreTrouble as error:
-            trouble = error
+            except StoreTrouble as error:
+                trouble = error
     folder = data_folder() if store is None else store.folder
     filed = judge_check(evidence, profile, person, past, folder=folder, adapter=adapter, at=at)
     if store is None or trouble is not None or filed.signed is None:
@@ -108,11 +109,13 @@ def judge_check(
 
 def keep_check(facts: Facts, filed: Filed) -> None:
     """Within `Store.write`."""
-    signed, assessment = filed.exported, filed.assessment
+    signed = filed.exported
+    assessment = filed.assessment
+    evidence = assessment.case.evidence
+    history = evidence.history
+    boots = evidence.values.get("boot_count")
     name = assessment.case.person.module
     triggers = KeptTriggers(facts)
-    evidence = assessment.case.evidence
-    history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
     is_one_module = assessment.result("connection") is CheckResult.PASS
     is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
@@ -144,7 +147,8 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
         return Past(due=() if due is None else (due,))
     history = evidence.history
     slots = None if history is None else [record.raw for record in history.records]
-    is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
+    is_confirmed = history is not None and history.is_confirmed
+    counts_simulated = is_simulated(evidence.port)
     tests = last_tests(facts, name, counts_simulated=counts_simulated)
     triggers = KeptTriggers(facts)
     counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
@@ -166,7 +170,8 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
 
 def _keep_word(triggers: KeptTriggers, name: str, case: Case) -> None:
     """Keeps what a person said of the records: they are reviewed, or the module is new, until it reports a trigger."""
-    history, word = case.evidence.history, records_word(case) if case.person.are_records_reviewed else None
+    history = case.evidence.history
+    word = records_word(case) if case.person.are_records_reviewed else None
     if any(status.triggered for status in case.evidence.statuses):
         triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:

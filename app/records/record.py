@@ -141,15 +141,6 @@ Key = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Signature = Annotated[str, Meta(pattern="^[0-9a-f]{128}$")]
 
 
-class SignedDocument(Struct, frozen=True, kw_only=True):
-    """What the document is, for its schema."""
-
-    format: Literal["dps-s pre-flight record"]
-    record: Record
-    station: Key
-    signature: Signature
-
-
 class Document(Struct, frozen=True, kw_only=True):
     """As it came: fields of a newer version stay under the signature. Keys and signatures are hexadecimal."""
 
@@ -161,6 +152,12 @@ class Document(Struct, frozen=True, kw_only=True):
     @property
     def signed_bytes(self) -> bytes:
         return _SIGNED_FOR + canonical(self.record)
+
+
+class SignedDocument(Document, frozen=True, kw_only=True):
+    """The same with all that this version knows of a record, for its schema."""
+
+    record: Record  # type: ignore[assignment]
 
 
 def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> Record:

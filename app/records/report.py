@@ -5,7 +5,7 @@ Made from the record alone, so that it prints the same years later.
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from datetime import datetime, tzinfo
+from datetime import tzinfo
 from typing import Any
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, stored_test
@@ -32,7 +32,6 @@ def report_html(signed: SignedRecord) -> str:
         record=record,
         word=verdict_sentence(record.verdict, ActivatedBy(record.activated_by)).translated(),
         under=_under(record),
-        facts=_facts(record),
         words={result: tr(word) for result, word in RESULT_WORDS.items()},
         manual_words={state: tr(word) for state, word in MANUAL_WORDS.items()},
         is_crowded=len(record.manual) > _ONE_COLUMN and against > _ONE_COLUMN,
@@ -72,30 +71,6 @@ def _why_void(record: Record) -> str:
         if check.id == "connection":
             return message_from_json(check.shown).translated()
     return record.void or ""
-
-
-def _facts(record: Record) -> list[tuple[str, object]]:
-    link = record.read.get("link")
-    port, rate = (link.get("port"), link.get("baud_rate")) if isinstance(link, Mapping) else (None, None)
-    boots = record.read.get("boot_count")
-    return [
-        (tr("Module"), record.module or tr("Unnamed")),
-        (tr("Time"), _time(record.at)),
-        (tr("Aircraft"), record.aircraft or "—"),
-        (tr("Checked by"), record.who or "—"),
-        (tr("Profile"), record.profile or tr("Vendor's advice")),
-        (tr("Settings code"), record.settings_code or tr("unknown")),
-        (tr("Boot count"), tr("unknown") if boots is None else boots),
-        (tr("Port"), tr("{port}, {rate} baud", port=port, rate=rate)),
-        (tr("Adapter"), record.adapter or "—"),
-        (tr("Program"), record.program),
-    ]
-
-
-def _time(at: datetime) -> str:
-    offset = f"{at:%z}"
-    zone = f"UTC{offset[:3]}:{offset[3:5]}" if offset.strip("+-0") else "UTC"
-    return f"{at:%Y-%m-%d %H:%M:%S} {zone}"
 
 
 def _tests(tests: Iterable[Mapping[str, Any]], zone: tzinfo | None) -> list[dict[str, str]]:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from app.modules.labels import A4, Printer
-from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Record, SignedRecord, read_document
+from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Record, SignedRecord
 from app.records.report import report_html
 from app.system.files import write_whole
 from app.text.messages import message
@@ -20,8 +20,11 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 LARGEST_FILE = 16_000_000
+MAX_NAME_LENGTH = 60
 _MAX_STREAMS = 200
 """Of a PDF; ours have a dozen."""
+_NOT_IN_NAMES = re.compile(r"[^\w\-]+")
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
 
 
 def is_report(data: bytes) -> bool:
@@ -36,7 +39,7 @@ def document_in(data: bytes) -> bytes:
         raise UserError(marked("too large"))
     if not is_report(data):
         return data
-    carried = list(carried_in_pdf(data))
+    carried = list(_carried_in_pdf(data, FORMAT))
     if len(carried) > 1:
         raise UserError(marked("several records"))
     if not carried:
@@ -45,15 +48,15 @@ def document_in(data: bytes) -> bytes:
 
 
 def carries(kind: str, data: bytes) -> bool:
-    """Whether a PDF has a document of this format."""
+    """Whether this is a document of this format, or a PDF with one."""
     if not is_report(data):
-        return False
+        return data.lstrip()[:1] == b"{" and kind.encode() in data
     with suppress(UserError):
-        return any(True for _ in carried_in_pdf(data, kind))
+        return any(True for _ in _carried_in_pdf(data, kind))
     return False
 
 
-def carried_in_pdf(data: bytes, kind: str = FORMAT) -> Iterator[bytes]:
+def _carried_in_pdf(data: bytes, kind: str) -> Iterator[bytes]:
     """The JSON documents of this format that are attached to a PDF. Raises `UserError` for one that has more parts than
     any report, as another document could hide in them."""
     end = 0
@@ -79,17 +82,9 @@ def _inflated(data: bytes) -> bytes:
         return b""
 
 
-_NOT_IN_NAMES = re.compile(r"[^\w\-]+")
-_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
-MAX_NAME_LENGTH = 60
-
-
 def is_record(data: bytes) -> bool:
-    try:
-        read_document(document_in(data))
-    except UserError:
-        return False
-    return True
+    """The document, or the report that carries it."""
+    return carries(FORMAT, data)
 
 
 def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, beside: str = ".json") -> None:
@@ -108,7 +103,7 @@ def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, be
 
 def _content(path: Path) -> bytes:
     with suppress(OSError), path.open("rb") as file:
-        return file.read(LARGEST_FILE + 1)
+        return file.read(LARGEST_FILE)
     return b""
 
 
@@ -129,6 +124,9 @@ def suggested_name(record: Record) -> str:
 
 def file_name(*parts: str) -> str:
     """A valid file name without suffix from any texts."""
-    words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])).strip("_") for part in parts]
+    words = []
+    for part in parts:
+        word = unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])
+        words.append(_NOT_IN_NAMES.sub("_", word).strip("_"))
     name = " ".join(word for word in words if word)[:MAX_NAME_LENGTH]
     return f"DPS-S {name}" if _RESERVED.match(name) else name

@@ -4,18 +4,18 @@ Accepts the record (JSON) and the report (PDF), which carries it and is only a v
 verified, and the answer says so. Names of stations are what stations say of themselves: to know one is no trust.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from datetime import datetime, timedelta
 from enum import Enum
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.record import Document, Record, read_document, record_of
 from app.records.report_files import LARGEST_FILE, document_in, is_report
 from app.stations.station import fingerprint_of, is_signature
+from app.store.kinds import PreflightCheck
+from app.store.rows import Row
 from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -26,18 +26,7 @@ REQUIRED: Final = frozenset({
     "freefall_acceleration", "freefall_time", "light_threshold", "attitude_trigger", "freefall_trigger",
     "trigger_records", "boot_count", "fingerprint",
 })  # fmt: skip
-"""Checks that every record contains."""
-_READ_AS: Final = {
-    "activation": ("status", "active"),
-    "boot_count": ("boot_count",),
-    "attitude_threshold": ("settings", "attitude_threshold_deg"),
-    "freefall_acceleration": ("settings", "freefall_acceleration_g"),
-    "freefall_time": ("settings", "freefall_time_s"),
-    "light_threshold": ("settings", "light_threshold_v"),
-}
-"""Checks whose measured value is also among the readings, and where."""
-
-
+"""Checks that every record of this version contains."""
 _KEPT_WITHIN: Final = timedelta(hours=1)
 """A check is judged first, and kept at once."""
 
@@ -51,24 +40,21 @@ class RecordState(Enum):
 
 
 class StationNames:
-    """What stations call themselves: by key, in hexadecimal. `own`: the key of this computer."""
+    """What stations call themselves. `own`: the key of this computer. `introductions`: keys and names. Keys are
+    hexadecimal."""
 
-    def __init__(self, own: str | None, introductions: Iterable[tuple[str, str]] = ()) -> None:
+    def __init__(self, own: str | None = None, introductions: Iterable[tuple[str, str]] = ()) -> None:
         self.own = own
-        self._names: dict[str, list[str]] = {}
-        for key, name in introductions:
-            names = self._names.setdefault(key, [])
-            if name not in names:
-                names.append(name)
+        self._introductions = tuple(dict.fromkeys(introductions))
 
     def of_key(self, key: str) -> tuple[str, ...]:
-        return tuple(self._names.get(key, ()))
+        return tuple(name for one, name in self._introductions if one == key)
 
-    def other_keys(self, key: str) -> Mapping[str, tuple[str, ...]]:
+    def other_keys(self, key: str) -> dict[str, tuple[str, ...]]:
         """By name of this key, the other keys that call themselves so, too."""
         others = {}
         for name in self.of_key(key):
-            keys = tuple(other for other, names in self._names.items() if name in names and other != key)
+            keys = tuple(other for other, its_name in self._introductions if its_name == name and other != key)
             if keys:
                 others[name] = keys
         return others
@@ -97,7 +83,7 @@ class Verification(NamedTuple):
         elif self.contradictions:
             told = [message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; "))]
         else:
-            told = [message(marked("INTACT: {verdict}."), verdict=verdict_word(record))]
+            told = [message(marked("INTACT: {verdict}."), verdict=_verdict(record))]
         if record is not None:
             told.append(_introduced(record))
             if record.is_simulated:
@@ -129,7 +115,7 @@ def shown_key(key: str) -> str:
     return fingerprint_of(bytes.fromhex(key))
 
 
-def verdict_word(record: Record) -> UserMessage:
+def _verdict(record: Record) -> UserMessage:
     word = message(record.verdict.value)
     return word if record.void is None else message(marked("{verdict}, void"), verdict=word)
 
@@ -138,7 +124,7 @@ def _introduced(record: Record) -> UserMessage:
     return message(
         marked("{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
         module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
-        verdict=verdict_word(record),
+        verdict=_verdict(record),
         at=record.at.isoformat(),
         who=clean(record.who, longest=60) if record.who else message(marked("not named")),
         follows=message(record.follows.value),
@@ -168,64 +154,42 @@ def verify(document: Document, names: StationNames) -> Verification:
             record = None
         return Verification(RecordState.ALTERED, document.station, names, record)
     record = record_of(document)
-    against = tuple(contradictions(record))
+    against = tuple(_contradictions(record))
     state = RecordState.CONTRADICTORY if against else RecordState.INTACT
     return Verification(state, document.station, names, record, against)
 
 
-def is_of_row(text: str, said: Mapping[str, object], *, module: str | None, station: str, made_at: str) -> bool:
+def is_of_row(check: PreflightCheck, row: Row) -> bool:
     """Whether a fact of a check carries the record that it speaks of: intact, signed by the station of the row, and of
-    its module and time. `said`: verdict, is_void, is_simulated. To be asked once, where a row comes in."""
+    its module, verdict and time. To be asked once, where a row comes in."""
     try:
-        verification = verify(read_document(text.encode()), StationNames(None))
+        verification = verify(read_document(check.document.encode()), StationNames())
     except (UserError, UnicodeEncodeError):
         return False
     record = verification.record
-    if record is None or verification.state is not RecordState.INTACT or verification.signer != station:
+    if record is None or verification.state is not RecordState.INTACT or verification.signer != row.station:
         return False
-    found = {
-        "verdict": record.verdict.value,
-        "is_void": record.void is not None,
-        "is_simulated": record.is_simulated,
-    }
-    is_of_time = abs(datetime.fromisoformat(made_at) - record.at) <= _KEPT_WITHIN
-    return found == dict(said) and record.module == module and is_of_time
+    said = (row.module, check.verdict, check.is_void, check.is_simulated)
+    found = (record.module, record.verdict.value, record.void is not None, record.is_simulated)
+    return said == found and abs(datetime.fromisoformat(row.made_at) - record.at) <= _KEPT_WITHIN
 
 
-def contradictions(record: Record) -> Iterator[UserMessage]:
-    """The parts of a record that contradict each other."""
-    counts = Counter(check.id for check in record.checks)
-    missing = sorted(REQUIRED - counts.keys())
+def _contradictions(record: Record) -> Iterator[UserMessage]:
+    ids = [check.id for check in record.checks]
+    missing = REQUIRED - set(ids)
     if missing:
-        yield message(marked("missing checks: {checks}"), checks=", ".join(missing))
-    doubled = [clean(name, longest=40) for name, count in counts.items() if count > 1]
+        yield message(marked("missing checks: {checks}"), checks=", ".join(sorted(missing)))
+    doubled = sorted({clean(name, longest=40) for name in ids if ids.count(name) > 1})
     if doubled:
         yield message(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
     if record.verdict is not record.follows:
-        words = message(record.verdict.value), message(record.follows.value)
-        yield message(marked("stated {stated}, but the checks give {follows}"), stated=words[0], follows=words[1])
-    for check in record.checks:
-        read = _at(record.read, _READ_AS.get(check.id, ()))
-        is_compared = check.result is CheckResult.PASS and check.measured is not None and read is not None
-        if is_compared and read != check.measured:
-            yield message(
-                marked("{check}: judged {measured}, read {read}"),
-                check=message(clean(check.title, longest=60)),
-                measured=clean(str(check.measured), longest=20),
-                read=clean(str(read), longest=20),
-            )
-
-
-def _at(value: object, path: tuple[str, ...]) -> object:
-    if not path:
-        return None
-    for name in path:
-        value = value.get(name) if isinstance(value, Mapping) else None
-    return value
+        text = marked("stated {stated}, but the checks give {follows}")
+        yield message(text, stated=message(record.verdict.value), follows=message(record.follows.value))
 
 
 def is_green(verification: Verification) -> bool:
     """Only an intact GO of a real module is shown in green."""
     record = verification.record
-    is_intact = verification.state is RecordState.INTACT and record is not None
-    return is_intact and record is not None and record.verdict is Verdict.GO and not record.is_simulated
+    if record is None or verification.state is not RecordState.INTACT:
+        return False
+    return record.verdict is Verdict.GO and not record.is_simulated

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Final
 
-from app.settings.values import field_of
+from app.settings.values import field_of, fitting
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, clean, message
+from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
@@ -30,6 +31,18 @@ def value_message(command: Command, value: Value) -> UserMessage:
 def value_text(command: Command, value: Value) -> str:
     """The same in the language in use."""
     return value_message(command, value).translated()
+
+
+def setting_message(key: str, value: object) -> UserMessage:
+    """A setting with its value and unit, as somebody kept it; one that this version does not know by its key."""
+    command = next((command for command in SETTINGS if command.key == key), None)
+    if command is None:
+        return UserMessage(clean(f"{key} {value}"))
+    try:
+        shown = value_message(command, fitting(field_of(command), value))
+    except UserError:  # another station may have written any number
+        shown = UserMessage(clean(str(value)))
+    return message("{name} {value}", name=message(command.title), value=shown)
 
 
 def _default(command: Command) -> Value | None:

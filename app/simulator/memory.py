@@ -1,20 +1,18 @@
-"""Volatile and non-volatile memory of the simulated module, and its trigger records."""
+"""What the simulated module remembers: settings, boot count and trigger records; and what a restart resets."""
 
 import random
 from collections import deque
 from dataclasses import dataclass, field
 
 from app.flights.judge import TriggerLimits
-from protocol.catalogue import BAUD, CENTISECOND, INVERTED, MAX_RECORDS, QUERY, RECORD_CODE, RECORD_PARTS, TENTH_G
+from protocol.catalogue import BAUD, CENTISECOND, INVERTED, MAX_RECORDS, QUERY, RECORD_CODE, TENTH_G
 from protocol.frame import encode_long
 from protocol.messages import Source, encode_record_data
-
-RECORD_DATA_LENGTH = sum(part.length for part in RECORD_PARTS)
 
 
 @dataclass(slots=True, kw_only=True)
 class Memory:
-    """What survives a restart; bytes as on the wire."""
+    """What survives a restart; bytes as on the wire. `records`: their eleven data bytes (D4 … D14), oldest first."""
 
     light_threshold: int = 0x12
     attitude_threshold: int = 60
@@ -24,7 +22,6 @@ class Memory:
     boot_count: int = 0
     zero_tilt_deg: float = 0.0
     records: deque[bytes] = field(default_factory=lambda: deque(maxlen=MAX_RECORDS))
-    """Eleven data bytes each (D4 … D14), oldest first; the tenth replaces the first."""
 
     @property
     def baud_rate(self) -> int:
@@ -33,17 +30,18 @@ class Memory:
 
 @dataclass(slots=True, kw_only=True)
 class ModuleState:
-    """What a restart resets. Initially locked with both triggers enabled."""
+    """What a restart resets. A module begins locked, with both triggers enabled."""
 
     is_active: bool = False
     attitude_is_enabled: bool = True
     freefall_is_enabled: bool = True
     serial_output_is_on: bool = False
+    # After `11 00` nothing fires until `11 01`, `10` or a restart; the table names no end (E15).
     is_forbidden: bool = False
-    """After `11 00`: blocks all triggers until `11 01`, `10` or a restart; the table names no end (E15)."""
 
 
 def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
+    """Return the thresholds by which the module fires, in the units of the judge."""
     return TriggerLimits(
         attitude_threshold_deg=memory.attitude_threshold,
         freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
@@ -56,7 +54,7 @@ def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
 def record_data(
     memory: Memory, *, uptime_s: float, sources: Source, is_connected: bool, is_charging: bool, light: int, voltage: int
 ) -> bytes:
-    """D4 … D14 of the table's "trigger record"; `light`, `voltage`: bytes."""
+    """Return D4 … D14 of a trigger record; `light` and `voltage` are bytes."""
     return encode_record_data(
         {
             "boot_count": memory.boot_count,
@@ -77,25 +75,18 @@ def record_frame(data: bytes) -> bytes:
     return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
 
 
+# Together they have every source, alone and with others.
 _PAST_SOURCES = (
-    Source.ATTITUDE,
-    Source.FREEFALL,
-    Source.SERIAL,
-    Source.ATTITUDE | Source.FREEFALL,
-    Source.PWM,
-    Source.ATTITUDE,
-    Source.SERIAL | Source.PWM,
-    Source.FREEFALL,
-    Source.ATTITUDE | Source.PWM | Source.FREEFALL,
-)
+    Source.ATTITUDE, Source.FREEFALL, Source.SERIAL, Source.ATTITUDE | Source.FREEFALL, Source.PWM, Source.ATTITUDE,
+    Source.SERIAL | Source.PWM, Source.FREEFALL, Source.ATTITUDE | Source.PWM | Source.FREEFALL,
+)  # fmt: skip
 
 
 def invent_records(memory: Memory, count: int, *, seed: int) -> None:
-    """Add `count` (0 … 9) varied records of earlier boots; the same for the same seed."""
+    """Add `count` (0 … 9) plausible records of earlier boots; the same ones for the same seed."""
     source = random.Random(seed)  # noqa: S311 (variety, not secrets)
-    sources = _PAST_SOURCES[:count]
-    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in sources)
-    for boot, why in zip(boots, sources, strict=True):
+    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
+    for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
         then = Memory(
             boot_count=boot,
             attitude_threshold=source.choice((55, 60, 60, 65, 70)),
@@ -105,8 +96,8 @@ def invent_records(memory: Memory, count: int, *, seed: int) -> None:
         data = record_data(
             then,
             uptime_s=source.choice((source.randrange(20, 255), source.randrange(300, 5400))),
-            sources=why,
-            is_connected=Source.SERIAL in why or source.random() < 0.5,
+            sources=sources,
+            is_connected=Source.SERIAL in sources or source.random() < 0.5,
             is_charging=False,
             light=source.randrange(2, 5),
             voltage=source.randrange(182, 208),

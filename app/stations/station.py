@@ -7,14 +7,13 @@ locked, missing or ask for a password during a check, and the file is as safe as
 import base64
 import binascii
 import hashlib
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.system.files import draft_of, write_whole
+from app.system.files import write_whole
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -61,8 +60,8 @@ def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
 def own_station(folder: Path) -> Station:
     """The station of this data folder; creates its key if it is missing. An unreadable key file is never replaced.
     Raises `UserError`."""
+    path = folder / KEY_FILE
     with _troubles():
-        path = folder / KEY_FILE
         if not path.exists():
             folder.mkdir(parents=True, exist_ok=True)
             _make(path)
@@ -71,8 +70,8 @@ def own_station(folder: Path) -> Station:
 
 def find_station(folder: Path) -> Station | None:
     """None if there is no key yet. Raises `UserError`."""
+    path = folder / KEY_FILE
     with _troubles():
-        path = folder / KEY_FILE
         return _station(path) if path.exists() else None
 
 
@@ -106,14 +105,7 @@ def _station(path: Path) -> Station:
 
 
 def _make(path: Path) -> None:
-    """Atomic; if another process creates a key at the same time, the first one counts."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     seed = base64.b64encode(Ed25519PrivateKey.generate().private_bytes_raw())
-    with suppress(FileExistsError), draft_of(path, is_private=True) as draft:
-        write_whole(draft, seed + b"\n", is_private=True)
-        try:
-            os.link(draft, path)
-        except OSError:  # it exists already, or the file system has no hard links
-            if path.exists():
-                raise FileExistsError from None
+    write_whole(path, seed + b"\n", is_private=True)

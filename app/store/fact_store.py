@@ -12,20 +12,21 @@ import platform
 import queue
 import sqlite3
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
 from app.stations.station import own_station
-from app.store.copying import Copier
+from app.store.copying import copy_if_due
 from app.store.former_active import former_state
 from app.store.kinds import KIND_OF, Content, StationNamed
-from app.store.opening import BUSY_S, FILE_NAME, open_file
+from app.store.opening import FILE_NAME, connect_to_read, open_file
 from app.store.rows import AHEAD, COLUMNS, Row, content_of, content_text, make_row, time_text
 from app.store.trouble import StoreFault, StoreTrouble, trouble_of
 from app.system.folders import data_folder
@@ -39,6 +40,8 @@ Clock = Callable[[], datetime]
 
 CLOSE_LIMIT_S = 5.0
 """Default time limit for what is still to be written at `close`."""
+COPY_LIMIT_S = 0.3
+"""For the copy of the day that is still being made then; else it is made at the next opening."""
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 _SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
@@ -86,28 +89,25 @@ class Facts:
     ) -> list[Kept[OneContent]]:
         """The facts of this kind about this module (None: about modules without a name), by default the oldest
         first."""
-        return self._select(type_, "AND module IS ?", (module,), is_newest_first=is_newest_first, limit=limit)
+        return list(self._each(type_, "module IS ?", module, is_newest_first=is_newest_first, limit=limit))
 
     def of_kind(
         self, type_: type[OneContent], *, is_newest_first: bool = False, limit: int = -1
     ) -> list[Kept[OneContent]]:
         """Those about all modules."""
-        return self._select(type_, "", (), is_newest_first=is_newest_first, limit=limit)
+        return list(self._each(type_, "TRUE", is_newest_first=is_newest_first, limit=limit))
 
     def back_from_newest(self, type_: type[OneContent], module: str | None) -> Iterator[Kept[OneContent]]:
-        """Each is read when it is asked for."""
-        return self._each(type_, "AND module IS ?", (module,), is_newest_first=True, limit=-1)
+        """Those of a module; each is read when it is asked for."""
+        return self._each(type_, "module IS ?", module, is_newest_first=True)
 
     def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
         kept = self.of_module(type_, module, is_newest_first=True, limit=1)
         return kept[0] if kept else None
 
     def by_id(self, type_: type[OneContent], id_: str) -> Kept[OneContent] | None:
-        for values in self.connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id = ?", (id_,)):  # noqa: S608
-            content = content_of(Row(*values), type_)
-            if content is not None:
-                return Kept(Row(*values), content)
-        return None
+        kept = list(self._each(type_, "id = ?", id_))
+        return kept[0] if kept else None
 
     def modules(self) -> list[str]:
         """The names of all modules that a fact is about."""
@@ -133,22 +133,18 @@ class Facts:
         else:
             self.connection.execute(_SET_STATE, (key, msgspec.json.encode(value).decode()))
 
-    def _select(
-        self, type_: type[OneContent], where: str, values: tuple[object, ...], *, is_newest_first: bool, limit: int
-    ) -> list[Kept[OneContent]]:
-        return list(self._each(type_, where, values, is_newest_first=is_newest_first, limit=limit))
-
     def _each(
-        self, type_: type[OneContent], where: str, values: tuple[object, ...], *, is_newest_first: bool, limit: int
+        self, type_: type[OneContent], where: str, *values: str | None, is_newest_first: bool = False, limit: int = -1
     ) -> Iterator[Kept[OneContent]]:
+        """Without those that cannot be read, as of a newer version, and those from a clock that is ahead."""
         order = "DESC" if is_newest_first else "ASC"
         query = (
-            f"SELECT {COLUMNS} FROM facts WHERE kind = ? {where} AND made_at <= ? "  # noqa: S608
+            f"SELECT {COLUMNS} FROM facts WHERE kind = ? AND {where} AND made_at <= ? "  # noqa: S608
             f"ORDER BY made_at {order} LIMIT ?"
         )
         latest = time_text(utc_now() + AHEAD)
-        for values_of_row in self.connection.execute(query, (KIND_OF[type_], *values, latest, limit)):
-            row = Row(*values_of_row)
+        for found in self.connection.execute(query, (KIND_OF[type_], *values, latest, limit)):
+            row = Row(*found)
             content = content_of(row, type_)
             if content is not None:
                 yield Kept(row, content)
@@ -171,7 +167,7 @@ class Store:
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._left = 0
         self._is_closed = False
-        self._copier = Copier(self.path, clock)
+        self._copying: threading.Thread | None = None
         self._thread: threading.Thread | None = None
         if not starts_late:
             self.start()
@@ -199,16 +195,6 @@ class Store:
 
         return self.write(insert)
 
-    def add_rows(self, rows: Iterable[Row]) -> "Future[int]":
-        """Rows that were checked where they came in; how many were new."""
-
-        def insert(facts: Facts) -> int:
-            before = facts.connection.total_changes
-            facts.connection.executemany(INSERT, rows)
-            return facts.connection.total_changes - before
-
-        return self.write(insert)
-
     def set_state(self, key: str, value: object) -> "Future[None]":
         """None removes it."""
         return self.write(lambda facts: facts.set_state(key, value))
@@ -231,7 +217,7 @@ class Store:
         self.start()
         self.opened.result()
         try:
-            with closing(sqlite3.connect(f"{self.path.as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
+            with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._make_time))
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
@@ -241,9 +227,16 @@ class Store:
         return self.read(lambda facts: facts.state(key))
 
     def copy_if_due(self) -> None:
-        """Returns at once. See `app.store.copying`."""
-        if self.opened.done() and self.opened.exception() is None:
-            self._copier.start_if_due()
+        """Returns at once: the day's copy is made in a thread of its own, and one at a time."""
+        if not self.opened.done() or self.opened.exception() is not None:
+            return
+        with self._lock:
+            is_copying = self._copying is not None and self._copying.is_alive()
+            if not is_copying and not self._is_closed:
+                copy = partial(copy_if_due, self.path, self._clock())
+                thread = threading.Thread(target=copy, name="dps-s copies", daemon=True)
+                thread.start()
+                self._copying = thread
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is left; returns how many pieces were not written within the limit. Idempotent, never raises."""
@@ -253,7 +246,8 @@ class Store:
                 self._work.put(None)
         if self._thread is not None:
             self._thread.join(limit_s)
-        self._copier.close()
+        if self._copying is not None:
+            self._copying.join(COPY_LIMIT_S)
         with self._lock:
             left = self._left
         if left:
@@ -296,9 +290,9 @@ class Store:
         except (sqlite3.Error, OSError) as error:
             connection.close()
             raise trouble_of(error, self.path) from error
-        self._copier.start_if_due()
         self._station.set_result(facts.station)
         self.opened.set_result(notice)
+        self.copy_if_due()
         return connection
 
     def _own_key(self, facts: Facts) -> str:

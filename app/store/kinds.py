@@ -80,36 +80,16 @@ class TriggerRecordJudged(Content, frozen=True, kw_only=True):
 
 
 class SettingsSeen(Content, frozen=True, kw_only=True):
-    """The settings as they were found before the first write of a conversation."""
+    """The settings as they were found before the first write of a conversation; what was written is an act."""
 
     port: Text
     boot_count: Byte | None
     settings: Settings
 
 
-class SettingsWritten(Content, frozen=True, kw_only=True):
-    """What was written, by whom and why. `before` and `after` are what was read, without what nobody could read."""
-
-    port: Text
-    before: Settings
-    after: Settings
-    who: Text = ""
-    why: Text = ""
-
-
-class SettingsApproved(Content, frozen=True, kw_only=True):
-    """A person approved these settings for the module; `code` is their fingerprint."""
-
-    settings: Settings
-    code: Word
-    who: Text = ""
-
-
 class PreflightCheck(Content, frozen=True, kw_only=True):
-    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists.
-
-    `measured`: by the names of `dps-s preflight --json`, with units.
-    """
+    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists. `code`: of
+    the settings."""
 
     verdict: Literal["GO", "READY", "NO-GO"]
     is_void: bool
@@ -118,8 +98,7 @@ class PreflightCheck(Content, frozen=True, kw_only=True):
     aircraft: Text = ""
     adapter: Text = ""
     code: Word | None = None
-    """The fingerprint of the settings."""
-    measured: dict[Word, float] = {}
+    cell_voltage_v: float | None = None
     document: Annotated[str, Meta(max_length=MAX_CONTENT_BYTES)]
 
 
@@ -209,8 +188,6 @@ KINDS: dict[str, type[Content]] = {
     "trigger_record": TriggerRecordSeen,
     "judgement": TriggerRecordJudged,
     "settings_seen": SettingsSeen,
-    "settings_written": SettingsWritten,
-    "settings_approved": SettingsApproved,
     "preflight_check": PreflightCheck,
     "fired": MayHaveFired,
     "guided_test": GuidedTestDone,

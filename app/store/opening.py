@@ -10,8 +10,7 @@ Everything here is done in the store's own thread. Files are readable for this u
 
 import errno
 import sqlite3
-from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -57,13 +56,15 @@ class Opened(NamedTuple):
     former: Path | None = None
 
 
+class _OfDevelopment(sqlite3.DatabaseError):
+    """The layout is one that was never released."""
+
+
 def open_file(path: Path) -> Opened:
     """Raises `sqlite3.Error`, `OSError` or `StoreTrouble`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        if not _has_content(path) and _copies(path):
-            return _begin_again(path)
-        return Opened(connect(path))
+        return Opened(_connect_what_is_there(path))
     except sqlite3.OperationalError:
         raise  # a lock, a full disk or a missing permission: the file itself is not bad
     except sqlite3.DatabaseError:
@@ -74,7 +75,9 @@ def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
     """The file; made where it is missing. `is_checked`: as a whole, which takes a second for 200 MB. Raises as
     `open_file`."""
     _make_private(path)
-    connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+    # As an address, so that a file may be attached as one that is only read.
+    address = path.absolute().as_uri()
+    connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
     try:
         is_new = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if not is_new:
@@ -92,23 +95,27 @@ def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
 
 def make_tables(connection: sqlite3.Connection) -> None:
     """In one transaction. Another program may have made them while this one waited for the lock."""
-    connection.execute("BEGIN IMMEDIATE")
-    if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-        for statement in TABLES:
-            connection.execute(statement)
-        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        connection.execute(f"PRAGMA user_version = {LAYOUT}")
-    connection.execute("COMMIT")
+    with connection:
+        connection.execute("BEGIN IMMEDIATE")
+        if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            for statement in TABLES:
+                connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {LAYOUT}")
 
 
 def is_good(path: Path) -> bool:
     """Whether it is a whole file of this layout. Raises OSError."""
-    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)) as connection:
+    with closing(connect_to_read(path)) as connection:
         try:
             _check(connection, path)
         except (sqlite3.DatabaseError, StoreTrouble):
             return False
     return True
+
+
+def connect_to_read(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
 
 
 def copy_name(path: Path, at: datetime) -> str:
@@ -118,30 +125,33 @@ def copy_name(path: Path, at: datetime) -> str:
 def copies_of(path: Path, now: datetime) -> list[Path]:
     """The newest first; behind them those of a clock that was ahead, which hold less."""
     latest = copy_name(path, now)
-    return sorted(_copies(path), key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
+    copies = (path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}")
+    return sorted(copies, key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
 
 
-def _copies(path: Path) -> list[Path]:
-    return list((path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}"))
+def _connect_what_is_there(path: Path) -> sqlite3.Connection:
+    """Raises as `open_file`; `sqlite3.DatabaseError` also where it is empty or gone and there is a copy."""
+    if not _has_content(path) and copies_of(path, datetime.now(UTC)):
+        raise sqlite3.DatabaseError("empty or gone")
+    return connect(path)
 
 
 def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
     """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
-    version = connection.execute("PRAGMA user_version").fetchone()[0]
-    if application == APPLICATION_ID and version > LAYOUT:
-        raise StoreTrouble(StoreFault.NEWER, path, f"layout {version}")
-    if application != APPLICATION_ID or version != LAYOUT:
-        raise sqlite3.DatabaseError("of another program or of a development build")
+    layout = connection.execute("PRAGMA user_version").fetchone()[0]
+    if application != APPLICATION_ID:
+        raise sqlite3.DatabaseError("of another program")
+    if layout > LAYOUT:
+        raise StoreTrouble(StoreFault.NEWER, path, f"layout {layout}")
+    if layout < LAYOUT:
+        raise _OfDevelopment
     if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
         raise sqlite3.DatabaseError("damaged")
 
 
 def _has_content(path: Path) -> bool:
-    try:
-        return path.stat().st_size > 0
-    except FileNotFoundError:
-        return False
+    return path.exists() and path.stat().st_size > 0
 
 
 def _make_private(path: Path) -> None:
@@ -156,17 +166,22 @@ def _make_private(path: Path) -> None:
 
 
 def _begin_again(path: Path) -> Opened:
-    """In place of a file that cannot be used, or is gone."""
-    with _alone(path):
+    """In place of a file that cannot be used, or is gone. Raises `StoreTrouble` where another program does the same."""
+    with path.with_suffix(".lock").open("ab") as file:
         try:
-            if _has_content(path):
-                return Opened(connect(path))  # another program was faster
+            lock(file)
+        except OSError as error:
+            if error.errno not in (errno.EAGAIN, errno.EACCES):
+                raise
+            raise StoreTrouble(StoreFault.BUSY, path, str(error)) from error
+        is_of_development = False
+        try:
+            return Opened(_connect_what_is_there(path))  # another program was faster
         except sqlite3.OperationalError:
             raise
-        except sqlite3.DatabaseError:
-            pass
+        except sqlite3.DatabaseError as error:
+            is_of_development = isinstance(error, _OfDevelopment)
         was_there = _has_content(path)
-        former = path if was_there and _is_former(path) else None
         aside = _set_aside(path)
         copy = _restore(path)
         parts = []
@@ -177,30 +192,7 @@ def _begin_again(path: Path) -> Opened:
         else:
             text = marked("Records restored from the copy of {when}; later ones are missing.")
             parts.append(message(text, when=copy.name.split(".")[1]))
-        return Opened(connect(path), joined(parts, " "), aside if former is not None else None)
-
-
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Raises `StoreTrouble` where another program does the same now."""
-    with path.with_suffix(".lock").open("ab") as file:
-        try:
-            lock(file)
-        except OSError as error:
-            if error.errno not in (errno.EAGAIN, errno.EACCES):
-                raise
-            raise StoreTrouble(StoreFault.BUSY, path, str(error)) from error
-        yield
-
-
-def _is_former(path: Path) -> bool:
-    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
-        try:
-            application = connection.execute("PRAGMA application_id").fetchone()[0]
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-        except sqlite3.DatabaseError:
-            return False
-    return bool(application == APPLICATION_ID and 0 < version < LAYOUT)
+        return Opened(connect(path), joined(parts, " "), aside if is_of_development else None)
 
 
 def _set_aside(path: Path) -> Path:

@@ -51,9 +51,17 @@ def time_text(at: datetime) -> str:
 
 def fact_id(kind: str, module: str | None, station: str, made_at: str, content: str) -> str:
     """Raises `ValueError` for a time or a text that is none."""
-    milliseconds = (datetime.fromisoformat(made_at) - _EPOCH) // timedelta(milliseconds=1)
     told = "\n".join((kind, module or "", station, made_at, content))
-    return f"{milliseconds:012x}{hashlib.sha256(told.encode()).hexdigest()[:28]}"
+    return _time_in_id(datetime.fromisoformat(made_at)) + hashlib.sha256(told.encode()).hexdigest()[:28]
+
+
+def last_id_of(at: datetime) -> str:
+    """Only the ids of facts that were made later are greater."""
+    return _time_in_id(at) + "g"
+
+
+def _time_in_id(at: datetime) -> str:
+    return f"{(at - _EPOCH) // timedelta(milliseconds=1):012x}"
 
 
 def content_text(content: Content) -> str:
@@ -118,14 +126,6 @@ def content_of(row: Row, type_: type[OneContent]) -> OneContent | None:
     except (KeyError, msgspec.MsgspecError, RecursionError):
         return None
     return content if isinstance(content, type_) else None
-
-
-def is_own_id(row: Row) -> bool:
-    """False for a row that was changed in place."""
-    try:
-        return fact_id(*row[1:]) == row.id
-    except ValueError:
-        return False
 
 
 @cache

@@ -18,6 +18,7 @@ from picture_studio import Stuck, Studio, save
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QScrollArea
+from ui.services.port_check import Standing
 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
@@ -35,7 +36,6 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.recordings.page import RecordingsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
-from ui.services.port_check import Standing
 from ui.services.storage import Storage
 from ui.style.theme import Choice
 
@@ -43,7 +43,7 @@ SIZE: Final = QSize(1024, 600)
 """The smallest supported screen."""
 NAME, OTHER_NAME = "guide", "other"
 PORT, OTHER_PORT = f"sim://{NAME}", f"sim://{OTHER_NAME}"
-OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True, "noise": 1.0}
+OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True}
 OTHER_OPTIONS: Final = {"baud": 57600}
 MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
@@ -76,11 +76,11 @@ def live(studio: Studio) -> None:
     studio.page("live", LivePage)
     studio.run(22.0)
     for tilt_deg, seconds in ((28, 1.5), (47, 2.5), (33, 1.5), (12, 3.0)):
-        studio.module.set_tilt(tilt_deg)
+        studio.module.set_world(tilt_deg=tilt_deg)
         studio.run(seconds)
     studio.module.drop(3)
     studio.run(3.0)
-    studio.module.set_tilt(4)
+    studio.module.set_world(tilt_deg=4)
     studio.run(9.0)
 
 
@@ -149,9 +149,7 @@ def triggers(studio: Studio) -> None:
 def preflight(studio: Studio) -> None:
     """A NO-GO for unreviewed records, then READY."""
     page = studio.page("preflight", PreflightPage)
-    studio.module.set_lifelike(is_lifelike=False)
-    studio.module.world.noise = 0.0
-    studio.module.set_tilt(0)
+    studio.module.set_world(is_lifelike=False, tilt_deg=0)
     studio.run(1.0)
     page.form.aircraft.setEditText(AIRCRAFT)
     page.buttons.enable.click()
@@ -291,8 +289,7 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
 def review(studio: Studio, folder: Path, pages: tuple[str, ...]) -> None:
     """Each page in each theme."""
     live(studio)
-    studio.module.set_lifelike(is_lifelike=False)
-    studio.module.set_tilt(0)
+    studio.module.set_world(is_lifelike=False, tilt_deg=0)
     for page in pages:
         studio.assembly.window.go_to(page)
         if page in PRESSED:

@@ -28,7 +28,7 @@ STEP_S: Final = 0.06
 """The greatest age of an answer that the program accepts on a perfect line."""
 STRIDE: Final = 5
 """Step between the quirks that the same fault and command meet."""
-BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "drain": "0", "history": "4"}
+BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "history": "4"}
 
 
 class Plan(NamedTuple):

@@ -171,7 +171,7 @@ LIES: Final[Mapping[str, Trouble]] = {
     "memory changes": _accident(0.5, partial(_change, attitude_threshold=20)),
     "memory changes later": _accident(2.0, partial(_change, attitude_threshold=20, freefall_time=5)),
     "memory changes while it stands": _accident(16.0, partial(_change, attitude_threshold=20)),
-    "tips over": _accident(0.6, lambda bench: bench.set_tilt(75)),
+    "tips over": _accident(0.6, lambda bench: bench.set_world(tilt_deg=75)),
     "somebody activates": _accident(0.3, lambda bench: bench.module.activate(is_active=True)),
     "somebody locks": _accident(0.3, lambda bench: bench.module.activate(is_active=False)),
 }

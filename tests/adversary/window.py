@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from app.preflight.reread import REREAD_EVERY_S
+from protocol.link_states import Presence
 from PySide6.QtTest import QTest
 
 from app.preflight.findings import Person
-from app.preflight.reread import REREAD_EVERY_S
 from app.procedures.act import Performed
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.form import FormRow, RowState
 from protocol.catalogue import SERIAL_OUTPUT, Command
 from protocol.fields import Value
-from protocol.link_states import Presence
 from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Case, Finding, shown, stands
 from tests.adversary.program import Ran
 from tests.gestures.gesture_bench import GestureBench

@@ -32,7 +32,7 @@ SECONDS: Final = 6.0
 
 def _run(rate_hz: int) -> dict[str, Any]:
     """One window on one module; `lost`: status frames that were sent but not delivered by the worker."""
-    options = f"rate={rate_hz}", "lifelike=yes", "noise=1"
+    options = f"rate={rate_hz}", "lifelike=yes"
     with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module", *options) as module:
         found = measured("cpu", module.port)
         sent = module.frames_sent + found["asked"]

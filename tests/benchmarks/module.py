@@ -73,11 +73,6 @@ class _PluggedModule:
         self._replugging: threading.Timer | None = None
         self.plug()
 
-    def wake(self) -> None:
-        with self._changing:
-            if self._loop is not None:
-                self._loop.wake()
-
     def plug(self) -> None:
         with self._changing:
             if self._loop is None:
@@ -114,6 +109,7 @@ def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
             return f"{locks[-1]:.6f}"
         case ["count"]:
             with bench.changed:
+                assert isinstance(bench.module, odd_module.OddModule)
                 return str(bench.module.stream_frames_sent)
         case ["unplug", *for_s]:
             module.unplug(float(for_s[0]) if for_s else None)
@@ -133,14 +129,14 @@ def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
 def main(words: list[str]) -> int:
     """Serve until the input ends."""
     link, *options = words
-    bench = SimulatedBench(odd_module.OddSetup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    odd_module.install()
+    bench = SimulatedBench(odd_module.OddSetup(**parse_options(dict(text.split("=", 1) for text in options))))
     locks = [0.0]
     at_each_frame(bench, lambda request: locks.append(time.monotonic()) if request == LOCK else None)
     module = _PluggedModule(bench, Path(link))
     print(link, flush=True)
     for line in sys.stdin:
         print(_answer(module, locks, line.strip()), flush=True)
-        module.wake()
     module.unplug()
     return 0
 

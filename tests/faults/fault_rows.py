@@ -3,19 +3,21 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from app.procedures.handshake import handshake
+from app.procedures.light_calibration import measure_light
+from app.procedures.settings_reading import Seen, SettingsReading, is_another, look, read_one_module, read_settings
+from app.procedures.who_is_there import who_is_there
+from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
+
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.act import Performed, begin_act, perform
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import WAITS_S, answers_here, find_rate, look_for, proofs
-from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
-from app.procedures.light_calibration import measure_light
 from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything, undisturbed
-from app.procedures.settings_reading import Seen, SettingsReading, is_another, look, read_one_module, read_settings
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.who_is_there import who_is_there
 from app.procedures.write import (
     ReadBack,
     SetReply,
@@ -26,7 +28,6 @@ from app.procedures.write import (
     restarted_since,
     write_verified,
 )
-from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Refusal
 from app.safety.journal import Entry, Outcome

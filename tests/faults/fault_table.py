@@ -84,7 +84,7 @@ class Cell:
         self.row = row
         self.wanted_end = End.PROCEDURE
         self.clock = FakeClock()
-        options = {"history": "2", "drain": "0", **row.options}
+        options = {"history": "2", **row.options}
         self.bench = lying_bench(options, self.clock)
         self.port = FakePort(self.bench, self.clock)
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
@@ -224,7 +224,7 @@ def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
         "boot_count": module.memory.boot_count,
         "active": module.state.is_active,
         "triggered": module.is_triggered,
-        "tilt_deg": round(module.tilt_deg(now_s)),
+        "tilt_deg": round(module.measure(now_s).tilt_deg),
         "acceleration_g": 1.0,
         "charging": module.world.has_external_power,
         "cell_voltage_v": CELL_VOLT.decode(module.voltage(now_s)),

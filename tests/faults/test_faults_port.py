@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 import serial
+from protocol.link_states import Presence
 
 from app.engine import transport
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
@@ -19,7 +20,6 @@ from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import STATUS
 from protocol.events import Rejected
-from protocol.link_states import Presence
 from tests.support.line.batches import Batches
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule, ran_code

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
+from protocol.link_states import Presence
+
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.setup import parse_options
-from protocol.link_states import Presence
 from tests.adversary.campaign import latency_s
 from tests.adversary.faults import DIALECTS, LIES, LINE
 from tests.adversary.window import SURE, Session
@@ -28,7 +29,7 @@ ONLINE_WITHIN_S: Final = 8.0
 OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
 _OF_MODULE: Final = tuple(lie.options for lie in LIES.values() if lie.options and not lie.forges)
 _LIES_OF_LINE: Final = ("min_gap_ms", "half_duplex")
-BASIS: Final = {"uptime": "60", "noise": "0", "drain": "0"}
+BASIS: Final = {"uptime": "60", "noise": "0"}
 CONFIRMED_WITHIN_S: Final = 3.0
 _HOLDS: Final[Mapping[Act, Callable[[Moment], bool]]] = {
     Act.ACTIVATE: lambda moment: moment.is_active,
@@ -72,7 +73,7 @@ class Accidents:
         lies = {name: text for name, text in options.items() if name in _LIES_OF_LINE}
         module = lying(self.bench.bench)
         module.lies = replace(module.lies, **{name: getattr(lies_of(lies), name) for name in lies})
-        self.bench.bench.change(**parse_options(options.items() - lies.items()))
+        self.bench.bench.change(**parse_options(dict(options.items() - lies.items())))
         self._calm_since = math.inf
         self._note_latency()
 

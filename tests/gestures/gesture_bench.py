@@ -10,18 +10,19 @@ from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
 
+from app.engine.device import DeviceView
+from protocol.link_states import Presence
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
+from ui.pages.tests.controller import Stage
 
-from app.engine.device import DeviceView
 from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.worker import Job
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
-from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
@@ -37,11 +38,10 @@ from ui.main import Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
-from ui.pages.tests.controller import Stage
 from ui.pages.tests.page import TestsPage
 from ui.services.page import Page
-from ui.session.ports import Ports
 from ui.services.storage import Storage
+from ui.session.ports import Ports
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 

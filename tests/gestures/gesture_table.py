@@ -12,6 +12,7 @@ from typing import Final
 
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QApplication, QWidget
+from ui.pages.tests.controller import Stage
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
@@ -20,7 +21,6 @@ from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
-from ui.pages.tests.controller import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight
 

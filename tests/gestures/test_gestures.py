@@ -8,15 +8,16 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from app.engine.device import Device
+from app.engine.run import Run
+from app.procedures.handshake import handshake
+from protocol.round_trips import Timing
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QToolButton
 
-from app.engine.device import Device
 from app.engine.procedure import LOCK_GAPS_S, MAX_LOCKS
-from app.engine.run import Run
 from app.engine.session import Session
-from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.procedures.write import write_verified
@@ -26,7 +27,6 @@ from app.safety.interlocks import InterlockInputs
 from app.safety.permit import Permit
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
-from protocol.round_trips import Timing
 from tests.gestures.accidents import OF_LINE, Accidents
 from tests.gestures.clumsy import Clumsy, Report
 from tests.gestures.gesture_bench import gesture_bench

@@ -7,8 +7,9 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
-
 from app.engine.run import Run
+from app.store.modules import modules, register_module
+
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
@@ -16,7 +17,6 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.store.acts import audit as audit_in
 from app.store.fact_store import Facts, Store
-from app.store.modules import modules, register_module
 from app.store.opening import FILE_NAME
 from app.store.store_journal import StoreJournal
 from protocol.catalogue import Hazard
@@ -54,7 +54,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
     with held(store):
         locked = locked_by(rig, journal)
         assert locked.is_locked
-        assert not rig.bench.state().is_active
+        assert not rig.bench.module.state.is_active
         assert store.read(audit_in) == ()
     store.write(lambda _facts: None).result(LIMIT_S)
     (entry,) = audit(store)

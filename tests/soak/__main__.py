@@ -22,6 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from protocol.link_states import Presence
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QWidget
@@ -29,7 +30,6 @@ from PySide6.QtWidgets import QWidget
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
-from protocol.link_states import Presence
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.benchmarks.window import (
     LIMIT_S,
@@ -242,7 +242,7 @@ def _run(seconds: float, seed: int) -> Outcome:
             start(assembly, options)
             turn_until(lambda: pages.count() > 0, LIMIT_S)
             turn_for(0.5)
-            with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
+            with streaming_module(link, "rate=1440", "lifelike=yes") as module:
                 _soak(assembly, module, outcome, seconds=seconds, seed=seed)
                 assembly.window.close_now()
     left = [thread.name for thread in set(threading.enumerate()) - before]

@@ -6,14 +6,15 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
 from tests.adversary.faults import LINE
 from tests.benchmarks.module import StreamingModule
-from tests.support.line.odd_module import ODD_OPTIONS
+from tests.support.line.odd_module import OddSetup
 
-_NAMES: Final = {option.name for option in ODD_OPTIONS}
+_NAMES: Final = {option.name for option in fields(OddSetup)}
 _FAULTS: Final = tuple(sorted({(name, value) for trouble in LINE.values() for name, value in trouble.options.items()
                                if name in _NAMES}))  # fmt: skip
 """Of the simulated module; lies of the line are not among its options."""

@@ -40,7 +40,7 @@ class Hands:
         elif text.startswith("Let it fall"):
             self.bench.drop(self.height_m)
         elif text.startswith(("Close the bay", "Open the bay")):
-            self.bench.set_bay(is_open=text.startswith("Open"))
+            self.bench.set_world(bay_is_open=text.startswith("Open"))
 
     def move(self, now: float) -> None:
         """Tilt the module towards its target; confirm the step that waits."""
@@ -49,7 +49,7 @@ class Hands:
         tilt, step = self.bench.world.tilt_deg, self.speed_deg_s * passed_s
         if tilt != self.goes_to_deg:
             way = self.goes_to_deg - tilt
-            self.bench.set_tilt(self.goes_to_deg if abs(way) <= step else tilt + (step if way > 0 else -step))
+            self.bench.set_world(tilt_deg=self.goes_to_deg if abs(way) <= step else tilt + (step if way > 0 else -step))
         if self.said and self.said[-1].startswith(("Close the bay", "Open the bay", "Shake")):
             self.steps.confirm()
 

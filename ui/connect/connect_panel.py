@@ -149,7 +149,7 @@ def _listed(*parts: str) -> str:
     return " · ".join(filter(None, parts))
 
 
-SIMULATED_PORT = "sim://demo?lifelike&noise=1"
+SIMULATED_PORT = "sim://demo?lifelike"
 CARD_PX = 520
 FIND_RATE = 0
 """Data of the entry "Find the baud rate"."""

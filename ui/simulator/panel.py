@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QFrame, QGridLayout, QPush
 
 from app.engine.target import Target
 from app.port_urls.protocol_sim import open_bench
-from app.simulator.bench import BenchState, SimulatedBench
+from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -74,18 +74,20 @@ class SimulatorPanel(QWidget):
         if self._bench is None:
             self.summary.setText(tr("No simulated module"))
             return
-        state = self._bench.state()
-        self.summary.setText(_summary(state))
-        self.tilt.show_value(abs(state.tilt_deg))
-        self.cell.show_value(state.cell_v)
-        self.bay.setChecked(state.bay_is_open)
-        self.charger.setChecked(state.has_external_power)
-        self.lifelike.setChecked(state.is_lifelike)
-        for name, box in self.faults.items():
-            box.setChecked(bool(getattr(state.setup, name)))
-        self.drop.setEnabled(not state.is_falling)
-        self.press.setEnabled(not state.is_on)
-        self._name_plug(is_plugged_in=state.is_plugged_in)
+        with self._bench.at_present() as now_s:
+            world = self._bench.world
+            module = self._bench.module
+            self.summary.setText(_summary(self._bench))
+            self.tilt.show_value(abs(world.tilt_deg))
+            self.cell.show_value(world.cell_v)
+            self.bay.setChecked(world.bay_is_open)
+            self.charger.setChecked(world.has_external_power)
+            self.lifelike.setChecked(world.is_lifelike)
+            for name, box in self.faults.items():
+                box.setChecked(bool(getattr(module.setup, name)))
+            self.drop.setEnabled(not world.is_falling(now_s))
+            self.press.setEnabled(not module.is_on)
+            self._name_plug(is_plugged_in=self._bench.is_plugged_in)
 
     def _fit(self) -> None:
         """As wide as the widest row: it never scrolls sideways."""
@@ -103,12 +105,12 @@ class SimulatorPanel(QWidget):
         fit_number(self.fall_height)
         WheelGuard(self.fall_height)
         self.fall_height.valueChanged.connect(self._name_drop)
-        self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_tilt(tilt_deg)))
-        self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_cell(cell_v)))
+        self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_world(tilt_deg=tilt_deg)))
+        self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_world(cell_v=cell_v)))
         self.drop.clicked.connect(lambda: self._act(lambda bench: bench.drop(self.fall_height.value())))
-        self.bay.clicked.connect(lambda on: self._act(lambda bench: bench.set_bay(is_open=on)))
+        self.bay.clicked.connect(lambda on: self._act(lambda bench: bench.set_world(bay_is_open=on)))
         self.charger.clicked.connect(lambda on: self._act(lambda bench: bench.set_charger(is_plugged_in=on)))
-        self.lifelike.clicked.connect(lambda on: self._act(lambda bench: bench.set_lifelike(is_lifelike=on)))
+        self.lifelike.clicked.connect(lambda on: self._act(lambda bench: bench.set_world(is_lifelike=on)))
         self.restart.clicked.connect(lambda: self._act(SimulatedBench.restart))
         self.press.clicked.connect(lambda: self._act(SimulatedBench.press_switch))
         self.plug.clicked.connect(lambda: self._act(_toggle_plug))
@@ -173,18 +175,19 @@ def _toggle_plug(bench: SimulatedBench) -> None:
         bench.plug()
 
 
-def _summary(state: BenchState) -> str:
+def _summary(bench: SimulatedBench) -> str:
     """State that the controls do not show, in one line."""
-    if not state.is_plugged_in:
+    module = bench.module
+    if not bench.is_plugged_in:
         return tr("Unplugged")
-    if not state.is_on:
+    if not module.is_on:
         return tr("Power off")
     parts = [
-        tr("active") if state.is_active else tr("locked"),
-        tr("triggered") if state.is_triggered else tr("not triggered"),
-        f"{tr('Boot count')} {state.boot_count}",
-        f"{tr('Trigger records')} {state.record_count}",
-        tr("{rate} baud", rate=state.baud_rate),
+        tr("active") if module.state.is_active else tr("locked"),
+        tr("triggered") if module.is_triggered else tr("not triggered"),
+        f"{tr('Boot count')} {module.memory.boot_count}",
+        f"{tr('Trigger records')} {len(module.memory.records)}",
+        tr("{rate} baud", rate=module.baud_rate),
     ]
     return " · ".join(parts)
 
@@ -200,13 +203,11 @@ def rest_offer(target: Target | None, against: Sequence[str], check_again: Calla
         bench = open_bench(target.device)
     except UserError:
         return None
-    state = bench.state()
-    if not state.is_lifelike and not state.tilt_deg:
+    if not bench.world.is_lifelike and not bench.world.tilt_deg:
         return None
 
     def set_down() -> None:
-        bench.set_lifelike(is_lifelike=False)
-        bench.set_tilt(0)
+        bench.set_world(is_lifelike=False, tilt_deg=0)
         check_again()
 
     text = tr("The simulated module is not at rest.")

@@ -8,17 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from app.store.left_active import KnownAs
 
 from app.archive.archive import Archive
 from app.archive.report import ModuleToday, report
 from app.archive.sync import sync
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.store.fact_store import Store
 from app.store.kinds import (
     Content,
     ModuleVisited,
     PreflightCheck,
     Serviced,
-    SettingsWritten,
+    SettingsSeen,
     TriggerRecordJudged,
     TriggerRecordSeen,
 )
@@ -26,7 +29,7 @@ from tests.app.cli.reference.test_schemas import faults
 from tests.app.records.test_filing import file_one
 from tests.support.cli_line import Printed, run_here
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import open_store
+from tests.support.records.stored import begin, open_store, settle
 
 NOW = datetime.now(UTC)
 RAW = "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"
@@ -125,7 +128,7 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
 ) -> None:
     for store in (here, other):
         add(store, TriggerRecordSeen(place=0, raw=RAW))
-    add(here, TriggerRecordSeen(place=1, raw=RAW))
+    add(here, TriggerRecordSeen(place=1, raw=RAW.replace("6C", "6D")))
     add(other, TriggerRecordJudged(place=0, raw=RAW, judgement="bench test"))
     for store in (other, here):
         sync(Archive(store), str(tmp_path / "stick"))
@@ -157,7 +160,9 @@ def test_the_commands_tell_of_all_stations(
     here: Store, other: Store, tmp_path: Path, say: Callable[..., Printed]
 ) -> None:
     file_one(other, "M-07", port="/dev/ttyUSB0")
-    add(other, SettingsWritten(port="p", before={"freefall_time_s": 1.6}, after={"freefall_time_s": 1.4}, who="Li"))
+    add(other, SettingsSeen(port="p", boot_count=3, settings={"freefall_time_s": 1.6}))
+    intent = begin(other, Act.WRITE, b"\x42", {"freefall_time_s": 1.4}, port="p", known_as=KnownAs("M-07"))
+    settle(other, intent, Outcome.CONFIRMED)
     stick = str(tmp_path / "stick")
     sync(Archive(other), stick)
     done = told(say, "archive_sync", "sync", stick)
@@ -168,13 +173,11 @@ def test_the_commands_tell_of_all_stations(
     assert (module["module"], module["checks"], module["last_check"]["verdict"]) == ("M-07", 1, "READY")
     history = told(say, "archive_module", "module", "M-07")
     kinds = [event["kind"] for event in history["events"]]
-    assert {"module", "preflight_check", "settings_written"} <= set(kinds)
-    written = history["events"][kinds.index("settings_written")]
-    assert (written["content"]["before"], written["content"]["after"]) == (
-        {"freefall_time_s": 1.6},
-        {"freefall_time_s": 1.4},
-    )
-    assert history["values"]["cell_voltage_v"]
+    assert {"module", "preflight_check"} <= set(kinds)
+    assert history["events"][kinds.index("settings_seen")]["content"]["settings"] == {"freefall_time_s": 1.6}
+    written = history["events"][kinds.index("act")]["content"]
+    assert (written["detail"], written["outcome"]) == ({"freefall_time_s": 1.4}, "confirmed")
+    assert history["events"][kinds.index("preflight_check")]["content"]["cell_voltage_v"] == 3.9
     assert say("report", "--csv").out.startswith("\ufeffmodule,") or "module," in say("report", "--csv").out
     assert "1.40 s" in say("module", "M-07").out
     service = told(say, "archive_service", "service", "M-07", "--what", "repack", "--who", "Li", "--due", "2099-01-01")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.archive.archive import OTHERS_FILE, Archive
-from app.archive.places import FilePlace
+from app.archive.file_place import FilePlace
 from app.archive.sync import sync
 from app.store.fact_store import Store
 from app.store.kinds import ModuleNamed, PreflightCheck, SaidNew, StationNamed
@@ -84,14 +84,14 @@ def test_an_exchange_that_is_broken_off_goes_on_where_it_was(
 
     with pytest.raises(KeyboardInterrupt):
         sync(Archive(one), str(stick), break_off)
-    assert Archive(one).status(str(stick)).last_at is None
+    assert Archive(one).exchanged(str(stick)).last_at is None
     assert sync(Archive(one), str(stick)).sent == 8
     with pytest.raises(KeyboardInterrupt):
         sync(Archive(other), str(stick), break_off)
     assert sync(Archive(other), str(stick)).received == 8
-    assert Archive(one).not_shared(str(stick)) == 0
+    assert Archive(one).exchanged(str(stick)).not_shared == 0
     say(one, "later")
-    assert Archive(one).not_shared(str(stick)) == 1
+    assert Archive(one).exchanged(str(stick)).not_shared == 1
 
 
 def test_the_file_of_the_others_may_be_lost(stores: list[Store], stick: Path) -> None:
@@ -251,7 +251,7 @@ def test_a_wrong_clock_counts_for_nothing_and_is_named(stores: list[Store], stic
     archive = Archive(stores[0])
     assert sync(archive, str(stick)).received == 1
     assert archive.read(lambda facts: facts.of_module(SaidNew, "M-99")) == []
-    assert archive.status(str(stick)).ahead == [STRANGER]
+    assert archive.status().ahead == [STRANGER]
 
 
 def test_stations_are_known_by_the_names_that_they_give_themselves_only(stores: list[Store], stick: Path) -> None:
@@ -259,7 +259,7 @@ def test_stations_are_known_by_the_names_that_they_give_themselves_only(stores: 
     put(stick, tuple(make_row("station", text, module=None, station=STRANGER, at=NOW + timedelta(hours=1))))
     archive = Archive(stores[0])
     sync(archive, str(stick))
-    assert "another" not in archive.status(None).stations.values()
+    assert "another" not in archive.status().stations.values()
 
 
 def test_an_own_row_that_was_altered_in_place_is_sent_to_nobody_who_believes_it(

@@ -102,7 +102,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert [one.verdict for one in of_module] == ["READY", "NO-GO"]
     of_aircraft = kept.read(lambda facts: checks_in(facts, aircraft="B-1234"))
     assert [one.verdict for one in of_aircraft] == ["READY", "NO-GO"]
-    assert [check.measured["cell_voltage_v"] for check in of_module] == [3.9, 3.9]
+    assert [check.cell_voltage_v for check in of_module] == [3.9, 3.9]
     assert [one.outcome for one in audit(kept, Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 
@@ -120,7 +120,7 @@ def test_a_new_trigger_and_another_module_are_noticed(port: str, dps_s: Program,
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     bench.module.activate(is_active=False)
-    bench.set_bay(is_open=False)
+    bench.set_world(bay_is_open=False)
     assert result("trigger_records", code=1) == "fail"
     assert len(records_of(kept, "M-07")) == 3
     other = [*words[:2], f"{port}other?boots=12", *words[3:]]
@@ -149,7 +149,7 @@ def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_f
     for is_said in (False, True):
         assert result([*named, "--records-reviewed"] if is_said else named, 1)[0] == "fail"
     bench.module.activate(is_active=False)
-    bench.set_bay(is_open=False)
+    bench.set_world(bay_is_open=False)
     assert result(named, 1)[0] == "unknown"  # the word ended with the trigger
     assert result([*named, "--records-reviewed"], 1)[0] == "warn"  # it fired: without a repack there is no READY
     dps_s(["archive", "service", "M-07", "--what", "repack", "--who", "Li Wei"], 0)

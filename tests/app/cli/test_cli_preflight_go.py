@@ -36,7 +36,7 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
     assert printed.out.startswith("GO: fit to fly\n")
     assert "ACTIVE" in printed.err
     assert _sets(wire) == ["freefall_trigger", "attitude_trigger", "activation"]
-    assert bench_of(port).state().is_active
+    assert bench_of(port).module.state.is_active
     with closing(open_store()) as store:
         kept = [check.verdict for check in checks_of(store, "M-07")]
         last = audit(store)[0]
@@ -50,7 +50,7 @@ def test_json_is_one_object_of_the_last_verdict(port: str, dps_s: Program) -> No
 
 
 def _disable_light(port: str) -> None:
-    bench_of(port).set_bay(is_open=True)
+    bench_of(port).set_world(bay_is_open=True)
 
 
 def _activate(port: str) -> None:

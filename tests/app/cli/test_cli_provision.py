@@ -102,11 +102,11 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     bench_of(port).module.memory.boot_count = 4
     files = ("--labels", str(tmp_path / "labels.pdf"), "--who", "Li Wei")
     again = lambda bench: bench.restart()  # noqa: E731  the same module, plugged in once more
-    dark = lambda bench: bench.set_bay(is_open=True)  # noqa: E731
+    dark = lambda bench: bench.set_world(bay_is_open=True)  # noqa: E731
     lines = batch(
         *ALLOWED,
         *files,
-        plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_bay(is_open=False))],
+        plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_world(bay_is_open=False))],
     )
     aside = [line for line in lines if line.startswith("SET ASIDE")]
     assert aside[0] == "SET ASIDE: It may be M-001: boot count and settings fit."

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from app.engine.device import StaleReason
 
 from app.diagnosis.adapter_facts import (
     PORT_GRABBERS,
@@ -15,7 +16,6 @@ from app.diagnosis.adapter_facts import (
     facts_about,
     running,
 )
-from app.engine.device import StaleReason
 from app.engine.ports import PortInfo
 from app.engine.procedure import Ask, Cancelled, Procedure
 from protocol.catalogue import BY_NAME

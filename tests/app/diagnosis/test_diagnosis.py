@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import pytest
+from app.procedures.handshake import Silence, handshake
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose, explain
@@ -17,7 +18,6 @@ from app.engine.reconnect import Absence
 from app.engine.session import Run
 from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.handshake import Silence, handshake
 from app.safety.last_known import keep_away
 from app.text.i18n import temporary_language
 from protocol.catalogue import BY_NAME

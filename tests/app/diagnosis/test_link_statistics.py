@@ -6,12 +6,12 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from app.engine.device import DeviceView, How, Known
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.text import TimedLines
 from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
-from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Batch, Connection, PortState

@@ -121,7 +121,7 @@ def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, bat
     worker.open("/dev/there-is-no-such-port", 115200)
     batches.until(has_trouble)
     assert job.wait(PATIENCE_S)
-    assert not bench.module("worker-test").state().is_streaming
+    assert not bench.module("worker-test").module.is_streaming
 
 
 def test_a_cancelled_job_answers_within_200_ms(worker: Worker, batches: Batches, sim: str) -> None:
@@ -256,7 +256,7 @@ def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.Monkey
 @pytest.mark.promise("j")
 def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
-    worker.line.bench.set_tilt(120)
+    worker.line.bench.set_world(tilt_deg=120)
     worker.turn_for(5.0)
     batch = next(batch for batch in worker.batches if any(sample.triggered for sample in batch.samples))
     assert [sample.triggered for sample in batch.samples].index(True) == len(batch.samples) - 1
@@ -282,7 +282,7 @@ def test_a_reading_that_differs_is_handed_over_at_once_and_one_that_does_not_wit
     worker.publish_every_s = 100.0
     worker.turn_for(5.0)
     assert not worker.batches
-    worker.line.bench.set_cell(3.5)
+    worker.line.bench.set_world(cell_v=3.5)
     worker.turn_for(2.0)
     (batch,) = worker.batches
     assert batch.conversation.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)

@@ -13,8 +13,8 @@ from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.module_view import RuleReading
 from app.flights.summary import LossOfControl, loss_of_control, moment_text, summarise
-from app.simulator.hardware import Hardware
 from app.simulator.memory import Memory
+from app.simulator.module import SimulatedModule
 from app.simulator.physics import SENSOR_PERIOD_S, Physics, SensedMotion
 from protocol.messages import Source
 from tests.support.flights.made_flights import STEP_S, made_flight, random_flight
@@ -220,7 +220,7 @@ class FlownWorld(Physics):
         return SensedMotion(*next(self.samples))
 
 
-class WitnessedHardware(Hardware):
+class WitnessedModule(SimulatedModule):
     """Records the sample at which it fired."""
 
     def __init__(self, world: Physics, memory: Memory) -> None:
@@ -246,12 +246,12 @@ def module_fires(memory: Memory, tilt: list[float], force: list[float]) -> tuple
     """Firings of the simulated module, and the flight it measured."""
     world = FlownWorld(is_lifelike=True)
     world.fly(tilt, force)
-    hardware = WitnessedHardware(world, memory)
-    hardware.power_on(0.0)
-    hardware.activate(is_active=True)
-    hardware.advance((SAMPLES + 0.5) * SENSOR_PERIOD_S)
+    module = WitnessedModule(world, memory)
+    module.power_on(0.0)
+    module.activate(is_active=True)
+    module.advance((SAMPLES + 0.5) * SENSOR_PERIOD_S)
     assert len(world.sampled_s) == SAMPLES
-    return hardware.fired, made_flight(tilt, force, time_s=world.sampled_s)
+    return module.fired, made_flight(tilt, force, time_s=world.sampled_s)
 
 
 @pytest.mark.promise("g")

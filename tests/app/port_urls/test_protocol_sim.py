@@ -67,9 +67,9 @@ def test_opening_the_same_url_again_does_not_undo_what_was_changed_since() -> No
     port(URL + "?drop=0.5").close()
     benches.module("test").change(drop=0.0)
     port(URL + "?drop=0.5").close()
-    assert benches.module("test").state().setup.drop == 0.0
+    assert benches.module("test").module.setup.drop == 0.0
     port(URL + "?drop=0.25").close()
-    assert benches.module("test").state().setup.drop == 0.25
+    assert benches.module("test").module.setup.drop == 0.25
 
 
 def test_one_user_at_a_time() -> None:

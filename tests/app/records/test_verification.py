@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, canonical, read_document
 from app.records.report import report_html
@@ -25,6 +26,8 @@ from app.records.verification import (
     verify_bytes,
 )
 from app.stations.station import KEY_FILE, fingerprint_of, own_station
+from app.store.kinds import PreflightCheck
+from app.store.rows import Row
 from app.text.i18n import set_language
 from app.text.user_error import UserError
 from tests.app.records.test_record import signed_record
@@ -159,10 +162,6 @@ def _switched(record: Any) -> None:
     record["read"]["status"]["active"] = not record["read"]["status"]["active"]
 
 
-def _read_otherwise(record: Any) -> None:
-    record["read"]["settings"]["attitude_threshold_deg"] = 200
-
-
 def _doubled(record: Any) -> None:
     record["checks"].append(record["checks"][0])
 
@@ -171,7 +170,7 @@ def _voided(record: Any) -> None:
     record["void"] = "restarted"
 
 
-@pytest.mark.parametrize("forge", [_undone, _skipped, _switched, _read_otherwise, _doubled, _voided])
+@pytest.mark.parametrize("forge", [_undone, _skipped, _switched, _doubled, _voided])
 def test_what_does_not_follow_contradicts(forge: Callable[[Any], None]) -> None:
     record = plain()["record"]
     forge(record)
@@ -308,19 +307,20 @@ def test_an_altered_record_names_nobody_as_its_signer() -> None:
 @pytest.mark.promise("g")
 def test_a_row_of_a_check_carries_the_record_that_it_speaks_of() -> None:
     """Asked once, where a row of another station comes in."""
-    text, key = signed_record().text, station().public.hex()
-    said = {"verdict": "READY", "is_void": False, "is_simulated": False}
-    row: dict[str, Any] = {"module": "M-07", "station": key, "made_at": "2026-11-21T06:03:06.000000+00:00"}
-    assert is_of_row(text, said, **row)
-    assert not is_of_row(text, said | {"verdict": "GO"}, **row)
-    assert not is_of_row(text, said | {"is_simulated": True}, **row)
-    assert not is_of_row(text, said, **(row | {"module": "M-08"}))
-    assert not is_of_row(text, said, **(row | {"station": station("other").public.hex()}))
-    assert not is_of_row(text, said, **(row | {"made_at": "2026-11-28T06:03:06.000000+00:00"}))
-    assert not is_of_row(text.replace("Li Wei", "Li Bo"), said, **row)
-    assert not is_of_row("\ud800", said, **row)
+    text = signed_record().text
+    check = PreflightCheck(verdict="READY", is_void=False, is_simulated=False, document=text)
+    row = Row("", "preflight_check", "M-07", station().public.hex(), "2026-11-21T06:03:06.000000+00:00", "")
+    assert is_of_row(check, row)
+    assert not is_of_row(replace(check, verdict="GO"), row)
+    assert not is_of_row(replace(check, is_void=True), row)
+    assert not is_of_row(replace(check, is_simulated=True), row)
+    assert not is_of_row(check, row._replace(module="M-08"))
+    assert not is_of_row(check, row._replace(station=station("other").public.hex()))
+    assert not is_of_row(check, row._replace(made_at="2026-11-28T06:03:06.000000+00:00"))
+    for document in (text.replace("Li Wei", "Li Bo"), "\ud800", "{}"):
+        assert not is_of_row(replace(check, document=document), row)
     forged = signed_again(plain("worst")["record"] | {"verdict": "READY"}).decode()
-    assert not is_of_row(forged, said, **row)
+    assert not is_of_row(replace(check, document=forged), row)
 
 
 def test_a_simulated_module_is_reported() -> None:

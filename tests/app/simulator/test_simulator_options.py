@@ -1,12 +1,15 @@
 """The option table, and what the module does by itself or is made to do."""
 
+from dataclasses import fields
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import OPTIONS, Setup, as_text, parse_options
+from app.simulator.module import SimulatedModule
+from app.simulator.setup import Setup, as_text, parse_options
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.messages import Status, decode
@@ -26,9 +29,8 @@ def bench(clock: FakeClock) -> SimulatedBench:
 
 
 def test_defaults_read_back_as_themselves() -> None:
-    for option in OPTIONS:
+    for option in fields(Setup):
         assert parse_options({option.name: as_text(option.default)}) == {option.name: option.default}
-        assert option.text
 
 
 def test_options_as_typed() -> None:
@@ -65,15 +67,14 @@ def test_an_unknown_option_is_refused_by_name() -> None:
 def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
     texts = {"active": "", "boots": "0", "history": "4", "tilt": "5", "bay_open": "yes", "cell": "3.6", "charger": "on"}
     bench = SimulatedBench(Setup(**parse_options(texts | {"baud": "9600"})), clock=clock)
-    state = bench.state()
-    assert state.is_active
-    assert state.boot_count == 0
-    assert state.record_count == 4
-    assert state.tilt_deg == 5
-    assert state.bay_is_open
-    assert state.cell_v == 3.6
-    assert state.has_external_power
-    assert state.baud_rate == 9600
+    assert bench.module.state.is_active
+    assert bench.module.memory.boot_count == 0
+    assert len(bench.module.memory.records) == 4
+    assert bench.world.tilt_deg == 5
+    assert bench.world.bay_is_open
+    assert bench.world.cell_v == 3.6
+    assert bench.world.has_external_power
+    assert bench.module.baud_rate == 9600
     assert bench.wire.read(clock()) == b"", "its heartbeats are long gone"
 
 
@@ -82,16 +83,34 @@ def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock
     assert len(bench.wire.read(clock() + 0.1)) == 12
 
 
-def test_its_pwm_input_triggers_it_at_the_given_time_if_it_is_active(clock: FakeClock) -> None:
-    for is_active in (True, False):
-        bench = SimulatedBench(Setup(pwm_after=20.0, active=is_active), clock=clock)
-        clock.now_s += 19.9
-        assert not bench.state().is_triggered
-        clock.now_s += 0.2
-        assert bench.state().is_triggered is is_active
-        bench.restart()
-        clock.now_s += 100
-        assert bench.state().record_count == is_active, "once"
+def after(bench: SimulatedBench, seconds: float) -> SimulatedModule:
+    """The module so long after its beginning."""
+    bench.module.advance(1000.0 + seconds)
+    return bench.module
+
+
+@pytest.mark.parametrize("is_active", [True, False])
+def test_its_pwm_input_triggers_it_once_at_the_given_time_if_it_is_active(clock: FakeClock, is_active: bool) -> None:
+    bench = SimulatedBench(Setup(pwm_after=20.0, active=is_active), clock=clock)
+    assert not after(bench, 19.9).is_triggered
+    assert after(bench, 20.1).is_triggered is is_active
+    assert len(after(bench, 200.0).memory.records) == is_active
+
+
+def test_it_falls_at_the_given_time_and_fires(clock: FakeClock) -> None:
+    bench = SimulatedBench(Setup(fall_after=20.0, active=True), clock=clock)
+    assert after(bench, 21.0).measure(1021.0).acceleration_g < 0.1
+    assert not bench.module.is_triggered
+    assert after(bench, 22.0).is_triggered
+
+
+def test_it_restarts_at_the_given_time(clock: FakeClock) -> None:
+    bench = SimulatedBench(Setup(restart_after=20.0, active=True, boots=37), clock=clock)
+    assert after(bench, 19.9).state.is_active
+    assert bench.wire.read(1019.9) == b""
+    assert len(bench.wire.read(1021.0)) == 12, "two heartbeats"
+    assert after(bench, 100.0).memory.boot_count == 38
+    assert not bench.module.state.is_active
 
 
 def test_a_module_that_does_nothing_by_itself_is_never_due(clock: FakeClock) -> None:
@@ -100,25 +119,24 @@ def test_a_module_that_does_nothing_by_itself_is_never_due(clock: FakeClock) -> 
 
 def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> None:
     bench.power_off()
-    assert not bench.state().is_on
+    assert not bench.module.is_on
     bench.press_switch()
-    assert bench.state().is_on
+    assert bench.module.is_on
     bench.change(drop=0.2, rate=100.0)
-    state = bench.state()
-    assert (state.setup.drop, state.setup.rate) == (0.2, 100)
+    assert (bench.module.setup.drop, bench.module.setup.rate) == (0.2, 100)
     bench.unplug()
     clock.now_s += 100
-    assert not bench.state().is_plugged_in
+    assert not bench.is_plugged_in
     bench.plug()
-    assert bench.state().is_plugged_in
+    assert bench.is_plugged_in
 
 
 def test_the_pwm_input_fires_only_an_active_module(bench: SimulatedBench) -> None:
     assert not bench.pulse_pwm()
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
-    assert bench.state().is_triggered
-    assert bench.state().record_count == 1
+    assert bench.module.is_triggered
+    assert len(bench.module.memory.records) == 1
 
 
 # The simulated module under any bytes and any order of commands (Hypothesis)

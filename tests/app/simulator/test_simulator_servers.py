@@ -1,17 +1,15 @@
 """The simulated module behind a pseudo-terminal and a TCP socket, and `dps-s simulate`."""
 
 import argparse
-import select
 import signal
-import struct
 import sys
 import threading
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 import serial
@@ -20,8 +18,8 @@ from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.endpoints import LONGEST_S, Endpoint, Loop, TcpEndpoint
-from app.simulator.setup import OPTIONS
+from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
+from app.simulator.setup import Setup
 from app.terminal.arguments import WrongUsage
 from app.terminal.console import Refused
 from app.text.user_error import ErrorCode, UserError
@@ -88,29 +86,6 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
         assert exchange(address) == ANSWER
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has rates as numbers")
-def test_a_rate_that_was_set_as_a_number_is_understood() -> None:
-    """As Wine sets every rate, and pyserial one of its own."""
-    with serving(SimulatedBench(), pty()) as address, serial.Serial(address, 12345, timeout=0.1) as port:
-        port.write(ASK)
-        assert port.read(8) != ANSWER
-        port.timeout = PATIENCE_S  # which sets the rate again
-        _set_rate_by_number(port.fileno(), 115200)
-        port.reset_input_buffer()
-        port.write(ASK)
-        assert port.read(len(ANSWER)) == ANSWER
-
-
-def _set_rate_by_number(file: int, baud_rate: int) -> None:
-    import fcntl
-
-    layout = struct.Struct("4I20B2I")
-    fields = list(layout.unpack(fcntl.ioctl(file, 0x802C542A, bytes(layout.size))))
-    fields[2] = fields[2] & ~0o10017 | 0o10000
-    fields[-2:] = [baud_rate, baud_rate]
-    fcntl.ioctl(file, 0x402C542B, layout.pack(*fields))
-
-
 @posix_only
 def test_pty_link_is_its_port_and_goes_with_it(tmp_path: Path) -> None:
     link = tmp_path / "module"
@@ -170,7 +145,7 @@ def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.Capt
     with pytest.raises(SystemExit):
         parse("--help")
     shown = capsys.readouterr().out
-    assert all("--" + option.name.replace("_", "-") in shown for option in OPTIONS)
+    assert all("--" + option.name.replace("_", "-") in shown for option in fields(Setup))
 
 
 def test_flags_stand_alone_or_take_yes_and_no() -> None:
@@ -201,23 +176,6 @@ def test_no_port_to_be_had_is_code_3() -> None:
         endpoint.close()
     assert refused.value.code is ErrorCode.NO_PORT
     assert f"127.0.0.1:{endpoint.port}: " in refused.value.sentence
-
-
-def test_a_signal_that_comes_just_before_the_wait_ends_it_soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its handler runs only after the wait, and wakes nobody before: 3 of 4,189 programs did not end."""
-    real, waits_s = select.select, list[float]()
-
-    def wait(reading: list[int], writing: list[int], special: list[int], timeout_s: float) -> Any:
-        waits_s.append(timeout_s)
-        loop.stop()
-        return real(reading, writing, special, 0)
-
-    monkeypatch.setattr(select, "select", wait)
-    endpoint = TcpEndpoint("127.0.0.1", 0)
-    with closing(endpoint):
-        loop = Loop(SimulatedBench(), endpoint)
-        loop.run()
-    assert waits_s == [LONGEST_S]
 
 
 @posix_only

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from app.simulator.answers import SimulatedModule
+from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import Setup
 from app.simulator.wire import Wire
@@ -34,15 +34,14 @@ def conversation(line: Wire, count: int = 200) -> list[bytes]:
     return answers
 
 
-def test_bytes_take_their_time() -> None:
+def test_frames_take_their_time() -> None:
     line = wire()
     line.write(ASK, 0.0)
     assert line.next_due(0.0) == pytest.approx(6 * BYTE_S)
     assert line.read(6 * BYTE_S - 1e-6) == b""
-    assert line.read(6 * BYTE_S + 1e-6) == b""
-    assert line.next_due(6 * BYTE_S + 1e-6) == pytest.approx(14 * BYTE_S)
-    assert line.read(10.5 * BYTE_S) == ANSWER[:4]
-    assert line.read(14 * BYTE_S + 1e-9) == ANSWER[4:]
+    assert line.read(14 * BYTE_S - 1e-6) == b""
+    assert line.next_due(14 * BYTE_S - 1e-6) == pytest.approx(14 * BYTE_S)
+    assert line.read(14 * BYTE_S + 1e-9) == ANSWER
     assert line.next_due(1.0) is None
 
 
@@ -103,18 +102,16 @@ def test_what_was_on_its_way_at_the_opening_is_lost() -> None:
     assert line.read(2.0) == b""
 
 
-def test_a_long_burst_on_a_slow_line_arrives_in_parts() -> None:
+def test_records_arrive_one_after_the_other_on_a_slow_line() -> None:
     line = wire(host_baud=4800)
     line.module.baud_rate = 4800
-    line.module.send(bytes(144), 0.0)
-    assert line.read(0.0) == b""
-    now_s, parts = 0.0, []
+    line.write(BY_NAME["trigger_records"].query().encode(), 0.0)
+    now_s, arrived = 0.0, []
     while (due_s := line.next_due(now_s)) is not None:
         now_s = due_s + 1e-6
-        parts.append(len(line.read(now_s)))
-    assert sum(parts) == 144
-    assert max(parts) <= 3
-    assert now_s == pytest.approx(0.3, abs=0.001)
+        arrived.append(len(line.read(now_s)))
+    assert [length for length in arrived if length] == [16] * 9
+    assert now_s == pytest.approx(150 * 10 / 4800, abs=0.001)
 
 
 def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:

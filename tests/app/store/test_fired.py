@@ -59,8 +59,7 @@ class Bench:
 
     def told(self) -> list[str]:
         history = module_history(Archive(self.store), "M-07")
-        assert history is not None
-        return [event.text.in_english() for event in history.events]
+        return [event.text.in_english() for event in history]
 
     def repack(self, at: str | None = "later") -> None:
         today = datetime.now().astimezone().date()

@@ -8,16 +8,16 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
+from app.engine.identity import IdentityEvidence
+from app.store.modules import modules
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import IdentityEvidence
 from app.engine.target import Target
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.fact_store import Store
-from app.store.modules import modules
 from app.store.opening import Opened, open_file
 from app.store.trouble import StoreTrouble
 from app.trigger_records.history import Judgement

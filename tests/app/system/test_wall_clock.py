@@ -2,11 +2,11 @@
 
 from datetime import datetime
 
+from app.engine.device import StatusSample
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.traffic_buffer import TrafficBuffer
-from app.engine.device import StatusSample
 from app.engine.worker import Batch
 from app.system.wall_clock import JUMP_S, WallClock
 from tests.support.records.recordings_made import NOON, Clock, asked

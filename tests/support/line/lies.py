@@ -7,8 +7,6 @@ A rule such as `21:20=14/2@500`: a request to 21 changes or sends 20, with the v
 later. A mark such as `35/2`: that code or record number, the second time.
 """
 
-import heapq
-import itertools
 import math
 import random
 import re
@@ -18,12 +16,12 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from app.simulator.answers import ACCEPTED, SimulatedModule, reply
 from app.simulator.bench import Clock, SimulatedBench
-from app.simulator.hardware import BITS_PER_BYTE, SentBytes
+from app.simulator.module import ACCEPTED, BITS_PER_BYTE, SimulatedModule
 from app.simulator.setup import parse_options
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
 from protocol.fields import Flag
+from protocol.frame import encode_reply
 from tests.support.line.odd_module import OddModule, OddSetup, as_text, clamped, codes, odd, read_raw
 
 _RULE: Final = re.compile(r"(\w{2}):(\w{2})(?:=(\w{2}))?(?:/(\d+))?(?:@([\d.]+))?", re.ASCII)
@@ -158,10 +156,10 @@ class LyingModule(OddModule):
     """Lies count from when they were last set."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
-        self._plans: list[tuple[float, int, Callable[[], object]]] = []
-        self._numbers = itertools.count()
         self._is_obeying = False
-        self._queued: list[SentBytes] = []
+        self._is_streamed = False
+        self._said: list[bytes] = []
+        """What was sent for the request that is carried out."""
         self._reported = (False, -math.inf)
         self._jitter = random.Random(1)
         self._jitter_until_s = -math.inf
@@ -180,25 +178,14 @@ class LyingModule(OddModule):
     def lies(self, lies: Lies) -> None:
         self._lies, self._asked = lies, Counter[tuple[int, bool]]()
 
-    # Events
-
-    def _clear(self) -> None:
-        super()._clear()
-        self._plans.clear()
+    def power_off(self) -> None:
+        super().power_off()
         self._reported, self._jitter_until_s = (False, -math.inf), -math.inf
 
-    def _plan(self, at_s: float, act: Callable[[], object]) -> None:
-        heapq.heappush(self._plans, (at_s, next(self._numbers), act))
-
-    def event_s(self) -> float:
-        event_s = super().event_s()
-        return min(event_s, self._plans[0][0]) if self._plans and self.is_on else event_s
-
-    def do_event(self, at_s: float) -> None:
-        if self._plans and self._plans[0][0] <= at_s:
-            heapq.heappop(self._plans)[2]()
-        else:
-            super().do_event(at_s)
+    def _plan_while_on(self, at_s: float, act: Callable[[], object]) -> None:
+        """Do this then, unless the module was switched off in between."""
+        booted_s = self._booted_s
+        self.plan(at_s, lambda _at_s: act() if self.is_on and self._booted_s == booted_s else None)
 
     # Requests
 
@@ -224,13 +211,13 @@ class LyingModule(OddModule):
         if is_query:
             return
         if code in before:
-            self._plan(now_s + lies.revert_ms / 1000, partial(write_raw, self, code, before[code]))
+            self._plan_while_on(now_s + lies.revert_ms / 1000, partial(write_raw, self, code, before[code]))
         if lies.clamp_ms and code in _IN_MEMORY:
             at_s = now_s + lies.clamp_ms / 1000
-            self._plan(at_s, lambda: write_raw(self, code, clamped(BY_CODE[code], read_raw(self, code))))
+            self._plan_while_on(at_s, lambda: write_raw(self, code, clamped(BY_CODE[code], read_raw(self, code))))
         if lies.silent_restart_ms:
             at_s = now_s + lies.silent_restart_ms / 1000
-            self._plan(at_s, partial(self.restart, at_s, is_silent=True))
+            self._plan_while_on(at_s, partial(self.restart, at_s, is_silent=True))
 
     def _answer(self, request: Request, time: int, now_s: float) -> None:
         """The reply of an honest module, as far as it is let."""
@@ -239,41 +226,48 @@ class LyingModule(OddModule):
         if request.command is TRIGGER_RECORDS:
             dropped = {mark.what for mark in lies.drop_records if mark.time in (0, time)}
             memory.records = deque(data for number, data in enumerate(records, start=1) if number not in dropped)
-        self._is_obeying, self._queued = True, []
-        self.carry_out(request, now_s)
-        self._is_obeying, queued = False, self._queued
+        self._is_obeying, self._said = True, []
+        if code != 0x12 or lies.shuts_down:
+            self.carry_out(request, now_s)
+        else:
+            self.send(encode_reply(code, ACCEPTED), now_s)
+        self._is_obeying, said = False, self._said
         if request.command is TRIGGER_RECORDS:
             memory.records = records
         if not lies.zeroes:
             memory.zero_tilt_deg = zero_tilt_deg
-        for due in queued if code in lies.double_codes else ():
-            self.queue(due._replace(at_s=due.at_s + lies.double_ms / 1000))
+        for data in said if code in lies.double_codes else ():
+            self.plan(now_s + lies.double_ms / 1000, partial(self.send_while_on, data, self._booted_s))
 
     def _insert(self, rule: Rule, at_s: float) -> None:
         """Send an unrequested reply, with the true value unless the rule has another."""
         code = rule.effect
         if rule.value is not None:
-            reply(self, code, rule.value, at_s)
+            data = encode_reply(code, rule.value)
         elif code in CHANGEABLE_CODES:
-            reply(self, code, read_raw(self, code), at_s)
+            data = encode_reply(code, read_raw(self, code))
         elif BY_CODE[code].can_be_asked:
-            self.carry_out(BY_CODE[code].query(), at_s)
+            self._plan_while_on(at_s, lambda: self.carry_out(BY_CODE[code].query(), at_s))
+            return
         else:
-            reply(self, code, ACCEPTED, at_s)
+            data = encode_reply(code, ACCEPTED)
+        if rule.after_s:
+            self.plan(at_s, partial(self.send_while_on, data, self._booted_s))
+        else:
+            self.send(data, at_s)
 
     def _change(self, rule: Rule, raw: int, now_s: float) -> None:
         act = partial(write_raw, self, rule.effect, raw if rule.value is None else rule.value)
         if rule.after_s:
-            self._plan(now_s + rule.after_s, act)
+            self._plan_while_on(now_s + rule.after_s, act)
         else:
             act()
 
     # What it hears
 
-    def receive(self, data: bytes, now_s: float) -> list[SentBytes]:
-        sent = self.collect(now_s)
-        heard = self._heard_part(data, now_s)
-        return sent + super().receive(heard, now_s) if heard else sent
+    def receive(self, data: bytes, now_s: float) -> None:
+        self.advance(now_s)
+        super().receive(self._heard_part(data, now_s), now_s)
 
     def _heard_part(self, data: bytes, ends_s: float) -> bytes:
         byte_s = BITS_PER_BYTE / self.baud_rate
@@ -296,30 +290,33 @@ class LyingModule(OddModule):
             begins_s < to_s - _ROUNDING_S and from_s < ends_s - _ROUNDING_S for begins_s, ends_s in self._sending
         )
 
-    def _transmit(self, due: SentBytes) -> SentBytes:
-        sent = super()._transmit(due)
-        ends_s = sent.at_s + len(sent.data) * BITS_PER_BYTE / sent.baud_rate
-        self._sending.append((sent.at_s, ends_s))
-        if not sent.is_streamed:
-            self._ready_s = max(self._ready_s, ends_s + self.lies.min_gap_ms / 1000)
-        return sent
+    def send(self, data: bytes, now_s: float) -> None:
+        super().send(data, now_s)
+        sent = self._out[-1]
+        self._sending.append((sent.ends_s - len(sent.data) * BITS_PER_BYTE / sent.baud_rate, sent.ends_s))
+        if self._is_obeying:
+            self._said.append(data)
+        if not self._is_streamed:
+            self._ready_s = max(self._ready_s, sent.ends_s + self.lies.min_gap_ms / 1000)
 
     # What an honest module does
 
-    def queue(self, due: SentBytes) -> None:
-        if due.is_streamed and self.lies.stream_jitter_ms:
+    def stream(self, now_s: float) -> None:
+        if self.lies.stream_jitter_ms:
             late_s = self._jitter.uniform(0.0, self.lies.stream_jitter_ms) / 1000
-            self._jitter_until_s = max(self._jitter_until_s, due.at_s + late_s)
-            due = due._replace(at_s=self._jitter_until_s)
-        super().queue(due)
-        if self._is_obeying:
-            self._queued.append(due)
+            self._jitter_until_s = max(self._jitter_until_s, now_s + late_s)
+            said = self.status(now_s)
+            self.plan(self._jitter_until_s, partial(self.send_while_on, said, self._booted_s))
+            return
+        self._is_streamed = True
+        super().stream(now_s)
+        self._is_streamed = False
 
     def activate(self, *, is_active: bool) -> None:
         if not self._is_obeying:
             super().activate(is_active=is_active)
         elif self.lies.activates if is_active else self.lies.locks:
-            now_s = self.heard_s
+            now_s = self._heard_s
             if is_active is not self.state.is_active:
                 self._reported = (
                     self.reports_active(now_s),
@@ -330,10 +327,6 @@ class LyingModule(OddModule):
     def reports_active(self, now_s: float) -> bool:
         before, until_s = self._reported
         return before if now_s < until_s else super().reports_active(now_s)
-
-    def shut_down(self, now_s: float) -> None:
-        if self.lies.shuts_down:
-            super().shut_down(now_s)
 
 
 def _due_rules(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:

@@ -7,21 +7,22 @@ product itself does with other dialects is tried against `tests.module`.
 # ruff: noqa: RUF009  an option is a field
 
 import math
+import random
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from enum import Enum, StrEnum
 from functools import partial
 from typing import Any, Final
 
+from app.flights.judge import SensorSample
 from app.simulator import bench as benches
 from app.simulator import setup as setups
-from app.simulator.answers import ACCEPTED, SimulatedModule
 from app.simulator.bench import SimulatedBench
-from app.simulator.hardware import BOOT_GAP_S, SentBytes, to_byte
-from app.simulator.memory import RECORD_DATA_LENGTH, Memory, record_frame
+from app.simulator.memory import Memory, record_frame
+from app.simulator.module import ACCEPTED, BITS_PER_BYTE, BOOT_GAP_S, EMPTY_SLOT, SimulatedModule, to_byte
 from app.simulator.physics import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V, Physics
-from app.simulator.setup import Group, Setup, number, option, options_of, switch
-from app.simulator.wire import Burst, Wire
+from app.simulator.setup import Setup, number, option, switch
+from app.simulator.wire import Wire
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Command, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
@@ -75,28 +76,27 @@ def as_text(value: object) -> str:
 
 
 def _word(default: Enum) -> Any:
-    return option(Group.MODULE, default, "a dialect", "WORD", type(default))
+    return option(default, "a dialect", "WORD", type(default))
 
 
 def _code(default: int) -> Any:
-    return option(Group.MODULE, default, "a dialect", "CODE", partial(int, base=16))
+    return option(default, "a dialect", "CODE", partial(int, base=16))
 
 
 def _codes() -> Any:
-    return option(Group.MODULE, frozenset(), "ignored", "CODE,…", codes)
+    return option(frozenset(), "ignored", "CODE,…", codes)
 
 
-_quirk: Callable[[], Any] = partial(switch, Group.MODULE, "a dialect")
-_share: Callable[[], Any] = partial(number, Group.FAULTS, 0.0, "a fault", "SHARE", 0, 1)
-_milliseconds: Callable[[], Any] = partial(number, Group.FAULTS, 0.0, "a fault", "MS", 0, 10_000)
+_quirk: Callable[[], Any] = partial(switch, "a dialect")
+_share: Callable[[], Any] = partial(number, 0.0, "a fault", "SHARE", 0, 1)
+_milliseconds: Callable[[], Any] = partial(number, 0.0, "a fault", "MS", 0, 10_000)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OddSetup(Setup):
     """Names in brackets are explained in `docs/protocol.md`."""
 
-    drain: float = number(Group.PHYSICAL, -1.0, "cell drain per hour", "V", -1, 100)
-    """Below 0: as usual."""
+    noise: float = number(0.0, "of the sensors; 1 is typical", "N", 0, 100)
     ack: Acknowledge = _word(Acknowledge.ECHO)
     """(E2)"""
     voltage_code: int = _code(0x35)
@@ -117,29 +117,32 @@ class OddSetup(Setup):
     """(E15)"""
     stream: Streaming = _word(Streaming.YES)
     stream_at_boot: bool = _quirk()
-    keeps: bool = switch(Group.MODULE, "a dialect", default=True)
+    keeps: bool = switch("a dialect", default=True)
     clamps: bool = _quirk()
     refuses: bool = _quirk()
     mute_codes: frozenset[int] = _codes()
     forgets: bool = _quirk()
-    restart_at_s: float = number(Group.MODULE, 0.0, "a fault", "S", 0, 86_400)
+    restart_at_s: float = number(0.0, "a fault", "S", 0, 86_400)
     """It restarts without a heartbeat whenever it has run so long."""
     lose: float = _share()
     garbage: float = _share()
     double: float = _share()
-    direction: FaultDirection = option(Group.FAULTS, FaultDirection.TO_HOST, "of faults", "WORD", FaultDirection)
+    direction: FaultDirection = option(FaultDirection.TO_HOST, "of faults", "WORD", FaultDirection)
     delay_ms: float = _milliseconds()
     jitter_ms: float = _milliseconds()
     split_ms: float = _milliseconds()
-    echo: bool = switch(Group.FAULTS, "a fault")
+    echo: bool = switch("a fault")
 
 
-ODD_OPTIONS = options_of(OddSetup)
+LINE_FAULTS: Final = (
+    "mute", "drop", "corrupt", "lag_ms", "lose", "garbage", "double", "direction", "delay_ms", "jitter_ms", "split_ms",
+    "echo",
+)  # fmt: skip
 
 
 def install() -> None:
     """Make every simulated module of this process one that may be odd, also behind `sim://`."""
-    setups.BY_NAME.update({one.name: one for one in ODD_OPTIONS})
+    vars(setups)["parse_options"].__kwdefaults__["kind"] = OddSetup
     vars(benches)["Setup"] = OddSetup
     vars(benches)["Wire"] = OddWire
     vars(SimulatedBench)["__init__"].__kwdefaults__["kind"] = OddModule
@@ -147,7 +150,7 @@ def install() -> None:
 
 def end_faults(bench: SimulatedBench) -> None:
     """End all faults of the line."""
-    bench.change(**{one.name: one.default for one in ODD_OPTIONS if one.group is Group.FAULTS})
+    bench.change(**{one.name: one.default for one in fields(OddSetup) if one.name in LINE_FAULTS})
 
 
 def odd(module: SimulatedModule) -> OddSetup:
@@ -192,18 +195,14 @@ class OddModule(SimulatedModule):
         """The code of the request that is carried out."""
         self._is_firing = False
         self._stream_held_until_s = -math.inf
+        self.stream_frames_sent = 0
         if not isinstance(setup, OddSetup):
             setup = OddSetup(**({} if setup is None else asdict(setup)))
+        self._noise = random.Random(setup.seed)
         super().__init__(world, setup, memory=memory)
         if odd(self).odd_voltage:
             for number, data in enumerate(self.memory.records):
                 self.memory.records[number] = data[:-1] + bytes((ODD_VOLTAGE,))
-        if odd(self).drain >= 0:
-            self.world.drain_v_per_h = odd(self).drain
-
-    def _clear(self) -> None:
-        super()._clear()
-        self._stream_held_until_s = -math.inf
 
     def obey(self, request: Request, now_s: float) -> None:
         if request.command.code not in odd(self).mute_codes:
@@ -242,7 +241,7 @@ class OddModule(SimulatedModule):
         self._acknowledgement = ACCEPTED if by_one else value
         return request._replace(data=value if setup.keeps else old)
 
-    def send(self, data: bytes, at_s: float) -> None:
+    def send(self, data: bytes, now_s: float) -> None:
         setup = odd(self)
         if len(data) == 6 and self._answering:
             code, value = data[2], data[4]
@@ -256,29 +255,35 @@ class OddModule(SimulatedModule):
                 data = encode_reply(code, value)
         if self._answering == 0x24 and setup.baud_ack is BaudChange.NEW:
             self.baud_rate = self.memory.baud_rate
-        super().send(data, at_s)
+        super().send(data, now_s)
 
     def _send_records(self, now_s: float) -> None:
-        self.advance(now_s)
         setup = odd(self)
         frames = [record_frame(data) for data in self.memory.records]
-        fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(setup.empty_slots)
+        fill = {EmptySlots.ZEROS: EMPTY_SLOT, EmptySlots.ONES: b"\xff" * len(EMPTY_SLOT)}.get(setup.empty_slots)
         if fill is not None:
-            frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))
+            frames += [record_frame(fill)] * (MAX_RECORDS - len(frames))
         together = b"".join(frames)
         if setup.records is Delivery.PIECES:
             frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
-        elif setup.records is Delivery.TOGETHER:
-            frames = [together] if together else []
-        for position, frame in enumerate(frames):
-            self.send(frame, now_s + position * RECORD_GAP_S)
-        if setup.records is Delivery.PIECES and frames:
             # No status lies between the pieces of a record.
             self._stream_held_until_s = now_s + len(frames) * RECORD_GAP_S
+        for position, frame in enumerate(frames):
+            if setup.records is Delivery.TOGETHER:
+                self.send(frame, now_s)
+            else:
+                self.plan(now_s + position * RECORD_GAP_S, partial(self.send_while_on, frame, self._booted_s))
 
-    def queue(self, due: SentBytes) -> None:
-        if not due.is_streamed or due.at_s >= self._stream_held_until_s:
-            super().queue(due)
+    def send_while_on(self, data: bytes, booted_s: float, now_s: float) -> None:
+        """Send it, unless the module was switched off since it was planned."""
+        if self.is_on and self._booted_s == booted_s:
+            self.send(data, now_s)
+
+    def stream(self, now_s: float) -> None:
+        if now_s >= self._stream_held_until_s:
+            waiting = len(self._out)
+            super().stream(now_s)
+            self.stream_frames_sent += len(self._out) - waiting
 
     # Power
 
@@ -288,32 +293,42 @@ class OddModule(SimulatedModule):
         if setup.forgets:
             forget_settings(self.memory)
         super().power_on(now_s)
+        self._stream_held_until_s = -math.inf
         if is_silent:
-            self._due.clear()
+            self._out.pop()
+            self._booted_s += 1e-9  # so that the second one is no longer due
         if setup.remembers:
             self.state = before
         if setup.stream_at_boot:
             self.state.serial_output_is_on = True
         if self.state.serial_output_is_on:
-            self.start_stream(now_s + 2 * BOOT_GAP_S)
+            self._stream_due_s = now_s + 2 * BOOT_GAP_S + 1 / setup.rate
+        if setup.restart_at_s:
+            boots = self.memory.boot_count
+            self.plan(
+                now_s + setup.restart_at_s,
+                lambda at_s: self.restart(at_s, is_silent=True) if self._runs_since(boots) else None,
+            )
+
+    def _runs_since(self, boots: int) -> bool:
+        return self.is_on and self.memory.boot_count == boots
 
     def restart(self, now_s: float, *, is_silent: bool = False) -> None:
-        self.power_off()
         self.power_on(now_s, is_silent=is_silent)
 
-    def event_s(self) -> float:
-        runs_s = odd(self).restart_at_s
-        if not (runs_s and self.is_on):
-            return super().event_s()
-        return min(super().event_s(), max(self._sampled_s, self._booted_s + runs_s))
-
-    def do_event(self, at_s: float) -> None:
-        if self.pwm_at_s <= at_s:
-            super().do_event(at_s)
-        else:
-            self.restart(at_s, is_silent=True)
-
     # Sensor
+
+    def measure(self, now_s: float) -> SensorSample:
+        sample = super().measure(now_s)
+        if not odd(self).noise:
+            return sample
+        return sample._replace(
+            tilt_deg=abs(sample.tilt_deg + self._hiss(0.4)),
+            acceleration_g=max(0.0, sample.acceleration_g + self._hiss(0.03)),
+        )
+
+    def _hiss(self, typical: float) -> float:
+        return self._noise.gauss(0.0, typical * odd(self).noise)
 
     def voltage(self, now_s: float) -> int:
         is_recorded = self._is_firing and odd(self).odd_voltage
@@ -327,7 +342,7 @@ class OddModule(SimulatedModule):
             self._is_firing = False
 
     def light(self, now_s: float) -> int:
-        volts = self.world.light_v(now_s)
+        volts = self.world.light_v + self._hiss(0.03)
         if odd(self).light_inverted:
             volts = LIGHT_BAY_CLOSED_V + LIGHT_BAY_OPEN_V - volts
         return to_byte(volts * TENTH_VOLT.per_unit)
@@ -340,48 +355,43 @@ class OddWire(Wire):
         if not data:
             return
         faults = odd(self.module)
-        byte_s = 10 / (self.host_baud or self.module.baud_rate)
+        byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
+        ends_s = max(now_s, self._free_s) + len(data) * byte_s
         if faults.echo:
-            begins_s = max(now_s, self._up_free_s, self._down_free_s)
-            self._deliver(Burst(begins_s, data, byte_s))
+            self.deliver(data, ends_s)
         if faults.direction is FaultDirection.TO_HOST:
             super().write(data, now_s)
             return
-        ends_s = max(now_s, self._up_free_s) + len(data) * byte_s
-        for worn in self._worn(data, is_up=True):
+        for worn in self._worn(data):
             super().write(worn, now_s)
-        self._up_free_s = max(self._up_free_s, ends_s)
+        self._free_s = max(self._free_s, ends_s)
 
-    def _suffer(self, burst: Burst) -> None:
-        faults, source = odd(self.module), self._down_random
+    def suffer(self, data: bytes, at_s: float) -> None:
+        faults = odd(self.module)
         delay_s = faults.delay_ms / 1000
         if faults.jitter_ms:
-            delay_s += source.uniform(0.0, faults.jitter_ms) / 1000
-        begins_s = burst.begins_s + delay_s
+            delay_s += self._random.uniform(0.0, faults.jitter_ms) / 1000
         is_spared = faults.direction is FaultDirection.TO_MODULE
-        for data in [burst.data] if is_spared else self._worn(burst.data, is_up=False):
-            for position, piece in enumerate(self._pieces(data)):
-                pause_s = faults.split_ms / 1000 if position else 0.0
-                self._deliver(Burst(max(begins_s, self._down_free_s + pause_s), piece, burst.byte_s))
+        for worn in [data] if is_spared else self._worn(data):
+            for position, piece in enumerate(self._pieces(worn)):
+                self.deliver(piece, at_s + delay_s + position * faults.split_ms / 1000)
 
     def _pieces(self, data: bytes) -> list[bytes]:
         if not odd(self.module).split_ms or len(data) < 2:
             return [data]
-        cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
+        cuts = sorted({self._random.randrange(1, len(data)) for _ in range(2)})
         return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
 
-    def _worn(self, data: bytes, *, is_up: bool) -> list[bytes]:
+    def _worn(self, data: bytes) -> list[bytes]:
         """Return none, one or two bursts."""
         faults = odd(self.module)
-        source = self._up_random if is_up else self._down_random
+        source = self._random
         if faults.drop and source.random() < faults.drop:
             return []
         if faults.lose:
             data = bytes(byte for byte in data if source.random() >= faults.lose)
         if faults.corrupt:
-            data = bytes(
-                byte ^ (1 << source.randrange(8)) if source.random() < faults.corrupt else byte for byte in data
-            )
+            data = bytes(self._turned(byte) if source.random() < faults.corrupt else byte for byte in data)
         if faults.garbage and source.random() < faults.garbage:
             data = source.randbytes(source.randint(1, MAX_GARBAGE_LENGTH)) + data
         if not data:

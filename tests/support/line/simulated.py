@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory
+from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import Setup
 
@@ -18,7 +18,8 @@ def running(world: Physics | None = None, memory: Memory | None = None, **option
 
 def receive(module: SimulatedModule, data: bytes, now_s: float) -> bytes:
     """What it sends by now, ignoring the baud rate."""
-    return b"".join(sent.data for sent in module.receive(data, now_s))
+    module.receive(data, now_s)
+    return tick(module, now_s)
 
 
 def tick(module: SimulatedModule, now_s: float) -> bytes:

@@ -5,9 +5,9 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
-from app.simulator.answers import SimulatedModule
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
+from app.simulator.module import SimulatedModule
 from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE, Hazard, Layout, Request
 from protocol.fields import Value
 from protocol.frame import Direction, Frame, decode_request

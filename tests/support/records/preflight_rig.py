@@ -135,7 +135,7 @@ def _wobble(rig: Rig) -> None:
 
 
 def _switch_activation(rig: Rig) -> None:
-    rig.bench.module.activate(is_active=not rig.bench.state().is_active)
+    rig.bench.module.activate(is_active=not rig.bench.module.state.is_active)
 
 
 def _names(*names: str) -> frozenset[str]:

@@ -164,9 +164,7 @@ class FakeWorker:
         events: tuple[Event, ...] = (),
         link: LinkView | None = None,
     ) -> None:
-        self.callback(
-            Batch(self._clock(), self.connection, self.view, link, samples, events, finished, self.owed_lock)
-        )
+        self.callback(Batch(self._clock(), self.connection, self.view, link, samples, events, finished, self.owed_lock))
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
         return [job for job, urgent in self.jobs if urgent is is_urgent]
@@ -229,7 +227,10 @@ def ports_alone(storage: Storage | None = None) -> FakePorts:
 def fake_window(qapp: QApplication, folder: Path, *ports: PortInfo) -> Iterator[tuple[FakePorts, Assembly]]:
     """The program's own with all its pages, on fake ports, while the system lists these ports."""
     fake = FakePorts()
-    with patch("ui.main.Ports", fake.serve), window(qapp, folder, listed=ListedPorts(*ports), entries=PAGES) as assembly:
+    with (
+        patch("ui.main.Ports", fake.serve),
+        window(qapp, folder, listed=ListedPorts(*ports), entries=PAGES) as assembly,
+    ):
         yield fake, assembly
 
 

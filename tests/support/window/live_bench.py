@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from app.engine.device import How, Known, StatusSample
+from protocol.link_states import Presence
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import How, Known, StatusSample
 from app.engine.worker import Connection, PortState
 from protocol.fields import Value
-from protocol.link_states import Presence
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, show_alone
 from tests.support.window.steps import Driver
 from ui.pages.live.page import LivePage

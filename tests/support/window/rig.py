@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 from unittest.mock import patch
 
+from protocol.link_states import Presence
 from PySide6.QtCore import QCoreApplication, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -17,7 +18,6 @@ from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
-from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S

@@ -47,19 +47,23 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, qapp: QApplicati
         qtbot.waitUntil(lambda: model.rowCount() == 2, timeout=WAIT_MS)
         rows = [[model.index(row, column).data() for column in range(model.columnCount())] for row in range(2)]
         assert [row[0] for row in rows] == ["M-01", "M-07"]
-        assert "READY" in rows[1][3]
-        assert "Unjudged trigger records: 1." in rows[1][5]
+        assert "READY" in rows[1][1]
+        assert "Unjudged trigger records: 1." in rows[1][3]
         assert "Received: " in dialog.state.text()
         dialog.modules.selectRow(1)
         qtbot.waitUntil(lambda: dialog.life.model().rowCount() > 2, timeout=WAIT_MS)
+        store_of(assembly.storage).add(SaidNew(is_new=True), "M-00").result(PATIENCE_S)
+        dialog.bring_up()
+        qtbot.waitUntil(lambda: model.rowCount() == 3, timeout=WAIT_MS)
+        assert [row.name for row in dialog.modules.chosen()] == ["M-07"]
 
 
 def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         dialog = shown(assembly)
-        qtbot.waitUntil(dialog.use.isEnabled, timeout=WAIT_MS)
+        qtbot.waitUntil(dialog.sync.isEnabled, timeout=WAIT_MS)
         dialog.server.setText("postgresql://li:secret@127.0.0.1:1/x")
-        dialog.use.click()
+        dialog.sync.click()
         assert dialog.server.text() == "postgresql://li@127.0.0.1:1/x"
         qtbot.waitUntil(lambda: "cannot be used" in dialog.state.text(), timeout=WAIT_MS)
         assert "secret" not in dialog.state.text()

@@ -4,19 +4,19 @@ import threading
 from pathlib import Path
 
 import pytest
+from app.engine.device import DeviceView, How, Known
+from app.engine.identity import Identity, Trust
+from app.procedures.handshake import Silence
+from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, link_text
-from app.engine.device import DeviceView, How, Known
-from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.handshake import Silence
-from protocol.link_states import Presence
 from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -186,7 +186,7 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
         assembly.ports.connect_to(Target("sim://busy", 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None)
         assert "in use" in notice_text(assembly.window.notice_bar)
-        bench.release(somebody)
+        bench.holder = None
         press(qtbot, assembly.window.notice_bar.button("connect_again"))
         wait_online(qtbot, assembly)
 

@@ -6,24 +6,24 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from app.engine.identity import NO_EXPECTATION, Identity, Trust
+from app.store.left_active import KnownAs
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+from ui.connect.left_active import LeftActiveWatch
 
-from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.fact_store import Store
-from app.store.left_active import KnownAs
 from app.store.store_journal import note_locked
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import begin, left_in, open_store, settle
 from tests.support.window.fake_ports import FakePorts, ports_alone
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import given, press, show_page
-from ui.connect.left_active import LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
 

@@ -359,7 +359,7 @@ def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
 
 
 def test_a_default_name_has_no_letters_that_a_system_refuses(live: Bench) -> None:
-    name = default_name("sim://demo?lifelike&noise=1", ".csv", datetime(2026, 3, 1, 9, 30, 5, tzinfo=UTC))
+    name = default_name("sim://demo?lifelike", ".csv", datetime(2026, 3, 1, 9, 30, 5, tzinfo=UTC))
     assert name == "dps-s sim-demo 2026-03-01 09-30-05.csv"
 
 

@@ -283,7 +283,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -
         qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE)
         qtbot.waitUntil(main.panel.isHidden)
         assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
-        benches.module("demo").set_tilt(20)  # as if it were not set down
+        benches.module("demo").set_world(tilt_deg=20)  # as if it were not set down
         qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
         page = find(main, PreflightPage)
         qtbot.waitUntil(page.isVisible)
@@ -300,7 +300,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -
             press(qtbot, button)
             wait_verdict(qtbot, page)
         assert page.banner.announcement.word == "READY"
-        assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
+        assert benches.module("demo").world.tilt_deg == 0  # by the button that said so
         connector.current.disconnect_port()
         qtbot.waitUntil(lambda: not connector.current.is_open)
     benches.remove_bench("demo")

@@ -316,7 +316,7 @@ def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
     bench.activate()
     bench.qtbot.keyClick(QApplication.focusWidget() or dialog, Qt.Key.Key_Return)
     bench.qtbot.wait(300)
-    assert bench.module.state().is_active
+    assert bench.module.module.state.is_active
 
 
 # What changes while a dialog is open

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from app.engine.identity import Identity, Trust
+
 from app.engine.procedure import Pause, Procedure
 from app.engine.worker import Job
 from app.guided.results import GuidedKind, GuidedResult

@@ -10,8 +10,8 @@ from itertools import product
 from typing import Final
 
 import pytest
-
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
+
 from app.engine.procedure import Cancelled, Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch

@@ -5,11 +5,12 @@ from functools import partial
 from typing import Any
 
 import pytest
-from pytestqt.qtbot import QtBot
-
-from app.diagnosis.link_state import Phase
 from app.engine.device import DeviceView
 from app.engine.identity import Trust
+from pytestqt.qtbot import QtBot
+from ui.services.port import SETTLE_MS, Ports
+
+from app.diagnosis.link_state import Phase
 from app.engine.procedure import LinkView, Pause, Procedure, Slept
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
@@ -23,7 +24,6 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts, ports_alone
 from ui.session.module_field import ModuleField
-from ui.services.port import SETTLE_MS, Ports
 from ui.session.running_job import RunningJob
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Meaning

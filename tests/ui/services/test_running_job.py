@@ -24,10 +24,10 @@ from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, windo
 from tests.support.window.steps import find, given
 from ui.pages.flights.page import FlightsPage
 from ui.services.job_notice import JobNotice
-from ui.session.ports import Ports
 from ui.services.recording_jobs import ExportKind, RecordingJobs
-from ui.session.running_job import RunningJob
 from ui.services.storage import Storage
+from ui.session.ports import Ports
+from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from app.procedures.handshake import Silence
 from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -12,7 +13,6 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.handshake import Silence
 from app.procedures.lock import Locked
 from app.safety.journal import Outcome
 from app.text.i18n import tr

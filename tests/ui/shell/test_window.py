@@ -69,7 +69,7 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         assert not assembly.window.close()
         press(qtbot, choose(assembly, "lock_and_leave"))
         qtbot.waitUntil(lambda: not assembly.window.isVisible())
-        assert not bench.state().is_active
+        assert not bench.module.state.is_active
 
 
 @pytest.mark.promise("l")
@@ -87,7 +87,7 @@ def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
         assert not assembly.window.close()  # the second half of a double click, or a key that is held
         assembly.window.attention._tried_at -= AGAIN_S
         assert assembly.window.close()
-        assert bench.state().is_active
+        assert bench.module.state.is_active
 
 
 def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -158,12 +158,12 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
         assembly.ports.connect_to(Target("sim://stream", 115200))
         qtbot.waitUntil(lambda: bench.state().is_streaming)
         qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: not bench.state().is_streaming)
+        qtbot.waitUntil(lambda: not bench.module.is_streaming)
         qtbot.keyClick(assembly.window, Qt.Key.Key_1, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: bench.state().is_streaming)
+        qtbot.waitUntil(lambda: bench.module.is_streaming)
         shown, hidden = made
         assert [batch.at for batch in shown.batches] == [batch.at for batch in hidden.batches]
-    assert not bench.state().is_streaming  # left as it was found
+    assert not bench.module.is_streaming  # left as it was found
 
 
 def test_the_first_paint_does_not_wait_for_numpy() -> None:

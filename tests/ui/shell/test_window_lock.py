@@ -10,6 +10,7 @@ from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
+from ui.services.port import LockControl
 
 from app.engine.target import Target
 from app.safety.acts import Act
@@ -25,7 +26,6 @@ from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
-from ui.services.port import LockControl
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -37,7 +37,7 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
         press(one.qtbot, one.assembly.window.top_bar.lock)
     else:
         one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
-    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: one.assembly.window.top_bar.activation.word == "LOCKED")
     one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
 
@@ -72,7 +72,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     assert bar.notice is not None
     assert bar.notice.meaning is Meaning.ATTENTION
     assert one.assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
-    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: bar.notice is None)
     assert len(times) == 6
     confirmed = given(one.assembly.ports.current.lock.confirmed)
@@ -99,7 +99,7 @@ def test_lock_pressed_again_is_sent_at_once(one: Rig) -> None:
     one.until(lambda: len(times) >= 1)
     press(one.qtbot, lock)
     one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
-    assert not one.bench.state().is_active
+    assert not one.bench.module.state.is_active
     assert len(times) >= 2
 
 
@@ -108,7 +108,7 @@ def test_escape_does_not_end_it(one: Rig) -> None:
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: len(times) >= 2)
     one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
-    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: not one.bench.module.state.is_active)
 
 
 def fail(one: Rig, monkeypatch: pytest.MonkeyPatch) -> Notice:
@@ -177,7 +177,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
     end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.plug()
-    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: bar.button("identity_same") is not None)
     one.wait(0.3)  # it has reported LOCKED several times, and may be a twin
     assert one.assembly.ports.current.lock.confirmed is None
@@ -269,7 +269,7 @@ def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: 
         one.connect()
         one.until(lambda: connector.current.module.view.presence.name == "ONLINE")
         one.wait(1.0)
-        assert other.state().is_active
+        assert other.module.state.is_active
         assert not lock.is_repeating
         press(one.qtbot, one.assembly.window.top_bar.lock)
         one.until(lambda: lock.confirmed is not None)

@@ -66,22 +66,22 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> Non
 def test_tilt_by_slider_and_by_number(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     panel.tilt.slider.setFocus()
     qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
-    assert bench.state().tilt_deg == 1
+    assert bench.world.tilt_deg == 1
     type_into(qtbot, panel.tilt.box, "70")
-    assert bench.state().tilt_deg == 70
+    assert bench.world.tilt_deg == 70
     assert panel.tilt.slider.value() == 70
 
 
 def test_cell_voltage(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     type_into(qtbot, panel.cell.box, "3.60")
-    assert bench.state().cell_v == pytest.approx(3.6)
+    assert bench.world.cell_v == pytest.approx(3.6)
 
 
 def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
     type_into(qtbot, panel.fall_height, "30")
     assert "30" in panel.drop.text()
     click(qtbot, panel.drop)
-    assert bench.state().is_falling
+    assert bench.world.is_falling(bench.clock())
     assert not panel.drop.isEnabled()
     clock.now_s += 10
     panel.refresh()
@@ -91,32 +91,33 @@ def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock:
 def test_bay_charger_and_wobble(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for box in (panel.bay, panel.charger, panel.lifelike):
         click(qtbot, box)
-    state = bench.state()
-    assert (state.bay_is_open, state.has_external_power, state.is_lifelike) == (True, True, True)
+    assert bench.world.bay_is_open
+    assert bench.world.has_external_power
+    assert bench.world.is_lifelike
 
 
 def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     click(qtbot, panel.restart)
-    assert bench.state().boot_count == 38
+    assert bench.module.memory.boot_count == 38
     click(qtbot, panel.plug)
-    assert not bench.state().is_plugged_in
+    assert not bench.is_plugged_in
     assert panel.plug.text() == "Plug in"
     click(qtbot, panel.plug)
-    assert bench.state().is_plugged_in
+    assert bench.is_plugged_in
     assert panel.plug.text() == "Unplug"
     assert not panel.press.isEnabled()
     bench.power_off()
     panel.refresh()
     click(qtbot, panel.press)
-    assert bench.state().is_on
+    assert bench.module.is_on
 
 
 def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for name, box in panel.faults.items():
         click(qtbot, box)
-        assert getattr(bench.state().setup, name)
+        assert getattr(bench.module.setup, name)
         click(qtbot, box)
-        assert not getattr(bench.state().setup, name)
+        assert not getattr(bench.module.setup, name)
     bench.change(mute=True)
     panel.refresh()
     assert panel.faults["mute"].isChecked()
@@ -124,23 +125,23 @@ def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: Simulate
 
 def test_the_pwm_input_fires_an_active_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     click(qtbot, panel.trigger)
-    assert not bench.state().is_triggered
+    assert not bench.module.is_triggered
     bench.module.activate(is_active=True)
     click(qtbot, panel.trigger)
-    assert bench.state().is_triggered
+    assert bench.module.is_triggered
 
 
 def test_it_follows_what_happens_to_the_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    bench.set_tilt(33)
-    bench.set_bay(is_open=True)
+    bench.set_world(tilt_deg=33)
+    bench.set_world(bay_is_open=True)
     qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
-    assert bench.state().tilt_deg == 33
+    assert bench.world.tilt_deg == 33
 
 
 def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, bench: SimulatedBench) -> None:
     panel.cell.box.setFocus()
     before = panel.cell.value
-    bench.set_cell(3.2)
+    bench.set_world(cell_v=3.2)
     panel.refresh()
     assert panel.cell.value == before
     panel.drop.setFocus()

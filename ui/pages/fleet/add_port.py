@@ -14,7 +14,7 @@ from ui.pages.fleet.members import FleetMembers, target_of
 from ui.style.icons import Icon
 from ui.widgets.controls import control, named, without_key
 
-SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
+SIMULATED: Final = "sim://module-{number}?lifelike"
 
 
 class AddPort(QToolButton):

@@ -219,7 +219,7 @@ class CheckHistory(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
-        voltages = [check.measured.get("cell_voltage_v") for check in reversed(measuring(checks))]
+        voltages = [check.cell_voltage_v for check in reversed(measuring(checks))]
         self.trend.show_values([voltage for voltage in voltages if voltage is not None])
         self.trend.setVisible(is_of_module)
 

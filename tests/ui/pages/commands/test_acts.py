@@ -5,11 +5,12 @@ screen.
 from pathlib import Path
 
 import pytest
+from app.engine.device import StatusSample
+from protocol.link_states import Presence
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import StatusSample
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
@@ -19,7 +20,6 @@ from app.safety.permit import Origin, Permit
 from app.safety.ritual import Stage
 from app.store.trouble import StoreFault, StoreTrouble
 from protocol.catalogue import STATUS
-from protocol.link_states import Presence
 from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, go_to
@@ -83,10 +83,10 @@ def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QAp
         row = one.commands.acts[Act.ACTIVATE]
         one.until(lambda: "threshold 60°" in row.conditions.text())
         assert not row.confirm.ask.isEnabled()
-        one.bench.set_tilt(0)
+        one.bench.set_world(tilt_deg=0)
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
-        one.bench.set_tilt(70)
+        one.bench.set_world(tilt_deg=70)
         one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
         assert one.changes() == []
 
@@ -95,7 +95,7 @@ def test_what_is_open_before_zeroing_changes_no_height(one: Desk) -> None:
     zero = one.commands.acts[Act.ZERO]
     one.assembly.window.resize(1366, 768)
     for tilt_deg, is_open in ((0, False), (70, True)):
-        one.bench.set_tilt(tilt_deg)
+        one.bench.set_world(tilt_deg=tilt_deg)
         one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
         let_lay_out(one.commands)
         heights = [row.height() for row in one.commands.acts.values()]
@@ -194,7 +194,7 @@ def test_it_moves_at_the_last_moment() -> None:
     switch = watched(rig)
     run = begin(rig)
     rig.step_for(1.9)
-    rig.bench.set_tilt(7)
+    rig.bench.set_world(tilt_deg=7)
     done = end(rig, run)
     assert [refusal.condition for refusal in done.refusals] == [Interlock.IS_STILL]
     assert switch is not None

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from app.engine.device import DeviceView
+from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
@@ -19,7 +21,6 @@ from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import Cause, diagnose
 from app.diagnosis.link_state import Phase
 from app.diagnosis.symptoms import EvidenceCollector
-from app.engine.device import DeviceView
 from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView
 from app.engine.target import Target
@@ -31,7 +32,6 @@ from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Role, Sent
 from protocol.frame import Reason
-from protocol.link_states import Presence
 from protocol.messages import Heartbeat
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services, show_alone
 from ui.pages.fleet.page import FleetPage
 from ui.services.context import Services
-from ui.session.port import Port
 from ui.services.storage import Storage
+from ui.session.port import Port
 
 
 @dataclass

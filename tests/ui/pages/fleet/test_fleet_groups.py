@@ -6,29 +6,29 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from app.engine.identity import Identity, Trust
+from app.procedures.write_all import SettingChange, WriteContext
+from protocol.link_states import Presence
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, Procedure
 from app.engine.snapshots import Snapshot
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
+from app.modules.labels import Printer
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
-from app.procedures.write_all import SettingChange, WriteContext
 from app.records.filing import Filed, local_now
-from app.records.labels import Printer
 from app.records.record import make_record
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.kinds import PreflightCheck
 from app.store.trouble import StoreFault, StoreTrouble
 from app.trigger_records.kept import KeptTriggers
-from protocol.link_states import Presence
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import modules_in
 from tests.support.window.fake_ports import FakeWorker
@@ -36,8 +36,8 @@ from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.files.file_dialogs import ThenPath
-from ui.session.port import Port
 from ui.session.check import ENTRIES
+from ui.session.port import Port
 from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 

@@ -7,16 +7,16 @@ from datetime import timedelta
 from functools import partial
 
 import pytest
+from app.engine.identity import Identity, Trust
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication
 
-from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.fleet.card import Need
-from app.limits.service import Service, ServiceKind
+from app.modules.service import ServiceKind, service_due, serviced
 from app.preflight.findings import Person
 from app.preflight.verdict import assess
-from app.records.filing import Filed, local_now, service_due
+from app.records.filing import Filed, local_now
 from app.records.record import make_record
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
@@ -31,8 +31,8 @@ from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.card_widget import CardWidget
 from ui.pages.fleet.members import DUE_EVERY_S, target_of
-from ui.session.port import Port
 from ui.session.check import ENTRIES
+from ui.session.port import Port
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -379,10 +379,10 @@ def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, m
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
     store, today = store_of(desk.services.storage), local_now().date()
-    late = Service(kind=ServiceKind.REPACK, on=today - timedelta(days=200), due=today - timedelta(days=1))
-    soon = Service(kind=ServiceKind.CELL, on=today, due=today + timedelta(days=12))
+    late = serviced(ServiceKind.REPACK, on=today - timedelta(days=200), due=today - timedelta(days=1))
+    soon = serviced(ServiceKind.CELL, on=today, due=today + timedelta(days=12))
     for name, service in (("M-01", late), ("M-02", soon)):
-        store.add(service.content(), name).result()
+        store.add(service, name).result()
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-01", "M-02"), strict=False):
         connection.module.choose(name)
@@ -397,8 +397,8 @@ def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Des
     ]
     assert ("overdue" in due[0], "days left: 12" in due[1]) == (True, True)
     desk.wait(lambda: said() == [*due, ""])
-    repacked = Service(kind=ServiceKind.REPACK, on=today)
-    store.add(repacked.content(), "M-01").result()
+    repacked = serviced(ServiceKind.REPACK, on=today)
+    store.add(repacked, "M-01").result()
     desk.ports.now_s += DUE_EVERY_S
     desk.settle()
     desk.wait(lambda: not cards[0].need.text().count("overdue"))

@@ -10,9 +10,10 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-
 from app.engine.device import DeviceView, StaleReason
 from app.engine.identity import Identity, Trust
+from protocol.link_states import Presence
+
 from app.engine.worker import Batch, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
@@ -20,7 +21,6 @@ from app.recordings.export import write_parts
 from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Series
 from protocol.events import FellSilent, Restarted
-from protocol.link_states import Presence
 from tests.support.records.recordings_made import LOST, OPEN, batch, device, received, report
 from tests.support.window.steps import given
 from ui.pages.live.data import LiveData, live_lanes

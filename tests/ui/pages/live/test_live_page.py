@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from app.engine.device import StatusSample
+from app.procedures.light_calibration import LightDirection
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import StatusSample
-from app.procedures.light_calibration import LightDirection
 from app.text.i18n import CHINESE, ENGLISH
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
@@ -235,7 +235,7 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         one.connect()
         one.until(lambda: not page.is_empty)
         one.until(lambda: "60° fires" in page.panel.gauge.accessibleName())
-        one.until(lambda: one.bench.state().is_streaming)
+        one.until(lambda: one.bench.module.is_streaming)
         assembly.window.go_to("diagnosis")
         qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
         span, count = page.plot.time_range.span, len(page.data.tilt)

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from protocol.link_states import Presence
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from protocol.link_states import Presence
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child

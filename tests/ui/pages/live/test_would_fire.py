@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from app.engine.device import StatusSample
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import StatusSample
 from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
 from app.settings.form import RowState
@@ -42,7 +42,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         connect(qtbot, assembly, "sim://session")
         port = assembly.ports.current
         qtbot.waitUntil(lambda: port.device.fresh("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
-        bench.set_tilt(57)
+        bench.set_world(tilt_deg=57)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 57, timeout=WAIT_MS)
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
         path = given(port.recording.path)
@@ -53,7 +53,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         assert flights.work.kept_lists == ()
         flights.work.move([row.name], FlightGroup.MUST)
         assert flights.work.kept_lists == (f"MUST {path}",)
-        bench.set_tilt(80)
+        bench.set_world(tilt_deg=80)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 80, timeout=WAIT_MS)
         assembly.window.go_to("live")
         live.try_out.click()

@@ -62,7 +62,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     activate(rig)
     rig.wait_standing(Standing.GO)
     assert len(pressed) == 3, pressed
-    assert rig.bench.state().is_active
+    assert rig.bench.module.state.is_active
     assert [act.command.name for act in rig.acts[2:]] == ["activation"]
     assert not page.activation.isVisible()
     shown = page.banner.announcement
@@ -158,7 +158,7 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
         bench.click(page.buttons.enable)
         bench.wait_standing(Standing.READY, Standing.NO_GO, Standing.VOID)
         assert page.work.standing is Standing.READY
-        assert not bench.bench.state().is_active
+        assert not bench.bench.module.state.is_active
         assert set(bench.acts[:-2]) == {LOCK}
         assert [act.command.name for act in bench.acts[-2:]] == ["freefall_trigger", "attitude_trigger"]
         assert page.buttons.enable.text() == "Enable triggers and check"
@@ -210,7 +210,7 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
         if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
             bench.assembly.ports.current.treat_as_new()
             hear_lock()
-            bench.until(lambda: not bench.bench.state().is_active)
+            bench.until(lambda: not bench.bench.module.state.is_active)
         bench.wait(1.0)
         assert page.work.standing is Standing.NOT_CHECKED
         assert set(bench.acts) == {LOCK}

@@ -57,9 +57,8 @@ def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Pat
     history = rig.preflight.history
     store = store_of(rig.assembly.storage)
     for cell_v, is_void, is_simulated in ((4.0, False, False), (1.0, False, True), (2.0, True, False)):
-        measured = {"cell_voltage_v": cell_v}
         check = PreflightCheck(
-            verdict="GO", is_void=is_void, is_simulated=is_simulated, measured=measured, document="{}"
+            verdict="GO", is_void=is_void, is_simulated=is_simulated, cell_voltage_v=cell_v, document="{}"
         )
         store.add(check, "M-07").result()
     history._reload(("module", "M-07"))
@@ -104,7 +103,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         name_module(bench, "M-07")
         bench.find(QLineEdit, "preflight_aircraft_edit").setText("H6-12")
         assert bench.check() is Standing.NO_GO
-        bench.bench.set_cell(4.0)
+        bench.bench.set_world(cell_v=4.0)
         assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history

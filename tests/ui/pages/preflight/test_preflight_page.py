@@ -6,12 +6,12 @@ import threading
 from pathlib import Path
 
 import pytest
+from app.engine.identity import evidence_of
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import evidence_of
 from app.limits.past import Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Finding
@@ -83,7 +83,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert row.chip.meaning is Meaning.DANGER
         assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"
         assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
-        bench.bench.set_cell(4.0)
+        bench.bench.set_world(cell_v=4.0)
         enable = page.list.rows["attitude_trigger"].act
         page.list.ensureWidgetVisible(enable)
         bench.click(enable)
@@ -279,6 +279,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # as the page Flights does, too
+    rig.wait(1.0)  # the button lies elsewhere since the verdict
     assert rig.check() is Standing.NO_GO
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 3\n", encoding="utf-8")

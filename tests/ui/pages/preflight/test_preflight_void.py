@@ -117,7 +117,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     assert full_rig.check() is Standing.READY
     page, spoken = full_rig.preflight, announced(monkeypatch)
     assert full_rig.triggers.isVisible()
-    full_rig.bench.set_bay(is_open=True)
+    full_rig.bench.set_world(bay_is_open=True)
     full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
     full_rig.bench.set_bay(is_open=False)
@@ -141,7 +141,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
 def test_a_new_check_shows_nothing_of_the_old_one(rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
-    rig.bench.set_cell(3.0)
+    rig.bench.set_world(cell_v=3.0)
     rig.click(page.buttons.run)
     assert page.banner.announcement.word == "CHECKING"
     assert "GO" not in page.banner.accessibleName()

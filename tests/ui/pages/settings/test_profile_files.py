@@ -7,14 +7,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from app.engine.identity import Trust
+from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
-from protocol.link_states import Presence
 from tests.support.line.odd_module import end_faults
 from tests.support.window import walk
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
@@ -323,7 +323,7 @@ def test_the_light_of_two_modules_is_no_threshold(is_lost: bool, one: Desk) -> N
     one.bench.unplug() if is_lost else one.bench.change(mute=True)
     one.until(lambda: not port.is_open if is_lost else port.device.breaks > 0)
     one.bench.plug() if is_lost else one.bench.change(mute=False)
-    one.bench.set_bay(is_open=True)
+    one.bench.set_world(bay_is_open=True)
     one.until(
         lambda: port.device.fresh("boot_count", port.clock()) is not None and panel.sides["open"].button.isEnabled()
     )

@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QApplication
-
 from app.engine.device import How, Known, StaleReason
 from app.engine.identity import Identity, Trust
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport
+from PySide6.QtWidgets import QApplication
+
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.procedures.read import Everything
 from app.procedures.write import SetReply, WriteFault, Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport
 from app.safety.interlocks import Interlock, Refusal
 from app.settings.form import FormRow, RowState
 from app.text.messages import UserMessage

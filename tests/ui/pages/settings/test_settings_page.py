@@ -7,17 +7,17 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
+from app.engine.device import How, Known
+from protocol.link_states import Presence
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QFontMetricsF, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import How, Known
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
 from app.text.i18n import CHINESE, ENGLISH, tr
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
-from protocol.link_states import Presence
 from tests.support.pseudo_language import PSEUDO
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
@@ -298,7 +298,7 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     panel = one.settings.calibration
     one.click("calibration_closed_measure")
     one.until(panel.sides["open"].button.isEnabled)
-    one.bench.set_bay(is_open=True)
+    one.bench.set_world(bay_is_open=True)
     one.click("calibration_open_measure")
     one.until(panel.take.isEnabled)
     assert ("reads lower" in panel.detail.text()) is is_inverted

@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+from ui.pages.tests.controller import Stage
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
@@ -20,7 +21,6 @@ from tests.support.records.stored import modules_in
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
-from ui.pages.tests.controller import Stage
 from ui.style.theme import Meaning
 from ui.widgets.step_button import bring_into_sight
 
@@ -94,11 +94,11 @@ def activated(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
     confirm(bench)
     bench.until(lambda: bench.guided.work.stage is Stage.MEASURING)
-    assert bench.bench.state().is_active
+    assert bench.bench.module.state.is_active
 
 
 def is_locked(bench: GestureBench) -> bool:
-    return not bench.bench.state().is_active
+    return not bench.bench.module.state.is_active
 
 
 def said(bench: GestureBench) -> str:
@@ -116,7 +116,7 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> N
     page = bench.guided
     for number, kind in enumerate(KINDS, start=1):
         bench.sent.clear()
-        bench.bench.set_tilt(0)
+        bench.bench.set_world(tilt_deg=0)
         outcome = run(bench, kind)
         assert outcome.verdict is GuidedVerdict.PASSED, outcome
         bench.until(lambda: not page.work.owes_lock)
@@ -136,7 +136,7 @@ def test_the_picture_shows_what_the_instruction_says(bench: GestureBench) -> Non
     activated(bench)
     for tilt_deg, text, number in ((30, "Hold it level.", 0), (0, "Tilt it slowly forward until it fires", 1),
                                    (70, "It fired. Level it slowly.", 0)):  # fmt: skip
-        bench.bench.set_tilt(tilt_deg)
+        bench.bench.set_world(tilt_deg=tilt_deg)
         bench.until(lambda text=text: page.instruction.text() == text)
         assert (page.picture.accessibleName(), page.picture.step) == (f"Picture: {text}", number)
 
@@ -248,7 +248,7 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
         bench.until(lambda: not bench.guided.work.owes_lock)
         assert bench.sent.count(ACTIVATE) == 1, leave
         bench.bench.module.state.attitude_is_enabled = True
-        bench.bench.set_tilt(0)
+        bench.bench.set_world(tilt_deg=0)
 
 
 @pytest.mark.parametrize("is_forced", [False, True])
@@ -286,7 +286,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     bench.bench.change(drop=1.0, direction="both")
     bench.wait(8.0)
     assert isinstance(bench.guided.work.outcome, UserError)
-    assert bench.bench.state().is_active
+    assert bench.bench.module.state.is_active
     bench.wait(10.0)
     failed = given(bench.assembly.ports.current.lock.failed)
     assert "treat the module as ACTIVE" in failed.sentence
@@ -356,10 +356,10 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
     confirmation and the frame."""
     start(bench, GuidedKind.TILT)
     row = bench.guided.activate
-    bench.bench.set_tilt(80)
+    bench.bench.set_world(tilt_deg=80)
     bench.until(lambda: not row.confirm.ask.isEnabled())
     assert "80°" in row.conditions.text()
-    bench.bench.set_tilt(0)
+    bench.bench.set_world(tilt_deg=0)
     bench.until(row.confirm.ask.isEnabled)
     assert bench.guided.work.stage is Stage.CONFIRMING
     assert bench.sent == []
@@ -401,7 +401,7 @@ def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_clic
     while page.work.stage is Stage.MEASURING and page.work.confirm_words != "Bay open":
         assert page.work.step == 0, "as long as it measures, the bay stays closed"
         bench.wait(0.1)
-    bench.bench.set_bay(is_open=True)
+    bench.bench.set_world(bay_is_open=True)
     assert page.work.steps.is_waiting
     bench.click()
     bench.until(lambda: page.work.stage is Stage.DONE)

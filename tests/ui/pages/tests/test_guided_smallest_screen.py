@@ -5,10 +5,11 @@ import json
 from pathlib import Path
 
 import pytest
+from app.engine.device import DeviceView
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
+from ui.pages.tests.controller import Stage
 
-from app.engine.device import DeviceView
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.records.report import guided_html
@@ -19,7 +20,6 @@ from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import choosing, find, given, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from tests.ui.pages.tests.test_guided_page import activated
-from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture, show_live
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, use
 from ui.widgets.step_button import is_in_sight
@@ -127,7 +127,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
 
 
 def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:
-    bar, state = bench.window.notice_bar, bench.bench.state
+    bar = bench.window.notice_bar
 
     def is_said() -> bool:
         return "has triggered" in notice_text(bar)
@@ -136,7 +136,7 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
     bench.bench.set_tilt(70)
     bench.until(lambda: bench.guided._connector.current.module.view.fresh("triggered", bench.clock.now_s))
     bench.wait(1.0)
-    assert state().is_triggered
+    assert bench.bench.module.is_triggered
     assert not is_said()
     bench.guided.work.cancel()
     bench.until(is_said)  # nobody else says now what comes next

@@ -157,7 +157,7 @@ def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tm
     with on_bench(qtbot, qapp, tmp_path, "in sight", "triggers", reads_triggers=True, active=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
-        bench.bench.set_tilt(80)
+        bench.bench.set_world(tilt_deg=80)
         bench.until(lambda: page.count.text() == "Trigger records: 1")
         assert bench.acts == []
 
@@ -216,8 +216,8 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         bench.read_triggers()
         assert page.news.text() == f"no earlier visit · {KNOWN}"
         bench.bench.module.activate(is_active=True)
-        bench.bench.set_tilt(80)
-        bench.until(lambda: bench.bench.state().is_triggered)
+        bench.bench.set_world(tilt_deg=80)
+        bench.until(lambda: bench.bench.module.is_triggered)
         bench.read_triggers()
         assert (page.count.text(), page.news.text()) == ("Trigger records: 10", f"1 new · {KNOWN}")
         assert told(bench, 0).startswith("New: tipped past")

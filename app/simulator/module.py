@@ -1,0 +1,343 @@
+"""The simulated module: bytes and time in, bytes out, as the vendor's table says.
+
+    power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> power_off -> silence
+
+It has no clock and no thread: every method takes `now_s`, seconds of one monotonic clock. What is due until then
+happens when it is called; the sensor is read 200 times a second.
+
+Where the table does not tell, this module answers `11 01` with 00 while it is locked, and does not fire; ends
+"triggered" at the reset angle after an attitude trigger, and with `10 00`, `11 00` or a restart after others; blocks
+all triggers from `11 00` until `11 01`, `10` or a restart; sends nine records, the oldest first, and 00 for those never
+used; acknowledges a set with its value, and a new baud rate at the old one; does not answer what is no valid frame.
+"""
+
+import heapq
+import itertools
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from app.flights.judge import NOTHING, Judge, SensorSample
+from app.simulator.memory import Memory, ModuleState, limits, record_data, record_frame
+from app.simulator.physics import SENSOR_PERIOD_S, Physics
+from app.simulator.setup import Setup
+from protocol.catalogue import (
+    CELL_VOLT,
+    FLAG,
+    HEARTBEAT_REPLY,
+    INVERTED,
+    MAX_RECORDS,
+    STATUS_CODE,
+    TENTH_G,
+    TENTH_VOLT,
+    Request,
+)
+from protocol.frame import encode_long, encode_reply, requests_in
+from protocol.messages import Source
+
+BOOT_GAP_S = 0.05  # "间隔50ms"
+ACCEPTED = 0x01
+ANSWERED_UNDER = {0x17: 0x16, 0x34: 0x35}  # E4 and E3: the codes that the table prints
+EMPTY_SLOT = bytes(11)
+HOST_SILENT_S = 30.0  # the host sends a heartbeat every 10 to 30 s; later, a record says that serial is not connected
+# Where nobody looked for longer, the stream and the sensor skip the time before: hours take no longer than seconds.
+MAX_LOOK_BACK_S = 10.0
+MAX_WAITING = 4096  # bursts that nobody took; older ones are lost, as in a driver's buffer that is full
+BITS_PER_BYTE = 10
+STATUS_BYTES = 8
+
+
+class SentBytes(NamedTuple):
+    """One burst; `ends_s` is when its last bit leaves."""
+
+    ends_s: float
+    data: bytes
+    baud_rate: int
+
+
+def to_byte(value: float) -> int:
+    """Return the nearest byte."""
+    return min(255, max(0, round(value)))
+
+
+class SimulatedModule:
+    """Begins switched off. `world`, `memory` and `state` may be changed between two calls."""
+
+    def __init__(self, world: Physics, setup: Setup | None = None, *, memory: Memory | None = None) -> None:
+        self.world = world
+        self.setup = setup or Setup()
+        self.memory = memory or Memory()
+        self.state = ModuleState()
+        self.baud_rate = self.memory.baud_rate
+        self.is_on = False
+        self._judge = Judge()
+        self._fired = NOTHING
+        self._plans: list[tuple[float, int, Callable[[float], object]]] = []
+        self._plan_numbers = itertools.count()
+        self._out: deque[SentBytes] = deque(maxlen=MAX_WAITING)
+        self._line_free_s = -math.inf
+        self._stream_due_s = math.inf
+        self._booted_s = 0.0
+        self._sampled_s = -math.inf
+        self._heard = b""
+        self._heard_s = -math.inf
+
+    @property
+    def is_triggered(self) -> bool:
+        return self._fired is not NOTHING
+
+    @property
+    def is_streaming(self) -> bool:
+        return self._stream_due_s != math.inf
+
+    def change(self, **values: Any) -> None:
+        """Set options by name. Here only the rate of the stream counts from now on, and the faults on the line."""
+        self.setup = replace(self.setup, **values)
+
+    # What it measures
+
+    def measure(self, now_s: float) -> SensorSample:
+        """Return what its sensor says; the tilt is the angle to the position of the last zeroing."""
+        motion = self.world.motion(now_s)
+        return SensorSample(now_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
+
+    def light(self, _now_s: float) -> int:
+        return to_byte(self.world.light_v * TENTH_VOLT.per_unit)
+
+    def voltage(self, _now_s: float) -> int:
+        return to_byte(self.world.voltage_v * CELL_VOLT.per_unit)
+
+    def reports_active(self, _now_s: float) -> bool:
+        return self.state.is_active
+
+    def status(self, now_s: float) -> bytes:
+        """Return the eight bytes of frame 32."""
+        sample = self.measure(now_s)
+        tilt = to_byte(sample.tilt_deg)
+        acceleration = to_byte(sample.acceleration_g * TENTH_G.per_unit)
+        return encode_long(STATUS_CODE, bytes((tilt, acceleration, self.is_triggered, self.reports_active(now_s))))
+
+    # Power
+
+    def power_on(self, now_s: float) -> None:
+        """Boot: count it (0 follows 255), lock, enable both triggers, and send two heartbeats."""
+        self.power_off()
+        self.is_on = True
+        self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
+        self.state = ModuleState()
+        self.baud_rate = self.memory.baud_rate
+        self._booted_s = now_s
+        self._sampled_s = now_s
+        self.send(HEARTBEAT_REPLY, now_s)
+        self.plan(now_s + BOOT_GAP_S, self._beat_again)
+
+    def _beat_again(self, now_s: float) -> None:
+        # Not where it was switched off since, or off and on.
+        if self.is_on and now_s == self._booted_s + BOOT_GAP_S:
+            self.send(HEARTBEAT_REPLY, now_s)
+
+    def power_off(self) -> None:
+        self.is_on = False
+        self._heard = b""
+        self._heard_s = -math.inf
+        self._line_free_s = -math.inf
+        self.stop_stream()
+        self.end_trigger()
+
+    def restart(self, now_s: float) -> None:
+        self.power_on(now_s)
+
+    def press_switch(self, now_s: float) -> None:
+        """Hold its switch for 2 s, which switches it on."""
+        if not self.is_on:
+            self.power_on(now_s)
+
+    def set_charger(self, now_s: float, *, is_plugged_in: bool) -> None:
+        """External power also wakes it after a shutdown ("通过外接供电通电自醒开机")."""
+        if is_plugged_in and not self.world.has_external_power:
+            self.press_switch(now_s)
+        self.world.has_external_power = is_plugged_in
+
+    # Triggers
+
+    def activate(self, *, is_active: bool) -> None:
+        """Activate or lock it. Both end a block of the triggers; locking also ends "triggered"."""
+        self.state.is_active = is_active
+        self.state.is_forbidden = False
+        if not is_active:
+            self.end_trigger()
+
+    def end_trigger(self) -> None:
+        self._fired = NOTHING
+        self._judge.reset()
+
+    def fire(self, sources: Source, now_s: float) -> bool:
+        """Fire, and keep a record. Where it is off, locked or blocked, return False and do nothing."""
+        if not self.is_on or not self.state.is_active or self.state.is_forbidden:
+            return False
+        self._fired |= sources
+        data = record_data(
+            self.memory,
+            uptime_s=now_s - self._booted_s,
+            sources=sources,
+            is_connected=now_s - self._heard_s <= HOST_SILENT_S,
+            is_charging=self.world.has_external_power,
+            light=self.light(now_s),
+            voltage=self.voltage(now_s),
+        )
+        self.memory.records.append(data)
+        self.world.open_parachute(now_s)
+        return True
+
+    def _watch(self, until_s: float) -> None:
+        """Read the sensor until then, and fire where the judge says so."""
+        if not self.is_on or not self.state.is_active:
+            self._sampled_s = until_s
+            return
+        self._sampled_s = max(self._sampled_s, until_s - MAX_LOOK_BACK_S)
+        while self._sampled_s + SENSOR_PERIOD_S <= until_s:
+            self._sampled_s += SENSOR_PERIOD_S
+            self._sense(self._sampled_s)
+            if self.world.is_at_rest(self._sampled_s) and not self._judge.is_falling:
+                # All samples that follow are judged like this one.
+                self._sampled_s += (until_s - self._sampled_s) // SENSOR_PERIOD_S * SENSOR_PERIOD_S
+
+    def _sense(self, at_s: float) -> None:
+        is_armed = self.state.is_active and not self.state.is_forbidden
+        verdict = self._judge.judge(self.measure(at_s), limits(self.memory, self.state), is_active=is_armed)
+        if self.is_triggered and Source.ATTITUDE not in verdict.standing:
+            self._fired &= ~Source.ATTITUDE
+        if verdict.fired is not NOTHING:
+            self.fire(verdict.fired, at_s)
+
+    # Time, and what leaves it
+
+    def plan(self, at_s: float, act: Callable[[float], object]) -> None:
+        """Do this then, with the time as its argument, whether the module is on or not."""
+        heapq.heappush(self._plans, (at_s, next(self._plan_numbers), act))
+
+    def advance(self, now_s: float) -> None:
+        """Let everything happen that is due until now."""
+        self._stream_due_s = max(self._stream_due_s, now_s - MAX_LOOK_BACK_S)
+        while (due_s := self._due_s()) <= now_s:
+            self._watch(due_s)
+            if self._plans and self._plans[0][0] == due_s:
+                heapq.heappop(self._plans)[2](due_s)
+            else:
+                self._stream_due_s += 1 / self.setup.rate
+                self.stream(due_s)
+        self._watch(now_s)
+
+    def collect(self, now_s: float) -> list[SentBytes]:
+        """Return what left it, or began to leave it, until now, and was not collected before."""
+        self.advance(now_s)
+        sent = list(self._out)
+        self._out.clear()
+        return sent
+
+    def next_due(self, now_s: float) -> float | None:
+        """Return when it does something by itself, or has something to collect; None for never."""
+        if self._out:
+            return now_s
+        due_s = self._due_s()
+        return None if due_s == math.inf else max(now_s, due_s)
+
+    def _due_s(self) -> float:
+        return min(self._plans[0][0] if self._plans else math.inf, self._stream_due_s)
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Send a burst, behind what its line still carries."""
+        begins_s = max(now_s, self._line_free_s)
+        self._line_free_s = begins_s + len(data) * BITS_PER_BYTE / self.baud_rate
+        self._out.append(SentBytes(self._line_free_s, data, self.baud_rate))
+
+    def start_stream(self, now_s: float) -> None:
+        if not self.is_streaming:
+            self._stream_due_s = now_s + 1 / self.setup.rate
+
+    def stop_stream(self) -> None:
+        self._stream_due_s = math.inf
+
+    def stream(self, now_s: float) -> None:
+        """Send a status, unless the line is a whole frame behind: no queue grows."""
+        if self._line_free_s - now_s <= STATUS_BYTES * BITS_PER_BYTE / self.baud_rate:
+            self.send(self.status(now_s), now_s)
+
+    # Requests
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the host; the answers are collected."""
+        self.advance(now_s)
+        requests, self._heard = requests_in(self._heard + data)
+        for request in requests:
+            if self.is_on:
+                self._heard_s = now_s
+                self.obey(request, now_s)
+
+    def obey(self, request: Request, now_s: float) -> None:
+        """Carry out a request, and answer it."""
+        code = request.command.code
+        name = request.command.name
+        if name == "heartbeat":
+            self.send(HEARTBEAT_REPLY, now_s)
+        elif name == "status":
+            self.send(self.status(now_s), now_s)
+        elif name == "trigger_records":
+            empty = [EMPTY_SLOT] * (MAX_RECORDS - len(self.memory.records))
+            for data in [*self.memory.records, *empty]:
+                self.send(record_frame(data), now_s)
+        else:
+            said = self._set(name, request.data, now_s) if request.is_set else self._value(name, now_s)
+            self.send(encode_reply(ANSWERED_UNDER.get(code, code), said), now_s)
+        if name == "baud_rate":
+            self.baud_rate = self.memory.baud_rate
+
+    def _set(self, name: str, data: int, now_s: float) -> int:
+        """Carry out a set; return D4 of its acknowledgement."""
+        match name:
+            case "activation":
+                self.activate(is_active=data == FLAG.true)
+            case "deploy" if data == FLAG.true:
+                self.state.is_forbidden = False
+                return self.fire(Source.SERIAL, now_s)
+            case "deploy":
+                self.state.is_forbidden = True
+                self.end_trigger()
+            case "shutdown":
+                self.power_off()
+            case "serial_output":
+                self.state.serial_output_is_on = data == FLAG.true
+                if self.state.serial_output_is_on:
+                    self.start_stream(now_s)
+                else:
+                    self.stop_stream()
+            case "attitude_trigger":
+                self.state.attitude_is_enabled = data == INVERTED.true
+            case "freefall_trigger":
+                self.state.freefall_is_enabled = data == INVERTED.true
+            case "baud_rate":
+                self.memory.baud_code = data
+            case threshold:
+                setattr(self.memory, threshold, data)
+        return data
+
+    def _value(self, name: str, now_s: float) -> int:
+        """Return D4 of the answer to a query."""
+        match name:
+            case "light":
+                return self.light(now_s)
+            case "cell_voltage":
+                return self.voltage(now_s)
+            case "charging":
+                return self.world.has_external_power
+            case "active":
+                return self.reports_active(now_s)
+            case "triggered":
+                return self.is_triggered
+            case "zero_sensor":
+                self.memory.zero_tilt_deg = self.world.motion(now_s).tilt_deg
+                return ACCEPTED
+            case threshold_or_boot_count:
+                return int(getattr(self.memory, threshold_or_boot_count))
