@@ -121,7 +121,7 @@
     </message>
     <message>
         <source>ACTIVE, not locked.</source>
-        <translation>&#24050;&#28608;&#27963;&#65292;&#26410;&#38145;&#23450;&#12290;</translation>
+        <translation>已激活，未锁定。</translation>
     </message>
     <message>
         <source>ACTIVE; the check said READY</source>
@@ -273,11 +273,11 @@
     </message>
     <message>
         <source>Another module may answer from now on.</source>
-        <translation>&#27492;&#21518;&#24212;&#31572;&#30340;&#21487;&#33021;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
+        <translation>此后应答的可能是另一个模块。</translation>
     </message>
     <message>
         <source>Another module was said to be connected.</source>
-        <translation>&#24050;&#35828;&#26126;&#36830;&#25509;&#20102;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
+        <translation>已说明连接了另一个模块。</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
@@ -445,7 +445,7 @@
     </message>
     <message>
         <source>Changed: {what}.</source>
-        <translation>&#24050;&#21464;&#21270;&#65306;{what}&#12290;</translation>
+        <translation>已变化：{what}。</translation>
     </message>
     <message>
         <source>Changing the baud rate…</source>
@@ -493,7 +493,7 @@
     </message>
     <message>
         <source>Check its power and cable, then do it again.</source>
-        <translation>&#35831;&#26816;&#26597;&#20854;&#20379;&#30005;&#21644;&#32447;&#32518;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
+        <translation>请检查其供电和线缆，然后重试。</translation>
     </message>
     <message>
         <source>Check its power and cable; hold its switch for 2 s.</source>
@@ -609,19 +609,19 @@
     </message>
     <message>
         <source>Confirm again: LOCK was pressed.</source>
-        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#24050;&#25353;&#19979;&#38145;&#23450;&#12290;</translation>
+        <translation>请重新确认：已按下锁定。</translation>
     </message>
     <message>
         <source>Confirm again: already used.</source>
-        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#30830;&#35748;&#24050;&#20351;&#29992;&#12290;</translation>
+        <translation>请重新确认：确认已使用。</translation>
     </message>
     <message>
         <source>Confirm again: it may be another module.</source>
-        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#21487;&#33021;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
+        <translation>请重新确认：可能是另一个模块。</translation>
     </message>
     <message>
         <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>&#35831;&#37325;&#26032;&#30830;&#35748;&#65306;&#30830;&#35748;&#24050;&#36807; {seconds:.1f} s&#12290;</translation>
+        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -661,7 +661,7 @@
     </message>
     <message>
         <source>Contradictory answers. Two modules on this line?</source>
-        <translation>&#24212;&#31572;&#20114;&#30456;&#30683;&#30462;&#12290;&#27492;&#32447;&#36335;&#19978;&#26377;&#20004;&#20010;&#27169;&#22359;&#21527;&#65311;</translation>
+        <translation>应答互相矛盾。此线路上有两个模块吗？</translation>
     </message>
     <message>
         <source>Copied.</source>
@@ -705,7 +705,7 @@
     </message>
     <message>
         <source>Damaged or altered; left out from {time} on.</source>
-        <translation>&#24050;&#25439;&#22351;&#25110;&#34987;&#25913;&#21160;&#65307;&#20174; {time} &#36215;&#30053;&#21435;&#12290;</translation>
+        <translation>已损坏或被改动；从 {time} 起略去。</translation>
     </message>
     <message>
         <source>Damaged; bytes left out: {count}.</source>
@@ -789,7 +789,7 @@
     </message>
     <message>
         <source>Do it again.</source>
-        <translation>&#35831;&#37325;&#35797;&#12290;</translation>
+        <translation>请重试。</translation>
     </message>
     <message>
         <source>Do it, and keep it in the archive: Service…</source>
@@ -1181,7 +1181,7 @@
     </message>
     <message>
         <source>Interruption</source>
-        <translation>&#36890;&#20449;&#20013;&#26029;</translation>
+        <translation>通信中断</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
@@ -1197,7 +1197,7 @@
     </message>
     <message>
         <source>It cannot be told which adapter is the same: choose the port.</source>
-        <translation>&#26080;&#27861;&#21028;&#26029;&#21738;&#20010;&#26159;&#21407;&#26469;&#30340;&#36866;&#37197;&#22120;&#65306;&#35831;&#36873;&#25321;&#20018;&#21475;&#12290;</translation>
+        <translation>无法判断哪个是原来的适配器：请选择串口。</translation>
     </message>
     <message>
         <source>It crashed: it must fire.</source>
@@ -1205,7 +1205,7 @@
     </message>
     <message>
         <source>It did not come to its end.</source>
-        <translation>&#26816;&#26597;&#26410;&#23436;&#25104;&#12290;</translation>
+        <translation>检查未完成。</translation>
     </message>
     <message>
         <source>It did not rearm: other directions not tested.</source>
@@ -1233,7 +1233,7 @@
     </message>
     <message>
         <source>It is connected again as soon as the same adapter is back.</source>
-        <translation>&#21516;&#19968;&#36866;&#37197;&#22120;&#24674;&#22797;&#21518;&#23558;&#33258;&#21160;&#36830;&#25509;&#12290;</translation>
+        <translation>同一适配器恢复后将自动连接。</translation>
     </message>
     <message>
         <source>It is kept as recording {name}.</source>
@@ -1241,7 +1241,7 @@
     </message>
     <message>
         <source>It is older than 15 minutes.</source>
-        <translation>&#26816;&#26597;&#24050;&#36229;&#36807; 15 &#20998;&#38047;&#12290;</translation>
+        <translation>检查已超过 15 分钟。</translation>
     </message>
     <message>
         <source>It is safe</source>
@@ -1277,7 +1277,7 @@
     </message>
     <message>
         <source>It was cancelled.</source>
-        <translation>&#26816;&#26597;&#24050;&#21462;&#28040;&#12290;</translation>
+        <translation>检查已取消。</translation>
     </message>
     <message>
         <source>It was checked again.</source>
@@ -1301,7 +1301,7 @@
     </message>
     <message>
         <source>Judge its records, then close the notice.</source>
-        <translation>&#35831;&#21028;&#23450;&#20854;&#35760;&#24405;&#65292;&#28982;&#21518;&#20851;&#38381;&#25552;&#31034;&#12290;</translation>
+        <translation>请判定其记录，然后关闭提示。</translation>
     </message>
     <message>
         <source>Judged as enabled: {names}.</source>
@@ -1373,7 +1373,7 @@
     </message>
     <message>
         <source>LOCK was sent after the interruption.</source>
-        <translation>&#20013;&#26029;&#21518;&#24050;&#21457;&#36865;&#38145;&#23450;&#12290;</translation>
+        <translation>中断后已发送锁定。</translation>
     </message>
     <message>
         <source>Lag</source>
@@ -1421,7 +1421,7 @@
     </message>
     <message>
         <source>Leave only one module on this line, then do it again.</source>
-        <translation>&#35831;&#22312;&#27492;&#32447;&#36335;&#19978;&#21482;&#30041;&#19968;&#20010;&#27169;&#22359;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
+        <translation>请在此线路上只留一个模块，然后重试。</translation>
     </message>
     <message>
         <source>Leave the plug alone</source>
@@ -1881,7 +1881,7 @@
     </message>
     <message>
         <source>No module answers.</source>
-        <translation>&#27809;&#26377;&#27169;&#22359;&#24212;&#31572;&#12290;</translation>
+        <translation>没有模块应答。</translation>
     </message>
     <message>
         <source>No new flight logs.</source>
@@ -2021,7 +2021,7 @@
     </message>
     <message>
         <source>Not everything could be read again.</source>
-        <translation>&#26410;&#33021;&#37325;&#26032;&#35835;&#21462;&#20840;&#37096;&#25968;&#25454;&#12290;</translation>
+        <translation>未能重新读取全部数据。</translation>
     </message>
     <message>
         <source>Not judged: {names}</source>
@@ -2289,7 +2289,7 @@
     </message>
     <message>
         <source>Plug the adapter in, then do it again.</source>
-        <translation>&#35831;&#25554;&#20837;&#36866;&#37197;&#22120;&#65292;&#28982;&#21518;&#37325;&#35797;&#12290;</translation>
+        <translation>请插入适配器，然后重试。</translation>
     </message>
     <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
@@ -2821,7 +2821,7 @@
     </message>
     <message>
         <source>Somebody marked this module as new.</source>
-        <translation>&#26377;&#20154;&#23558;&#27492;&#27169;&#22359;&#26631;&#35760;&#20026;&#26032;&#27169;&#22359;&#12290;</translation>
+        <translation>有人将此模块标记为新模块。</translation>
     </message>
     <message>
         <source>Source</source>
@@ -2969,7 +2969,7 @@
     </message>
     <message>
         <source>The baud rate of the port was changed.</source>
-        <translation>&#20018;&#21475;&#27874;&#29305;&#29575;&#24050;&#26356;&#25913;&#12290;</translation>
+        <translation>串口波特率已更改。</translation>
     </message>
     <message>
         <source>The charger hides the cell's voltage.</source>
@@ -2981,11 +2981,11 @@
     </message>
     <message>
         <source>The computer slept.</source>
-        <translation>&#30005;&#33041;&#26366;&#20241;&#30496;&#12290;</translation>
+        <translation>电脑曾休眠。</translation>
     </message>
     <message>
         <source>The conversation in which it was checked is over.</source>
-        <translation>&#26816;&#26597;&#26102;&#30340;&#36890;&#20449;&#24050;&#32467;&#26463;&#12290;</translation>
+        <translation>检查时的通信已结束。</translation>
     </message>
     <message>
         <source>The database of the archive has to be made with the encoding UTF8.</source>
@@ -3037,11 +3037,11 @@
     </message>
     <message>
         <source>The module counts its starts; a lower count than before is another module's.</source>
-        <translation>&#27169;&#22359;&#32047;&#35745;&#24320;&#26426;&#27425;&#25968;&#65307;&#27604;&#20197;&#21069;&#23569;&#21017;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#12290;</translation>
+        <translation>模块累计开机次数；比以前少则是另一个模块。</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
-        <translation>&#27169;&#22359;&#26080;&#24212;&#31572;&#12290;</translation>
+        <translation>模块无应答。</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
@@ -3069,7 +3069,7 @@
     </message>
     <message>
         <source>The module on {port} answers later than a second.</source>
-        <translation>{port} &#19978;&#30340;&#27169;&#22359;&#24212;&#31572;&#24930;&#20110;&#19968;&#31186;&#12290;</translation>
+        <translation>{port} 上的模块应答慢于一秒。</translation>
     </message>
     <message>
         <source>The module on {port} sends, but does not answer.</source>
@@ -3117,7 +3117,7 @@
     </message>
     <message>
         <source>The module was silent for a moment.</source>
-        <translation>&#27169;&#22359;&#26366;&#30701;&#26242;&#26080;&#24212;&#31572;&#12290;</translation>
+        <translation>模块曾短暂无应答。</translation>
     </message>
     <message>
         <source>The module was switched off.</source>
@@ -3125,7 +3125,7 @@
     </message>
     <message>
         <source>The module was told to fire, or reports TRIGGERED.</source>
-        <translation>&#24050;&#21521;&#27169;&#22359;&#21457;&#20986;&#24320;&#20254;&#21629;&#20196;&#65292;&#25110;&#27169;&#22359;&#19978;&#25253;&#24050;&#35302;&#21457;&#12290;</translation>
+        <translation>已向模块发出开伞命令，或模块上报已触发。</translation>
     </message>
     <message>
         <source>The names of the user and the computer are replaced. Names of modules, files and ports, serial numbers and addresses stay: read everything before you pass it on. Nothing is sent.</source>
@@ -3137,11 +3137,11 @@
     </message>
     <message>
         <source>The port was closed.</source>
-        <translation>&#20018;&#21475;&#24050;&#20851;&#38381;&#12290;</translation>
+        <translation>串口已关闭。</translation>
     </message>
     <message>
         <source>The port was lost.</source>
-        <translation>&#20018;&#21475;&#26029;&#24320;&#12290;</translation>
+        <translation>串口断开。</translation>
     </message>
     <message>
         <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
@@ -3313,7 +3313,7 @@
     </message>
     <message>
         <source>This line is too slow for commands; use the cable.</source>
-        <translation>&#27492;&#32447;&#36335;&#22826;&#24930;&#65292;&#26080;&#27861;&#21457;&#36865;&#21629;&#20196;&#65307;&#35831;&#20351;&#29992;&#32447;&#32518;&#12290;</translation>
+        <translation>此线路太慢，无法发送命令；请使用线缆。</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>
@@ -3527,19 +3527,19 @@
     </message>
     <message>
         <source>Unknown: ACTIVE or LOCKED.</source>
-        <translation>&#26410;&#30693;&#65306;&#24050;&#28608;&#27963;&#36824;&#26159;&#24050;&#38145;&#23450;&#12290;</translation>
+        <translation>未知：已激活还是已锁定。</translation>
     </message>
     <message>
         <source>Unknown: attitude threshold.</source>
-        <translation>&#26410;&#30693;&#65306;&#23039;&#24577;&#24320;&#20254;&#38408;&#20540;&#12290;</translation>
+        <translation>未知：姿态开伞阈值。</translation>
     </message>
     <message>
         <source>Unknown: tilt.</source>
-        <translation>&#26410;&#30693;&#65306;&#20542;&#35282;&#12290;</translation>
+        <translation>未知：倾角。</translation>
     </message>
     <message>
         <source>Unknown: whether it has fired.</source>
-        <translation>&#26410;&#30693;&#65306;&#26159;&#21542;&#24050;&#35302;&#21457;&#12290;</translation>
+        <translation>未知：是否已触发。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -3599,7 +3599,7 @@
     </message>
     <message>
         <source>Use the cable, or a quicker line. LOCK works.</source>
-        <translation>&#35831;&#20351;&#29992;&#32447;&#32518;&#25110;&#26356;&#24555;&#30340;&#32447;&#36335;&#12290;&#38145;&#23450;&#20173;&#21487;&#29992;&#12290;</translation>
+        <translation>请使用线缆或更快的线路。锁定仍可用。</translation>
     </message>
     <message>
         <source>Use this threshold</source>
@@ -3639,7 +3639,7 @@
     </message>
     <message>
         <source>Void: {why}</source>
-        <translation>&#20316;&#24223;&#65306;{why}</translation>
+        <translation>作废：{why}</translation>
     </message>
     <message>
         <source>Waiting for the module</source>
@@ -3663,7 +3663,7 @@
     </message>
     <message>
         <source>What is read twice and agrees is one module's.</source>
-        <translation>&#20004;&#27425;&#35835;&#21462;&#19968;&#33268;&#65292;&#25165;&#26159;&#21516;&#19968;&#27169;&#22359;&#30340;&#25968;&#25454;&#12290;</translation>
+        <translation>两次读取一致，才是同一模块的数据。</translation>
     </message>
     <message>
         <source>What is this? Point at it</source>
@@ -3823,7 +3823,7 @@
     </message>
     <message>
         <source>above the threshold, direction unknown</source>
-        <translation>&#39640;&#20110;&#38408;&#20540;&#65292;&#26041;&#21521;&#26410;&#30693;</translation>
+        <translation>高于阈值，方向未知</translation>
     </message>
     <message>
         <source>acknowledged</source>
@@ -3835,7 +3835,7 @@
     </message>
     <message>
         <source>acknowledged then, before the interruption</source>
-        <translation>&#20013;&#26029;&#21069;&#26366;&#24212;&#31572;</translation>
+        <translation>中断前曾应答</translation>
     </message>
     <message>
         <source>acknowledged {time} ago</source>
@@ -3951,7 +3951,7 @@
     </message>
     <message>
         <source>below the threshold, direction unknown</source>
-        <translation>&#20302;&#20110;&#38408;&#20540;&#65292;&#26041;&#21521;&#26410;&#30693;</translation>
+        <translation>低于阈值，方向未知</translation>
     </message>
     <message>
         <source>bench test</source>
@@ -3999,7 +3999,7 @@
     </message>
     <message>
         <source>changed: by itself, or another module?</source>
-        <translation>&#24050;&#21464;&#21270;&#65306;&#33258;&#34892;&#21464;&#21270;&#65292;&#36824;&#26159;&#21478;&#19968;&#20010;&#27169;&#22359;&#65311;</translation>
+        <translation>已变化：自行变化，还是另一个模块？</translation>
     </message>
     <message>
         <source>charger connected</source>
@@ -4127,7 +4127,7 @@
     </message>
     <message>
         <source>enabled in this conversation</source>
-        <translation>&#22312;&#26412;&#27425;&#36890;&#20449;&#20013;&#21551;&#29992;</translation>
+        <translation>在本次通信中启用</translation>
     </message>
     <message>
         <source>entries</source>
@@ -4215,7 +4215,7 @@
     </message>
     <message>
         <source>interrupted; may have been carried out</source>
-        <translation>&#24050;&#20013;&#26029;&#65292;&#21487;&#33021;&#24050;&#25191;&#34892;</translation>
+        <translation>已中断，可能已执行</translation>
     </message>
     <message>
         <source>invalid</source>
@@ -4295,7 +4295,7 @@
     </message>
     <message>
         <source>may have fired before the restart</source>
-        <translation>&#37325;&#21551;&#21069;&#21487;&#33021;&#24050;&#35302;&#21457;</translation>
+        <translation>重启前可能已触发</translation>
     </message>
     <message>
         <source>measuring… {done}</source>
@@ -4491,7 +4491,7 @@
     </message>
     <message>
         <source>not enabled in this conversation</source>
-        <translation>&#26412;&#27425;&#36890;&#20449;&#20013;&#26410;&#21551;&#29992;</translation>
+        <translation>本次通信中未启用</translation>
     </message>
     <message>
         <source>not in the archive any more</source>
@@ -4955,7 +4955,7 @@
     </message>
     <message>
         <source>verified then, before the interruption</source>
-        <translation>&#20013;&#26029;&#21069;&#24050;&#39564;&#35777;</translation>
+        <translation>中断前已验证</translation>
     </message>
     <message>
         <source>void</source>
@@ -5015,7 +5015,7 @@
     </message>
     <message>
         <source>{code}: no reply.</source>
-        <translation>{code}&#65306;&#26080;&#24212;&#31572;&#12290;</translation>
+        <translation>{code}：无应答。</translation>
     </message>
     <message>
         <source>{code}: {answer}, status: {reported}.</source>
@@ -5179,7 +5179,7 @@
     </message>
     <message>
         <source>{module} again? Read its label.</source>
-        <translation>&#36824;&#26159; {module} &#21527;&#65311;&#35831;&#30475;&#26631;&#31614;&#12290;</translation>
+        <translation>还是 {module} 吗？请看标签。</translation>
     </message>
     <message>
         <source>{module} is the name of another module: left out.</source>
@@ -5203,7 +5203,7 @@
     </message>
     <message>
         <source>{module}, named by a person in this conversation</source>
-        <translation>{module}&#65292;&#26412;&#27425;&#36890;&#20449;&#20013;&#30001;&#20154;&#21592;&#25351;&#23450;</translation>
+        <translation>{module}，本次通信中由人员指定</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>
