@@ -265,7 +265,7 @@ def test_a_forbidden_import_is_found(path: str, source: str) -> None:
     [
         ("protocol/frame.py", "import struct\nfrom protocol.catalogue import COMMANDS\nfrom . import text"),
         ("app/engine/device.py", "import time, threading, numpy, serial\nfrom protocol import frame"),
-        ("app/preflight/run.py", "from app import version\nfrom app.engine.device import Device"),
+        ("app/preflight/run.py", "from app import version\nfrom app.engine.conversation import Device"),
         ("app/__main__.py", "def gui():\n    from ui.main import show\n    show()"),
         ("ui/core/bridge.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
         ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.lanes import Mark"),

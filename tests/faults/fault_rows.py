@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from app.procedures.handshake import handshake
-from app.procedures.light_calibration import measure_light
-from app.procedures.settings_reading import Seen, SettingsReading, is_another, look, read_one_module, read_settings
-from app.procedures.who_is_there import who_is_there
-from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
+from app.procedures.light import measure_light
+from app.procedures.read import Seen, SettingsReading, is_another, look, read_one_module, read_settings
+from app.procedures.read import who_is_there
+from app.procedures.write import SettingChange, WriteContext, write_all, write_logged
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS

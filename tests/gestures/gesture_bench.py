@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
 
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from protocol.link_states import Presence
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
@@ -143,8 +143,8 @@ class GestureBench:
         self.wait(TICK_S)
 
     @property
-    def device(self) -> DeviceView:
-        return self.assembly.ports.current.module.view
+    def device(self) -> ConversationView:
+        return self.assembly.ports.module.view
 
     @property
     def handle(self) -> QWindow:

@@ -8,7 +8,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from app.engine.device import Device
+from app.engine.conversation import Device
 from app.engine.run import Run
 from app.procedures.handshake import handshake
 from protocol.round_trips import Timing

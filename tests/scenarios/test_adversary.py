@@ -78,12 +78,12 @@ def test_a_repeated_run_is_identical(desk: Desk) -> None:
 
 def no_last_reading(patch: pytest.MonkeyPatch) -> None:
     def skipped(course: Any, *_: Any) -> Procedure[Any]:
-        from app.procedures.write_all import WriteReport
+        from app.procedures.write import WriteReport
 
         yield Inspect()
         return WriteReport(results=tuple(course.results))
 
-    patch.setattr("app.procedures.write_all._last_reading", skipped)
+    patch.setattr("app.procedures.write._last_reading", skipped)
 
 
 def no_reading_back(patch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from app.engine.device import How, Known, StatusSample
+from app.engine.conversation import How, Known, StatusSample
 from protocol.link_states import Presence
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot

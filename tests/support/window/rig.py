@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TypeVar
 from unittest.mock import patch
 
-from protocol.link_states import Presence
 from PySide6.QtCore import QCoreApplication, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -101,11 +100,10 @@ class Rig(Driver):
 
     def connect(self, *known: str) -> None:
         """Until these values are known, too."""
-        connector = self.assembly.ports
-        connector.connect_to(Target(self.url, 115200))
-        self.until(lambda: connector.current.module.view.presence is Presence.ONLINE)
+        ports = self.assembly.ports
+        ports.connect_to(Target(self.url, 115200))
         keys = ("active", *known)
-        self.until(lambda: all(connector.current.module.view.known(key, self.clock()) is not None for key in keys))
+        self.until(lambda: all(ports.module.view.known(key, self.clock()) is not None for key in keys))
 
 
 @contextmanager

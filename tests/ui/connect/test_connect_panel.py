@@ -4,7 +4,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from app.engine.device import DeviceView, How, Known
+from app.engine.conversation import ConversationView, How, Known
 from app.engine.identity import Identity, Trust
 from app.procedures.handshake import Silence
 from protocol.link_states import Presence
@@ -35,7 +35,7 @@ from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
 
-OPEN, EMPTY = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200), DeviceView()
+OPEN, EMPTY = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200), ConversationView()
 
 
 def rows(assembly: Assembly) -> dict[str, str]:
@@ -52,7 +52,7 @@ def phase(assembly: Assembly) -> Phase:
 
 
 def said_of(
-    connection: Connection = OPEN, device: DeviceView = EMPTY, silence: Silence | None = None
+    connection: Connection = OPEN, device: ConversationView = EMPTY, silence: Silence | None = None
 ) -> tuple[LinkState, LinkText]:
     state = link_state(connection, device, silence, is_finding=False)
     return state, link_text(state, 22.0)
@@ -82,7 +82,7 @@ def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
 def test_silent_and_late_modules_are_not_called_connected(
     presence: Presence, lag_s: float | None, phase: Phase, word: str
 ) -> None:
-    device = DeviceView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, presence, 10.0, lag_s=lag_s)
+    device = ConversationView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, presence, 10.0, lag_s=lag_s)
     state, said = said_of(device=device)
     assert state.phase is phase
     assert word in said.word
@@ -238,7 +238,7 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
 
     def deliver() -> None:
         for number in range(count):
-            bridge.deliver(Batch(float(number), Connection(), DeviceView(), None, events=(number,)))  # type: ignore[arg-type]
+            bridge.deliver(Batch(float(number), Connection(), ConversationView(), None, events=(number,)))  # type: ignore[arg-type]
 
     thread = threading.Thread(target=deliver)
     thread.start()
@@ -255,8 +255,8 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
 
 @pytest.mark.promise("a")
 def test_joined_batches_end_with_the_latest_state() -> None:
-    first = Batch(1.0, OPEN, DeviceView(restarts=1), None)
-    last = Batch(2.0, Connection(), DeviceView(restarts=2), None, identity=Identity(Trust.REFUTED))
+    first = Batch(1.0, OPEN, ConversationView(restarts=1), None)
+    last = Batch(2.0, Connection(), ConversationView(restarts=2), None, identity=Identity(Trust.REFUTED))
     assert joined([first, last]) == last
     assert joined([last, first]) == first
 

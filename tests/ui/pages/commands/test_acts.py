@@ -5,7 +5,7 @@ screen.
 from pathlib import Path
 
 import pytest
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from protocol.link_states import Presence
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication

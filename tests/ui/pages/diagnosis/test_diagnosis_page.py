@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
@@ -96,7 +96,7 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         )
         assert said is not None
         assert 0 < int(said[2]) <= int(said[3])
-        last = max(known.at for known in one.assembly.ports.current.module.view.values.values())
+        last = max(known.at for known in one.assembly.ports.module.view.values.values())
         ago_s = one.clock() - last
         shown = {time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s + off_s)) for off_s in (-1, 0, 1)}
         assert said[1] in shown
@@ -123,7 +123,7 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
         one.until(lambda: cause_of(page) is Cause.WRONG_RATE)
         one.click(page.why.act)
         one.until(lambda: "answers" in page.why.what.text())
-        assert one.assembly.ports.current.module.view.presence is Presence.ONLINE
+        assert one.assembly.ports.module.view.presence is Presence.ONLINE
         assert page.why.diagnosis is None
         assert not page.why.act.isVisible()
 
@@ -155,7 +155,7 @@ def test_a_command_is_shown_and_copied(
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
         refused = assembly.ports.current.connection._replace(trouble=denied)
-        assembly.ports.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
+        assembly.ports.current._on_batch(Batch(time.monotonic(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
@@ -202,14 +202,14 @@ def test_bytes_at_another_rate_do_not_count() -> None:
     garbage = Counters(sent=3, time_outs=3)
     garbage.rejected_bytes[Reason.CHECKSUM] = 2000
     opened = Connection(PortState.OPEN, "sim://x", 115200)
-    evidence_collector.on_batch(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), DeviceView(), None))
-    evidence_collector.on_batch(Batch(2.0, opened, DeviceView(), link(Counters())))
-    evidence_collector.on_batch(Batch(3.0, opened, DeviceView(), link(garbage + Counters(bytes_received=2000))))
+    evidence_collector.on_batch(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), ConversationView(), None))
+    evidence_collector.on_batch(Batch(2.0, opened, ConversationView(), link(Counters())))
+    evidence_collector.on_batch(Batch(3.0, opened, ConversationView(), link(garbage + Counters(bytes_received=2000))))
     found = Connection(PortState.OPEN, "sim://x", 57600)
-    evidence_collector.on_batch(Batch(4.0, found, DeviceView(), link(garbage + Counters(bytes_received=2000))))
+    evidence_collector.on_batch(Batch(4.0, found, ConversationView(), link(garbage + Counters(bytes_received=2000))))
     answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
     answered.by_role[Role.ANSWER] = 1
-    online = DeviceView(presence=Presence.ONLINE)
+    online = ConversationView(presence=Presence.ONLINE)
     evidence_collector.on_batch(Batch(5.0, found, online, link(answered + Counters(bytes_received=2006))))
     evidence = evidence_collector.evidence()
     assert evidence.is_answering
@@ -222,7 +222,7 @@ def test_never_more_requests_time_out_than_were_sent() -> None:
     """One request was pending when the module last answered."""
     collector = EvidenceCollector()
     collector.begin("sim://x")
-    opened, online = Connection(PortState.OPEN, "sim://x", 115200), DeviceView(presence=Presence.ONLINE)
+    opened, online = Connection(PortState.OPEN, "sim://x", 115200), ConversationView(presence=Presence.ONLINE)
     collector.on_batch(Batch(1.0, opened, online, link(Counters())))
     answered = Counters(sent=11)
     answered.by_role[Role.ANSWER] = 10
@@ -249,14 +249,14 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         statistics = assembly.ports.current.kept.statistics
         now = assembly.ports.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        statistics.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
+        statistics.on_batch(Batch(now - 2, opened, ConversationView(), link(Counters()), events=()))
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
         statistics.on_batch(
-            Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05]))
+            Batch(now - 1, opened, ConversationView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05]))
         )
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
-        statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
+        statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
         shown = {key: total.figure.text() for key, total in page.statistics.totals.items()}
         assert shown["sent"] == "10"
@@ -368,7 +368,7 @@ def test_sent_frames_are_kept_for_a_bundle(qtbot: QtBot, qapp: QApplication, tmp
     request = HEARTBEAT.query()
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        page.on_batch(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
+        page.on_batch(Batch(1.0, opened, ConversationView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
         assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
 
 

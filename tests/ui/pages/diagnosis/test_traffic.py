@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -44,7 +44,7 @@ def sent(name: str = "cell_voltage", attempt: int = 1) -> Sent:
 
 
 def batch(events: list[Event]) -> Batch:
-    return Batch(1.0, Connection(), DeviceView(), None, events=tuple(events))
+    return Batch(1.0, Connection(), ConversationView(), None, events=tuple(events))
 
 
 def cell(model: TrafficModel, row: int, column: Column) -> str:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from app.engine.device import DeviceView, StaleReason
+from app.engine.conversation import ConversationView, StaleReason
 from app.engine.identity import Identity, Trust
 from protocol.link_states import Presence
 
@@ -29,7 +29,7 @@ from ui.plots.lanes import Mark
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
 
 
-def doubted(view: DeviceView) -> DeviceView:
+def doubted(view: ConversationView) -> ConversationView:
     return view._replace(
         values=MappingProxyType(
             {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}

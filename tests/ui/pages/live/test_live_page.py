@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from app.engine.device import StatusSample
-from app.procedures.light_calibration import LightDirection
+from app.engine.conversation import StatusSample
+from app.procedures.light import LightDirection
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot

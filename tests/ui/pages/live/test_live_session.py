@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from app.engine.identity import Identity, Trust
 from PySide6.QtCore import QEvent
 from PySide6.QtTest import QSignalSpy
@@ -286,7 +286,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=page_entries("live", "triggers")) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
-        qtbot.waitUntil(lambda: assembly.ports.current.module.view.is_streaming)
+        qtbot.waitUntil(lambda: assembly.ports.module.view.is_streaming)
         assert not assembly.ports.current.stream.is_wanted
         assert assembly.ports.current.stream.is_recorded
         taken: list[StatusSample] = []

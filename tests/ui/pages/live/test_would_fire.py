@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.engine.device import StatusSample
+from app.engine.conversation import StatusSample
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot

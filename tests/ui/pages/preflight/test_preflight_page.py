@@ -232,7 +232,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBe
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
     rig.bench.module.memory.attitude_threshold = 70
-    rig.until(lambda: rig.assembly.ports.current.module.view.contradicted is not None)  # nobody set it
+    rig.until(lambda: rig.assembly.ports.module.view.contradicted is not None)  # nobody set it
     rig.until(lambda: "Two modules on this line?" in rig.assembly.window.status_bar.passing.text())
     rig.wait(2.0)
     name_module(rig, "M-07")
@@ -257,7 +257,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     page.form.choose_file()
     for item in page.list.manual:
         rig.click(item.done)
-    rig.until(lambda: rig.assembly.ports.current.module.view.contradicted is not None)  # nobody set it
+    rig.until(lambda: rig.assembly.ports.module.view.contradicted is not None)  # nobody set it
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
     code = row.measured.text()

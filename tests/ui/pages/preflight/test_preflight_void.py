@@ -121,7 +121,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
     full_rig.bench.set_bay(is_open=False)
-    full_rig.until(lambda: full_rig.assembly.ports.current.module.view.values["light_v"].value < 1.0)
+    full_rig.until(lambda: full_rig.assembly.ports.module.view.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
     assert full_rig.preflight.banner.announcement.standing is Standing.VOID
 

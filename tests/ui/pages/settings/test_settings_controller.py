@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.engine.device import How, Known, StaleReason
+from app.engine.conversation import How, Known, StaleReason
 from app.engine.identity import Identity, Trust
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport
+from app.procedures.write import SettingChange, WriteContext, WriteReport
 from PySide6.QtWidgets import QApplication
 
 from app.engine.procedure import Cancelled, PortLost

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
-from app.engine.device import DeviceView
+from app.engine.conversation import ConversationView
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 from ui.pages.tests.controller import Stage
@@ -71,7 +71,7 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     assert is_in_sight(page.result.verdict)
     assert page.title.isVisible()
     known: dict[str, Value | None] = {"tilt_deg": 12, "attitude_threshold_deg": 60}
-    monkeypatch.setattr(DeviceView, "fresh", lambda _self, key, _now: known.get(key))
+    monkeypatch.setattr(ConversationView, "fresh", lambda _self, key, _now: known.get(key))
     page.work.choose(GuidedKind.TILT)
     for known["triggered"], note in ((None, ""), (False, "not triggered"), (True, "TRIGGERED")):
         show_live(page.live, page.work, bench.assembly.ports)
