@@ -155,18 +155,6 @@ class SettingsForm:
     def has_drafts(self) -> bool:
         return bool(self._edited or self._mistyped)
 
-    def would_change(self, values: Mapping[str, Value], conversation: ConversationView, now: float) -> bool:
-        """Whether `fill` with these would leave something to write that is not edited already."""
-        for key, value in values.items():
-            if key not in _BY_KEY:
-                continue
-            edited = self._edited.get(key)
-            is_held = is_confirmed(_BY_KEY[key], conversation.known(key, now), value)
-            is_new = not is_held if edited is None else edited != value
-            if is_new or key in self._mistyped:
-                return True
-        return False
-
     def changes(self, conversation: ConversationView, now: float) -> tuple[SettingChange, ...]:
         """What a write would send: edits that are not known to be on the module."""
         rows = self.rows(conversation, now)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.preflight.reread import REREAD_EVERY_S
-from protocol.link_states import Presence
 from PySide6.QtTest import QTest
 
 from app.preflight.findings import Person

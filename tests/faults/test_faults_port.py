@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 import serial
-from protocol.link_states import Presence
 
 from app.engine import transport
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
@@ -148,7 +147,7 @@ def trouble_of(batch: Batch) -> PortTrouble | None:
 
 
 def is_online(batch: Batch) -> bool:
-    return is_open(batch) and batch.device.presence is Presence.ONLINE
+    return is_open(batch) and batch.module.is_going
 
 
 def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:

@@ -11,7 +11,6 @@ from typing import Any, Final
 from unittest.mock import patch
 
 from app.engine.conversation import ConversationView
-from protocol.link_states import Presence
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
@@ -391,7 +390,7 @@ def gesture_bench(
             made.connect()
             window.activateWindow()
             made.wait(0.5)
-            made.until(lambda: made.device.presence is Presence.ONLINE)
+            made.until(lambda: made.module.is_going)
             made.until(lambda: made.device.known("freefall_time_s", clock()) is not None)
             window.go_to("commands")
             made.wait(3.0, tick_s=1.0)

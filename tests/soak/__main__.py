@@ -22,7 +22,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from protocol.link_states import Presence
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QWidget
@@ -106,7 +105,7 @@ class Mistakes(logging.Handler):
 def _is_back(connector: Ports) -> bool:
     return (
         connector.current.is_open
-        and connector.current.module.view.presence is Presence.ONLINE
+        and connector.current.module.is_going
         and connector.current.module.view.is_streaming
     )
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.setting_changes import ChangedSetting
 from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
@@ -123,16 +122,9 @@ class Storage(QObject):
             return None if self._is_closed else self._opening
 
 
-class PendingEdits(QObject):
-    """Edits that leaving would lose, and what the module changed; the pages set these functions."""
-
-    changed = Signal()
+class PendingEdits:
+    """Edits of files that closing the window would lose. Those of settings are with their modules."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.count: Callable[[], int] = int
-        self.discard: Callable[[], object] = bool
         self.has_profile: Callable[[], bool] = bool
-        """A profile is edited and not saved, which closing the window would lose."""
-        self.find_foreign: Callable[[], tuple[ChangedSetting, ...]] = tuple
-        """Settings of the module that read differently than before and were not written here."""
+        """A profile is edited and not saved."""

@@ -81,6 +81,15 @@ class Interruptions(QObject):
         self.count, self.last = 0, None
         self.changed.emit()
 
+    def count_drafts(self) -> int:
+        """Settings that were edited, are kept here and are not written."""
+        return sum(len(remainder.drafts) for remainder in self.remainders if remainder.drafts is not None)
+
+    def discard_drafts(self) -> None:
+        """A person does not want them."""
+        self.remainders = tuple(one for one in self.remainders if one.drafts is None)
+        self.changed.emit()
+
     def close_remainder(self, remainder: Remainder) -> None:
         self.remainders = tuple(one for one in self.remainders if one is not remainder)
         self.changed.emit()

@@ -17,14 +17,20 @@ from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Worker
+from app.procedures.act import Armed
+from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import RateSearch, Silence, await_module, find_rate
 from app.procedures.stream import StreamSwitch, watch
+from app.safety.acts import Act
 from app.safety.firing_doubt import FiringDoubt
 from app.safety.last_known import Activation
+from app.safety.permit import Origin, Permit
 from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time
+from app.text.messages import UserMessage, message
 from protocol.events import Ended
 from protocol.fields import Value
+from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
@@ -115,6 +121,7 @@ class Port(QObject):
         """A scan of the ports is running for `_return`, and its result is still wanted."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
+        self._changing_rate: Job[BaudChanged] | None = None
         self._stream_memory = StreamMemory()
         self._is_left_on_told = False
         self.bridge = Bridge(self)
@@ -152,6 +159,10 @@ class Port(QObject):
         return self._firing_doubt
 
     @property
+    def is_changing_rate(self) -> bool:
+        return self._changing_rate is not None
+
+    @property
     def key(self) -> str:
         """Of the adapter or the port."""
         return "" if self.target is None else self.target.key
@@ -173,7 +184,7 @@ class Port(QObject):
     @property
     def state(self) -> LinkState:
         connection = self.connection
-        if self._return.is_waiting:
+        if self._return.absence is not None:
             connection = connection._replace(trouble=self._trouble)
         elif not self.is_requested and connection.state is PortState.CLOSED:
             connection = connection._replace(trouble=None)  # that port is no longer wanted
@@ -230,6 +241,17 @@ class Port(QObject):
             self._finding = Job(find_rate(self.connection.baud_rate), outlives=True)
             self.submit(self._finding, self._end_finding)
             self.update_view()
+
+    def change_rate(self, rate: int, armed: Armed) -> None:
+        """A person confirmed a moment ago that the module is to change its baud rate. It cannot be cancelled: the
+        module would be lost."""
+        if self._changing_rate is not None:
+            return
+        module = self.module
+        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, self.now_s, module.number)
+        change = change_baud(rate, module.journal, permit=permit, armed=armed)
+        self._changing_rate = Job(change, outlives=True)
+        self.submit(self._changing_rate, partial(self._end_changing_rate, module.name, rate, permit))
 
     def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]:
         """Hand a job to the worker; `then` is called in the window's thread when it has ended. What a module does is
@@ -395,6 +417,17 @@ class Port(QObject):
                 self._silence = job.outcome()
 
         self.submit(Job(await_module(), outlives=True), end)
+
+    def _end_changing_rate(self, name: str, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
+        """The conversation at the old rate has ended, so that what came of it stays with the port."""
+        self._changing_rate = None
+        if job.error is None:
+            text = UserMessage(job.outcome().sentence)
+        elif permit.is_spent:
+            text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
+        else:
+            text = message(marked("Nothing was sent."))
+        self.interruptions.keep(RemainderKind.REPORT, name, text=text)
 
     def _end_finding(self, job: Job[RateSearch]) -> None:
         if job is not self._finding:

@@ -96,21 +96,14 @@ def is_risk_open(changes: Sequence[SettingChange], accepted: frozenset[SettingCh
     return any(change.risks and change not in accepted for change in changes)
 
 
-def risk_notice(
-    changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None], *other: Choice
-) -> Notice | None:
+def risk_notice(changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None]) -> Notice | None:
     """The question in the language in use; None if the changes take nothing away."""
     risk = risk_message(changes)
     if risk is None:
         return None
-    return Notice(Meaning.ATTENTION, risk.translated(), (*risk_choices(changes, write, cancel), *other))
-
-
-def risk_choices(
-    changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None], *, is_shown: bool = True
-) -> tuple[Choice, ...]:
     anyway = partial(write, accepted=frozenset(changes))
-    return (
+    choices = (
         Choice("not_now", tr("Cancel"), cancel),
-        Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_shown),
+        Choice("write_anyway", tr("Write anyway"), anyway, is_step=True),
     )
+    return Notice(Meaning.ATTENTION, risk.translated(), choices)

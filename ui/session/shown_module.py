@@ -7,7 +7,7 @@ module before. When the conversation ends the object stays, greyed, until the ne
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
@@ -37,6 +37,7 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.events import Ended, EndReason
+from protocol.fields import Value
 from ui.session.interruptions import Interruptions, RemainderKind
 from ui.session.lock import PortLock
 
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided
     from ui.session.running_job import RunningJob
+    from ui.session.settings_draft import SettingsDraft
     from ui.session.trigger_reading import TriggerReading
 
 _log = logging.getLogger(__name__)
@@ -109,6 +111,7 @@ class ShownModule(QObject):
         self.check: ModuleCheck | None = None
         """The last one, whoever began it."""
         self._running: dict[str, RunningJob] = {}
+        self._settings: SettingsDraft | None = None
         self._triggers: TriggerReading | None = None
         self._guided: Guided | None = None
         self._jobs: set[Job[Any]] = set()
@@ -210,6 +213,24 @@ class ShownModule(QObject):
         return self._running[key]
 
     @property
+    def settings(self) -> "SettingsDraft":
+        """Its settings, as a person edits them."""
+        if self._settings is None:
+            from ui.session.settings_draft import SettingsDraft
+
+            self._settings = SettingsDraft(self)
+            self._settings.changed.connect(self.changed)
+        return self._settings
+
+    def count_unsent(self) -> int:
+        """Edits of its settings that leaving it would lose."""
+        return 0 if self._settings is None else self._settings.count_unsent()
+
+    def discard_edits(self) -> None:
+        if self._settings is not None:
+            self._settings.revert()
+
+    @property
     def triggers(self) -> "TriggerReading":
         """Its trigger records."""
         if self._triggers is None:
@@ -232,6 +253,10 @@ class ShownModule(QObject):
     def keep_report(self, text: UserMessage) -> None:
         """What was interrupted with its conversation; stays as a notice until a person closes it."""
         self._port.interruptions.keep(RemainderKind.REPORT, self.name, text=text)
+
+    def keep_drafts(self, drafts: Mapping[str, Value]) -> None:
+        """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
+        self._port.interruptions.keep(RemainderKind.DRAFTS, self.name, drafts=drafts)
 
     @property
     def is_busy(self) -> bool:

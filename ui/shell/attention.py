@@ -5,7 +5,7 @@ module it is, what was interrupted. An uncaught error disarms and is shown, too.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import inf
 from typing import Final, NamedTuple
@@ -22,8 +22,9 @@ from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, join_sentences, labelled
+from protocol.fields import Value
 from ui.services.storage import PendingEdits
-from ui.session.interruptions import RemainderKind
+from ui.session.interruptions import Remainder, RemainderKind
 from ui.session.name_question import NameQuestion
 from ui.session.port import Port
 from ui.session.ports import Ports
@@ -67,6 +68,9 @@ def link_notice(
     )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, join_sentences(parts), choices)
+
+
+_GRAVEST_FIRST = (RemainderKind.TRIGGERED, RemainderKind.REPORT, RemainderKind.DRAFTS)
 
 
 def is_risky_to_leave(port: Port) -> bool:
@@ -116,13 +120,7 @@ class Attention(QObject):
         self._queued: dict[str, tuple[Notice, bool]] = {}
         """By key, each with whether it ends with another module; the first one is shown first."""
         ports.shown.connect(self._on_another_module)
-        for changed in (
-            ports.any_changed,
-            ports.lock_changed,
-            ports.ticked,
-            pending_edits.changed,
-            self._name_question.changed,
-        ):
+        for changed in (ports.any_changed, ports.lock_changed, ports.ticked, self._name_question.changed):
             changed.connect(self.refresh)
         for port in ports.all:
             port.interruptions.changed.connect(self.refresh)
@@ -135,7 +133,10 @@ class Attention(QObject):
 
     def _unsent_text(self, *, is_closing: bool) -> str:
         """Of the edits that leaving the module would lose, or closing the window; "" where there are none."""
-        count, is_profile_lost = self._unsent.count(), is_closing and self._unsent.has_profile()
+        count = self._ports.module.count_unsent()
+        if is_closing:
+            count = sum(port.module.count_unsent() + port.interruptions.count_drafts() for port in self._ports.all)
+        is_profile_lost = is_closing and self._unsent.has_profile()
         parts = [tr("Settings not written: {count}.", count=count)] if count else []
         return join_sentences([*parts, labelled(tr("Profile"), tr("Unsaved edits.")) if is_profile_lost else ""])
 
@@ -194,7 +195,11 @@ class Attention(QObject):
 
         def go() -> None:
             self._question = None
-            self._unsent.discard()
+            module.discard_edits()
+            if is_closing:
+                for port in self._ports.all:
+                    port.module.discard_edits()
+                    port.interruptions.discard_drafts()
             proceed()
 
         def notice() -> Notice:
@@ -266,7 +271,6 @@ class Attention(QObject):
             link
             or self._trigger_notice()
             or self._name_question.notice()
-            or self._module_notice()
             or self._interruption_notice(port)
         )
 
@@ -285,17 +289,10 @@ class Attention(QObject):
         again = Choice("lock_others", tr("LOCK again"), press)
         return Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again, *more))
 
-    def _module_notice(self) -> Notice | None:
-        changed = self._unsent.find_foreign()
-        if not changed:
-            return None
-        names = ", ".join(tr(change.command.title) for change in changed)
-        return Notice(Meaning.DANGER, tr("Changed without being written: {names}.", names=names))
-
     def _interruption_notice(self, port: Port) -> Notice | None:
         """What stays of the conversations that ended at this port, until a person closes it; the gravest first."""
         kept = port.interruptions
-        for remainder in kept.remainders:
+        for remainder in sorted(kept.remainders, key=lambda one: _GRAVEST_FIRST.index(one.kind)):
             close = partial(kept.close_remainder, remainder)
             who, when = module_label(remainder.module), clock_time(remainder.at)
             if remainder.kind is RemainderKind.TRIGGERED:
@@ -307,6 +304,8 @@ class Attention(QObject):
                     "{module}, interrupted {time}: {what}", module=who, time=when, what=remainder.text.translated()
                 )
                 return Notice(Meaning.ATTENTION, text, dismiss=close)
+            if remainder.drafts is not None:
+                return self._drafts_notice(port, remainder, remainder.drafts)
         if port.firing_doubt.is_open:
             text = tr("The module may have fired before the restart: read the trigger records.")
             choices = self._page_choices("after_restart", tr("Read the record"), "triggers", is_main=True)
@@ -321,6 +320,26 @@ class Attention(QObject):
             text = tr("Interrupted {count} times since {time}, last: {why}", count=kept.count, time=since, why=why)
         check = self._page_choices("after_restart", tr("Pre-flight"), "preflight")
         return Notice(Meaning.ATTENTION, text, check, dismiss=kept.close)
+
+    def _drafts_notice(self, port: Port, remainder: Remainder, drafts: Mapping[str, Value]) -> Notice:
+        """Offers the edits of an ended conversation: what the module holds now, and what was to be written."""
+        module = port.module
+        is_same = remainder.module in ("", module.name)
+        close = partial(port.interruptions.close_remainder, remainder)
+
+        def take_over() -> None:
+            module.settings.fill(drafts)
+            close()
+            self._go_to("settings")
+
+        who, when = module_label(remainder.module), clock_time(remainder.at)
+        what = module.settings.beside(drafts)
+        text = tr("{module}, interrupted {time}, not written: {what}.", module=who, time=when, what=what)
+        if module.is_read and not is_same:
+            text = join_sentences((text, tr("First say that it is {module}.", module=remainder.module)))
+        is_possible = module.is_read and is_same and module.settings.can_edit
+        take = Choice("take_over", tr("Take over"), take_over, is_enabled=is_possible)
+        return Notice(Meaning.ATTENTION, text, (take,), dismiss=close)
 
     def _close_triggered(self, port: Port, close: Callable[[], None]) -> None:
         self._close_doubt(port)

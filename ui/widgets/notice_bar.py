@@ -31,6 +31,8 @@ class Choice(NamedTuple):
     """Changes the module or loses data: a `StepButton`, which counts only deliberate presses."""
     is_shown: bool = True
     """A hidden button keeps its place for another step of the same act."""
+    is_enabled: bool = True
+    """A disabled one shows what will be possible; the text of the notice says when."""
 
 
 class Notice(NamedTuple):
@@ -111,6 +113,8 @@ class NoticeBar(QWidget):
     def _fill(self, notice: Notice) -> None:
         if self.notice is None or _buttons_of(self.notice) != _buttons_of(notice):
             self._make_buttons(notice)
+        for button, choice in zip(self._buttons, notice.choices, strict=True):
+            button.setEnabled(choice.is_enabled)
         self._show_text(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
         self.setAccessibleName(labelled(tr("Message"), notice.text))
@@ -178,7 +182,8 @@ class NoticeBar(QWidget):
 
 
 def _appearance_key(notice: Notice) -> object:
-    return notice.meaning, notice.text, notice.dismiss is None, _buttons_of(notice)
+    enabled = [choice.is_enabled for choice in notice.choices]
+    return notice.meaning, notice.text, notice.dismiss is None, _buttons_of(notice), enabled
 
 
 def _buttons_of(notice: Notice) -> list[tuple[str, str, bool, bool]]:

@@ -7,7 +7,6 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.identity import Identity, Trust
 from app.procedures.handshake import Silence
-from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -273,7 +272,7 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
         port = assembly.ports.current
         port.connect_to(Target(SECOND_ADAPTER.device, rate, SECOND_ADAPTER.identity))
         ports.workers[0].say(**VALUES)
-        qtbot.waitUntil(lambda: port.is_open and port.device.presence is Presence.ONLINE)
+        qtbot.waitUntil(lambda: port.is_open and port.module.is_going)
         for _ in range(2):
             panel.show()
             qtbot.waitUntil(panel.isVisible)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from app.engine.conversation import StatusSample
-from protocol.link_states import Presence
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot

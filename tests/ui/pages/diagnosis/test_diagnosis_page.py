@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from app.engine.conversation import ConversationView
-from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
@@ -123,7 +122,7 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
         one.until(lambda: cause_of(page) is Cause.WRONG_RATE)
         one.click(page.why.act)
         one.until(lambda: "answers" in page.why.what.text())
-        assert one.assembly.ports.module.view.presence is Presence.ONLINE
+        assert one.assembly.ports.module.is_going
         assert page.why.diagnosis is None
         assert not page.why.act.isVisible()
 

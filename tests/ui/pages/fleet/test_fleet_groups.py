@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from app.engine.identity import Identity, Trust
 from app.procedures.write import SettingChange, WriteContext
-from protocol.link_states import Presence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.engine.procedure import Cancelled, Procedure

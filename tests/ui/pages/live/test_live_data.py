@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from app.engine.conversation import ConversationView, StaleReason
 from app.engine.identity import Identity, Trust
-from protocol.link_states import Presence
 
 from app.engine.worker import Batch, PortState
 from app.limits.out_of_limits import LimitsInUse

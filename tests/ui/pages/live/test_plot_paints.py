@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from protocol.link_states import Presence
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
@@ -223,7 +222,7 @@ def test_a_port_that_was_held_back_for_the_pages_goes_on_though_another_one_is_s
             ports.choose(ports.add())
             assert ports.current is not held
             assembly.window._maker.hold_batches()
-        qtbot.waitUntil(lambda: held.device.presence is Presence.ONLINE)
+        qtbot.waitUntil(lambda: held.module.is_going)
 
 
 _NUMBERS = {

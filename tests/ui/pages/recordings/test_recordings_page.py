@@ -10,7 +10,6 @@ from pathlib import Path
 from shutil import copyfile
 
 import pytest
-from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
@@ -381,7 +380,7 @@ def test_whoever_connects_a_module_sees_it_and_no_recording(
         else:
             other = assembly.ports.add()
             other.connect_to(Target("sim://second", 115200))
-            qtbot.waitUntil(lambda: other.device.presence is Presence.ONLINE)
+            qtbot.waitUntil(lambda: other.module.is_going)
             assert live.recording is not None  # it is in the fleet, and nobody asked to see it
             assembly.ports.choose(other)
         qtbot.waitUntil(lambda: live.panel.tilt.accessibleName().startswith("Tilt: 22°"))

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from app.engine.identity import Trust
-from protocol.link_states import Presence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -266,7 +265,7 @@ def test_writing_waits_for_the_identity_of_a_returned_module(one: Desk) -> None:
     one.until(lambda: not connector.current.is_open)
     one.bench.change(delay_ms=100.0)
     one.bench.plug()
-    one.until(lambda: connector.current.is_open and connector.current.module.view.presence is Presence.ONLINE)
+    one.until(lambda: connector.current.is_open and connector.current.module.is_going)
     assert connector.current.identity.trust is Trust.OPEN
     one.settings.refresh()
     assert not one.settings.write.isEnabled()

@@ -8,7 +8,6 @@ from unittest.mock import patch
 
 import pytest
 from app.engine.conversation import How, Known
-from protocol.link_states import Presence
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QFontMetricsF, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton, QWidget
@@ -148,7 +147,7 @@ def test_what_is_refused_anyway_is_disabled_and_says_why(one: Desk) -> None:
     type_into(one, "freefall_time", "1.2")
     one.bench.power_off()
     one.until(lambda: "does not answer" in notice(one) and not page.work.job.is_running)
-    assert one.assembly.ports.module.view.presence is Presence.OFFLINE
+    assert not one.assembly.ports.module.is_going
     assert "does not answer" in page.baud.conditions.text()
     assert (page.work.can_write, page.write.isEnabled()) == (False, False)
 
