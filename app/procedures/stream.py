@@ -73,10 +73,10 @@ def watch(
         if read_all:
             due |= {request: view.now + every_s for request, every_s in _EVERY_S.items()}
         while True:
+            view = yield Inspect()
+            yield from _steer(stream, view)
             # Each in its turn: on a slow line none keeps the others from being asked.
             for request, every_s in _EVERY_S.items():
-                view = yield Inspect()
-                yield from _steer(stream, view)
                 if view.now < due[request]:
                     continue
                 is_unseen = request == _STATUS and not switch.is_on
