@@ -73,6 +73,8 @@ from protocol.timing import (
 _log = logging.getLogger(__name__)
 _HEARTBEAT = HEARTBEAT.query()
 _BOOTS = BOOT_COUNT.query()
+MOST_PROBES = 2 * TRIES
+"""So often the boot count is asked, until the module counts as silent."""
 
 
 class LinkMisused(RuntimeError):
@@ -321,7 +323,7 @@ class Link:
             due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
         elif flight.attempts < self._most_attempts(flight):
             due_at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
-        elif flight.request != _BOOTS and flight.probes < TRIES:
+        elif flight.request != _BOOTS and flight.probes < MOST_PROBES:
             due_at = flight.spoken_at + trips.repeat_s
         else:
             due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
@@ -329,15 +331,20 @@ class Link:
         return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
 
     def _most_attempts(self, flight: _Flight) -> int:
-        return 2 * TRIES if flight.request == _BOOTS else TRIES
+        return MOST_PROBES if flight.request == _BOOTS else TRIES
 
     def _look_at(self, flight: _Flight) -> float:
         """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
         is_slow = self.is_begun and self.silence_s >= LONGEST_SILENCE_S
-        if not is_slow or flight.is_once or flight.request == _BOOTS or flight.probes >= TRIES:
+        if not is_slow or flight.is_once:
             return inf
-        after_s = self.round_trips.asks_after_s if self.lag_s is not None else ASKS_AFTER * LONGEST_SILENCE_S
-        return max(self._valid_at, flight.probed_at) + after_s
+        trips, lag_s = self.round_trips, self.lag_s
+        # Where no answer can have come yet only one; then many, of which some may be lost.
+        often_at = self._valid_at + max(ASKS_AFTER * LONGEST_SILENCE_S, 1.5 * (lag_s or 0.0))
+        if flight.request == _BOOTS:
+            return max(often_at, flight.sent_at + trips.probe_s)
+        first_at = often_at if lag_s is None else self._valid_at + trips.asks_after_s
+        return first_at if flight.probed_at < first_at else max(often_at, flight.probed_at + trips.probe_s)
 
     def _records_due_at(self, flight: _Flight) -> float:
         trips = self.round_trips
@@ -375,7 +382,7 @@ class Link:
 
     def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """Send the question again, or the boot count behind it."""
-        can_probe = flight.request != _BOOTS and flight.probes < TRIES
+        can_probe = flight.request != _BOOTS and flight.probes < MOST_PROBES
         can_send = flight.attempts < self._most_attempts(flight)
         if can_probe and (not can_send or now >= self._look_at(flight)):
             self._probe(flight, now, events)
