@@ -134,7 +134,7 @@ class Link:
         """Of this conversation."""
         self.is_begun = False
         self._parser = StreamParser()
-        self._stale = StaleReplies()
+        self._stale: StaleReplies = StaleReplies() if before is None else before._stale
         self._outgoing = bytearray()
         self._flight: _Flight | None = None
         self._begin_at = now
@@ -144,7 +144,6 @@ class Link:
         """When it was last ticked."""
         self._valid_at = now
         """When the last valid frame came, or the conversation began."""
-        self._sent_after = -inf
         self._boots_sent_at = now
         self._boots_are_due = False
         """An unasked heartbeat came."""
@@ -462,7 +461,7 @@ class Link:
             self.gap.on_streamed(now)
         elif role is not Role.ECHO:
             self.gap.on_spoken(now)
-        events.append(Received(frame, message, role, now, self._sent_after))
+        events.append(Received(frame, message, role, now))
 
     def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
         if not flight.attempts or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
@@ -475,11 +474,8 @@ class Link:
         if self._contradicts(frame, message, Role.ANSWER, now, events):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
-        is_in_order = not is_copy and not self._stale.could_be_late(request, now)
         is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
-        if is_in_order and request.command is not STATUS and request != _HEARTBEAT:
-            self._sent_after = max(self._sent_after, flight.first_at)
         self._note(events, frame, message, Role.ANSWER, now)
         if flight.is_record:
             flight.records.append(message)

@@ -491,14 +491,6 @@ def test_13_the_link_asks_nothing_while_a_frame_waits_for_a_quiet_line(bench: Be
     assert bench.sent(BOOTS) == before
 
 
-def test_13_a_status_counts_from_when_the_question_before_it_was_asked(bench: Bench) -> None:
-    bench.ask(named("triggered").query())
-    asked_at = bench.now
-    bench.wait(0.01)
-    bench.hear(STREAMED, after_s=0.05)
-    assert bench.taken(Received)[-1].sent_after == asked_at
-
-
 # 16. Slow lines
 
 
