@@ -116,6 +116,10 @@ class _Flight:
         return self.is_record or not self.request.is_repeatable
 
     @property
+    def most_attempts(self) -> int:
+        return MOST_PROBES if self.request == _BOOTS else TRIES
+
+    @property
     def spoken_at(self) -> float:
         """When it, or a probe behind it, was last sent."""
         return max(self.sent_at, self.probed_at)
@@ -192,7 +196,7 @@ class Link:
         is_deliberate: bool = False,
         limit_s: float | None = None,
     ) -> list[Event]:
-        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`).
+        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`), or the module may have restarted.
 
         One of `Answered`, `Unanswered`, `OutcomeUnknown` and `Ended` follows. A dangerous request needs
         `is_deliberate`. With `is_fenced` another question is answered first, so that the answer cannot be older than
@@ -202,7 +206,8 @@ class Link:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
-        if now < self.flags.free_at(request):
+        is_change = not request.is_repeatable and request != LOCK
+        if now < self.flags.free_at(request) or (is_change and self._boots_are_due):
             return [Unanswered(request, 0, 0.0, now)]
         flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
         return self._take_off(flight, now, is_fenced=is_fenced)
@@ -320,7 +325,7 @@ class Link:
         if flight.is_once:
             ends_at = min(ends_at, flight.first_at + ANSWER_S)
             due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
-        elif flight.attempts < self._most_attempts(flight):
+        elif flight.attempts < flight.most_attempts:
             due_at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
         elif flight.request != _BOOTS and flight.probes < MOST_PROBES:
             due_at = flight.spoken_at + trips.repeat_s
@@ -328,9 +333,6 @@ class Link:
             due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
         due_at = min(due_at, self._look_at(flight))
         return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
-
-    def _most_attempts(self, flight: _Flight) -> int:
-        return MOST_PROBES if flight.request == _BOOTS else TRIES
 
     def _look_at(self, flight: _Flight) -> float:
         """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
@@ -382,7 +384,7 @@ class Link:
     def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """Send the question again, or the boot count behind it."""
         can_probe = flight.request != _BOOTS and flight.probes < MOST_PROBES
-        can_send = flight.attempts < self._most_attempts(flight)
+        can_send = flight.attempts < flight.most_attempts
         if can_probe and (not can_send or now >= self._look_at(flight)):
             self._probe(flight, now, events)
         elif can_send:

@@ -327,6 +327,16 @@ def test_6_what_waits_for_a_quiet_line_is_not_sent_after_one(bench: Bench) -> No
     assert [event.attempts for event in bench.taken(Unanswered)] == [0]
 
 
+@pytest.mark.promise("i")
+def test_6_nothing_that_changes_the_module_leaves_before_its_boot_count_was_read_again(bench: Bench) -> None:
+    """The heartbeat came together with the answer that the act waited for."""
+    bench.ask(HEARTBEAT.query())
+    bench.wait(0.1)
+    bench.events += bench.link.receive(PULSE, bench.now)
+    assert bench.link.ask(ACTIVATE, bench.now, is_deliberate=True) == [Unanswered(ACTIVATE, 0, 0.0, bench.now)]
+    assert bench.ask(LOCK) == LOCK.encode()
+
+
 def test_6_a_late_or_a_doubled_heartbeat_is_no_restart(bench: Bench) -> None:
     bench.ask(HEARTBEAT.query())
     bench.hear(PULSE, PULSE, after_s=0.003)
