@@ -6,7 +6,6 @@ Times (`at`) are the `now` of the link's caller: monotonic seconds.
 import operator
 from collections import Counter
 from enum import Enum
-from math import inf
 from typing import NamedTuple
 
 from protocol.catalogue import Request
@@ -43,8 +42,6 @@ class Received(NamedTuple):
     message: Message | None
     role: Role
     at: float
-    sent_after: float = -inf
-    """The earliest time at which the module can have sent it: when the last answered question was asked."""
 
 
 class Rejected(NamedTuple):

@@ -73,6 +73,8 @@ from protocol.timing import (
 _log = logging.getLogger(__name__)
 _HEARTBEAT = HEARTBEAT.query()
 _BOOTS = BOOT_COUNT.query()
+MOST_PROBES = 2 * TRIES
+"""So often the boot count is asked, until the module counts as silent."""
 
 
 class LinkMisused(RuntimeError):
@@ -114,6 +116,10 @@ class _Flight:
         return self.is_record or not self.request.is_repeatable
 
     @property
+    def most_attempts(self) -> int:
+        return MOST_PROBES if self.request == _BOOTS else TRIES
+
+    @property
     def spoken_at(self) -> float:
         """When it, or a probe behind it, was last sent."""
         return max(self.sent_at, self.probed_at)
@@ -132,7 +138,7 @@ class Link:
         """Of this conversation."""
         self.is_begun = False
         self._parser = StreamParser()
-        self._stale = StaleReplies()
+        self._stale: StaleReplies = StaleReplies() if before is None else before._stale
         self._outgoing = bytearray()
         self._flight: _Flight | None = None
         self._begin_at = now
@@ -142,7 +148,6 @@ class Link:
         """When it was last ticked."""
         self._valid_at = now
         """When the last valid frame came, or the conversation began."""
-        self._sent_after = -inf
         self._boots_sent_at = now
         self._boots_are_due = False
         """An unasked heartbeat came."""
@@ -191,7 +196,7 @@ class Link:
         is_deliberate: bool = False,
         limit_s: float | None = None,
     ) -> list[Event]:
-        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`).
+        """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`), or the module may have restarted.
 
         One of `Answered`, `Unanswered`, `OutcomeUnknown` and `Ended` follows. A dangerous request needs
         `is_deliberate`. With `is_fenced` another question is answered first, so that the answer cannot be older than
@@ -201,7 +206,8 @@ class Link:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
-        if now < self.flags.free_at(request):
+        is_change = not request.is_repeatable and request != LOCK
+        if now < self.flags.free_at(request) or (is_change and self._boots_are_due):
             return [Unanswered(request, 0, 0.0, now)]
         flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
         return self._take_off(flight, now, is_fenced=is_fenced)
@@ -319,25 +325,27 @@ class Link:
         if flight.is_once:
             ends_at = min(ends_at, flight.first_at + ANSWER_S)
             due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
-        elif flight.attempts < self._most_attempts(flight):
+        elif flight.attempts < flight.most_attempts:
             due_at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
-        elif flight.request != _BOOTS and flight.probes < TRIES:
+        elif flight.request != _BOOTS and flight.probes < MOST_PROBES:
             due_at = flight.spoken_at + trips.repeat_s
         else:
             due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
         due_at = min(due_at, self._look_at(flight))
         return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
 
-    def _most_attempts(self, flight: _Flight) -> int:
-        return 2 * TRIES if flight.request == _BOOTS else TRIES
-
     def _look_at(self, flight: _Flight) -> float:
         """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
         is_slow = self.is_begun and self.silence_s >= LONGEST_SILENCE_S
-        if not is_slow or flight.is_once or flight.request == _BOOTS or flight.probes >= TRIES:
+        if not is_slow or flight.is_once:
             return inf
-        after_s = self.round_trips.asks_after_s if self.lag_s is not None else ASKS_AFTER * LONGEST_SILENCE_S
-        return max(self._valid_at, flight.probed_at) + after_s
+        trips, lag_s = self.round_trips, self.lag_s
+        # Where no answer can have come yet only one; then many, of which some may be lost.
+        often_at = self._valid_at + max(ASKS_AFTER * LONGEST_SILENCE_S, 1.5 * (lag_s or 0.0))
+        if flight.request == _BOOTS:
+            return max(often_at, flight.sent_at + trips.probe_s)
+        first_at = often_at if lag_s is None else self._valid_at + trips.asks_after_s
+        return first_at if flight.probed_at < first_at else max(often_at, flight.probed_at + trips.probe_s)
 
     def _records_due_at(self, flight: _Flight) -> float:
         trips = self.round_trips
@@ -375,8 +383,8 @@ class Link:
 
     def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """Send the question again, or the boot count behind it."""
-        can_probe = flight.request != _BOOTS and flight.probes < TRIES
-        can_send = flight.attempts < self._most_attempts(flight)
+        can_probe = flight.request != _BOOTS and flight.probes < MOST_PROBES
+        can_send = flight.attempts < flight.most_attempts
         if can_probe and (not can_send or now >= self._look_at(flight)):
             self._probe(flight, now, events)
         elif can_send:
@@ -455,7 +463,7 @@ class Link:
             self.gap.on_streamed(now)
         elif role is not Role.ECHO:
             self.gap.on_spoken(now)
-        events.append(Received(frame, message, role, now, self._sent_after))
+        events.append(Received(frame, message, role, now))
 
     def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
         if not flight.attempts or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
@@ -468,11 +476,8 @@ class Link:
         if self._contradicts(frame, message, Role.ANSWER, now, events):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
-        is_in_order = not is_copy and not self._stale.could_be_late(request, now)
         is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
-        if is_in_order and request.command is not STATUS and request != _HEARTBEAT:
-            self._sent_after = max(self._sent_after, flight.first_at)
         self._note(events, frame, message, Role.ANSWER, now)
         if flight.is_record:
             flight.records.append(message)

@@ -9,13 +9,18 @@ from collections import deque
 from math import inf
 from typing import NamedTuple
 
-from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, STATUS, Layout, Request
+from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, SETTINGS, STATUS, Layout, Request
 from protocol.messages import answers
 from protocol.timing import DOUBLED_S, LATE_S, RESTART_S
 
 _HEARTBEAT = HEARTBEAT.query()
-FENCES = (BOOT_COUNT.query(), *(BY_NAME[name].query() for name in ("charging", "active", "triggered")))
-"""Questions whose answers cannot be mistaken for the reply to a set. No heartbeat: one may come unasked."""
+FENCES = (
+    BOOT_COUNT.query(),
+    *(BY_NAME[name].query() for name in ("charging", "active", "triggered", "light")),
+    *(command.query() for command in SETTINGS if command.reads_back),
+)
+"""Questions, of which one goes first where an earlier reply could be mistaken for an answer; so many, as a search for
+the baud rate leaves several unanswered. No heartbeat: one may come unasked."""
 _MAX_EXPECTED = 64
 _MAX_COPIED = 8
 

@@ -33,7 +33,7 @@ FIRST_GUESS_S = 0.25
 SOONEST_REPEAT_S = 0.05
 REPEAT_ROUND_TRIPS = 3
 TRIES = 6
-"""So often a question is sent; then the boot count, as often, to find out whether the module is there."""
+"""So often a question is sent; then the boot count, to find out whether the module is there."""
 FRAMES_IN_A_SILENCE = 9
 """So many frames can be answered within a silence, so that a line that loses some does not look silent."""
 SLOW_S = 0.3
@@ -108,3 +108,9 @@ class RoundTrips:
             return self._guess_s
         left_s = self.silence_s - usual_s - self.first_repeat_s
         return max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, left_s / (FRAMES_IN_A_SILENCE - 1)))
+
+    @property
+    def probe_s(self) -> float:
+        """Between the questions for the boot count behind one that is not answered on a slow line."""
+        left_s = (1.0 - ASKS_AFTER) * self.silence_s - (self.usual_s or 0.0)
+        return max(SOONEST_REPEAT_S, left_s / (FRAMES_IN_A_SILENCE - 1))

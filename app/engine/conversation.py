@@ -12,7 +12,6 @@ defaults of the vendor's table are never used instead.
 from collections import deque
 from collections.abc import Mapping
 from enum import Enum
-from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -55,8 +54,6 @@ STREAM_PROVES_S = 1.5
 """How long a streamed status proves that the serial output is on."""
 STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period."""
-STREAM_GAP_S, STREAM_GAP_PERIODS = 0.3, 2.5
-"""Longer than both, and reports of the stream are missing."""
 STREAM_WINDOW_S = 3.0
 """The window in which the rate of the stream is measured; the slowest streams send one report a second."""
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
@@ -129,8 +126,6 @@ class Known(NamedTuple):
     how: How
     at: float
     stale_reason: StaleReason | None = None
-    sent_after: float = -inf
-    """The earliest time at which the module can have sent it."""
 
     @property
     def is_stale(self) -> bool:
@@ -158,8 +153,6 @@ class ConversationView(NamedTuple):
     is_streaming: bool = False
     """Status reports came unasked, the last one within 1.5 s."""
     stream_hz: float = 0.0
-    stream_gaps: int = 0
-    """How often reports were missing in the stream."""
     motion: MotionExtremes | None = None
     """Of the last seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
@@ -215,13 +208,6 @@ class ConversationView(NamedTuple):
             return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
         return limit_s
 
-    def proven(self, key: str, now: float) -> Known | None:
-        """The status value if it is proven that the module sent it within the last second, else None."""
-        known = self.known(key, now)
-        if known is None or known.is_stale or now - known.sent_after > FRESH_FOR_S[key]:
-            return None
-        return known
-
     def fresh(self, key: str, now: float) -> Value | None:
         """The value if it is known and not stale, else None."""
         known = self.known(key, now)
@@ -249,7 +235,6 @@ class Conversation:
         self._latest: Received | None = None
         """The last status frame, not yet among the values: at line rate the next one follows soon."""
         self._streamed_at: deque[float] = deque(maxlen=8192)
-        self._stream_gaps = 0
         self._samples: list[StatusSample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
         self._motion = MotionWatch()
@@ -290,7 +275,6 @@ class Conversation:
             values=MappingProxyType(values),
             is_streaming=is_streaming and self.ended is None,
             stream_hz=self._stream_hz(now),
-            stream_gaps=self._stream_gaps,
             motion=self._motion.view(now),
             stray_records=tuple(self._stray_records),
             lag_s=lag_s,
@@ -308,22 +292,16 @@ class Conversation:
         if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
             self._stray_records.append(message)
         elif isinstance(message, Reading) and event.role is Role.ANSWER:
-            self._values[message.command.key] = Known(message.value, How.READ, event.at, sent_after=event.sent_after)
+            self._values[message.command.key] = Known(message.value, How.READ, event.at)
         elif isinstance(message, Status) and event.role in (Role.ANSWER, Role.STREAMED, Role.DUPLICATE):
             self._on_status(message, event)
 
     def _on_status(self, status: Status, event: Received) -> None:
         if event.role is Role.STREAMED:
-            self._note_gap(event.at)
             self._streamed_at.append(event.at)
         self._samples.append(StatusSample(event.at, *status))
         self._motion.feed(status, event.at)
         self._latest = event
-
-    def _note_gap(self, now: float) -> None:
-        gap_s = now - self._streamed_at[-1] if self._streamed_at else 0.0
-        if gap_s > STREAM_GAP_S and gap_s * self._stream_hz(now) > STREAM_GAP_PERIODS:
-            self._stream_gaps += 1
 
     def _settle(self) -> None:
         """Take over the last status frame into the values."""
@@ -332,7 +310,7 @@ class Conversation:
             return
         how = How.STREAMED if event.role is Role.STREAMED else How.READ
         for key, value in zip(STATUS_KEYS, event.message, strict=True):
-            self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
+            self._values[key] = Known(value, how, event.at)
         if len(self._streamed_at) > 1:
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 

@@ -6,7 +6,6 @@ ends there.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
@@ -70,18 +69,19 @@ def _in_words(command: Command, answer: Value | None) -> UserMessage:
 # Everything
 
 
-@dataclass(slots=True)
 class Everything:
-    """What was read. `began_at` is when, in seconds of the session's clock."""
+    """What was read. (No dataclass: importing those takes longer than the rest of `dps-s read`.)"""
 
-    began_at: float = 0.0
-    # By key ("light_threshold_v"), in the field's unit.
-    values: dict[str, Value] = field(default_factory=dict)
-    status: StatusSample | None = None
-    # What the module, though it is there, did not answer, by key.
-    errors: dict[str, Unanswered] = field(default_factory=dict)
-    # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
-    contradictions: Mapping[str, UserMessage] = field(default_factory=dict)
+    def __init__(self) -> None:
+        # In seconds of the session's clock.
+        self.began_at = 0.0
+        # By key ("light_threshold_v"), in the field's unit.
+        self.values: dict[str, Value] = {}
+        self.status: StatusSample | None = None
+        # What the module, though it is there, did not answer, by key.
+        self.errors: dict[str, Unanswered] = {}
+        # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
+        self.contradictions: Mapping[str, UserMessage] = {}
 
 
 def read_everything(everything: Everything | None = None) -> Procedure[Everything]:

@@ -36,9 +36,12 @@ SETTINGS_EVERY_S = 10.0
 # The shortest and the longest pause between two turns.
 TURN_S, REST_S = 0.01, 0.1
 OFF_ATTEMPTS = 3
-_SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
-_SETTINGS = tuple(command.query() for command in READABLE_SETTINGS)
 _STATUS = STATUS.query()
+_EVERY_S: Mapping[Request, float] = {
+    _STATUS: POLL_EVERY_S,
+    **{BY_NAME[name].query(): SLOW_EVERY_S for name in ("cell_voltage", "charging", "light")},
+    **{command.query(): SETTINGS_EVERY_S for command in READABLE_SETTINGS},
+}
 
 
 @dataclass(slots=True)
@@ -66,50 +69,24 @@ def watch(
         if read_all:
             yield from read_everything()
         view: EngineView = yield Inspect()
-        due = _first_due(view.now, is_read=read_all)
+        due = dict.fromkeys(_EVERY_S, view.now)
+        if read_all:
+            due |= {request: view.now + every_s for request, every_s in _EVERY_S.items()}
         while True:
-            yield from _steer(stream, view)
-            request = _most_overdue(due, stream, view)
-            if request is not None:
-                due[request] = view.now + _every_s(stream, request)
-                yield Ask(request)
-            else:
-                yield Pause(min(REST_S, max(TURN_S, min(due.values()) - view.now)))
             view = yield Inspect()
+            yield from _steer(stream, view)
+            # Each in its turn: on a slow line none keeps the others from being asked.
+            for request, every_s in _EVERY_S.items():
+                if view.now < due[request]:
+                    continue
+                is_unseen = request == _STATUS and not switch.is_on
+                due[request] = view.now + (UNSEEN_POLL_EVERY_S if is_unseen else every_s)
+                if request != _STATUS or not view.conversation.is_streaming:
+                    yield Ask(request)
+            yield Pause(min(REST_S, max(TURN_S, min(due.values()) - view.now)))
     except Cancelled:
         yield from _switch_off(stream)
         raise
-
-
-# What is asked when
-
-
-def _first_due(now: float, *, is_read: bool) -> dict[Request, float]:
-    """When each question is due. The slow ones come one after the other, so that they never hold up a report."""
-    due = {_STATUS: now}
-    for number, request in enumerate(_SLOW):
-        due[request] = now + number * SLOW_EVERY_S / len(_SLOW)
-    for request in _SETTINGS:
-        due[request] = now + SETTINGS_EVERY_S if is_read else now
-    return due
-
-
-def _every_s(stream: "_Stream", request: Request) -> float:
-    if request == _STATUS:
-        return POLL_EVERY_S if stream.switch.is_on else UNSEEN_POLL_EVERY_S
-    return SLOW_EVERY_S if request in _SLOW else SETTINGS_EVERY_S
-
-
-def _most_overdue(due: Mapping[Request, float], stream: "_Stream", view: EngineView) -> Request | None:
-    """In periods of its own: on a slow line the status must not starve the others."""
-    found, longest = None, 0.0
-    for request, at in due.items():
-        if request == _STATUS and view.conversation.is_streaming:
-            continue
-        overdue = (view.now - at) / _every_s(stream, request)
-        if overdue >= longest:
-            found, longest = request, overdue
-    return found
 
 
 # The stream

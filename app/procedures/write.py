@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
-from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed, checked_inputs, inputs_of
 from app.procedures.read import SettingsReading, read_settings, read_twice, who_is_there
@@ -315,11 +315,10 @@ class _Writing:
                 self.results[command] = _after_last_reading(written, last.values.get(command.key))
             elif written.is_fine and command in TRIGGER_FLAGS:
                 self.results[command] = _afternot_sent(written, view)
+        # Whatever else reads otherwise now has ended the conversation.
         sent = [command for command, written in self.results.items() if written.is_sent]
-        stood = {command.key: value for command, value in _by_command(self.before) if command not in sent}
-        unread = tuple(command for command in last.unread if command.key in stood)
-        changed = changed_settings(stood, last.values)
-        self.report = replace(self.report, changed=changed, unread=unread, read_at=last.began_at)
+        unread = tuple(command for command in last.unread if command not in sent and command.key in self.before)
+        self.report = replace(self.report, unread=unread, read_at=last.began_at)
 
     def _note_broken_off(self, interrupted: Interrupted | None) -> None:
         """What was found so far was so then. What was set and not yet read back is unknown."""
@@ -474,10 +473,6 @@ def _until_then(written: Written) -> Written:
     if written.command in TRIGGER_FLAGS:
         return written._replace(heard=SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
     return written._replace(fault=WriteFault.ACKNOWLEDGED_THEN)
-
-
-def _by_command(values: Mapping[str, Value]) -> list[tuple[Command, Value]]:
-    return [(command, values[command.key]) for command in READABLE_SETTINGS if command.key in values]
 
 
 def _outcome(written: Written) -> Outcome:

@@ -2,43 +2,36 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-
-from app.procedures.handshake import handshake
-from app.procedures.light import measure_light
-from app.procedures.read import Seen, SettingsReading, is_another, look, read_one_module, read_settings
-from app.procedures.read import who_is_there
-from app.procedures.write import SettingChange, WriteContext, write_all, write_logged
+from typing import Any
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.act import Performed, begin_act, perform
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.find import WAITS_S, answers_here, find_rate, look_for, proofs
+from app.procedures.find import await_module, find_rate, look_for
 from app.procedures.history import History, read_history
+from app.procedures.light import measure_light
 from app.procedures.lock import Locked, lock
-from app.procedures.read import Everything, read_everything, undisturbed
+from app.procedures.read import Everything, SettingsReading, read_everything, read_settings, read_twice, who_is_there
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import (
-    ReadBack,
-    SetReply,
+    SettingChange,
+    WriteContext,
+    WriteReport,
     Written,
     await_flags_free,
     await_flags_known,
-    read_back,
-    restarted_since,
-    write_verified,
+    set_each,
+    write_all,
 )
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Refusal
-from app.safety.journal import Entry, Outcome
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BAUD_RATE, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS
+from protocol.catalogue import BAUD_RATE, BY_NAME, LOCK, SERIAL_OUTPUT
+from protocol.messages import Reading
 from tests.faults.fault_table import Cell, Row, records_held, truth
 from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 THRESHOLD = BY_NAME["attitude_threshold"]
-WANTED_DEG = 75
 WANTED_RATE = 57600
 TRIGGER = BY_NAME["freefall_trigger"]
 DISABLED = SettingChange(TRIGGER, False)
@@ -48,7 +41,8 @@ ACTIVE = MappingProxyType({"active": "yes"})
 
 
 def _no_everything_lie(everything: Everything, cell: Cell) -> list[str]:
-    has_restarted = cell.session.device.view(cell.clock.now_s).restarts
+    # Returned means that the conversation was unbroken until then: it may have restarted since.
+    has_restarted = cell.bench.module.memory.boot_count != BOOTS
     own = {key: value for key, value in everything.values.items() if not (key == "boot_count" and has_restarted)}
     return _value_lies(own, cell)
 
@@ -74,26 +68,13 @@ def _no_locked_lie(locked: Locked, cell: Cell) -> list[str]:
     return [f"is_locked is {locked.is_locked}, and the module says otherwise"]
 
 
-def _no_back_lie(back: ReadBack, cell: Cell) -> list[str]:
+def _no_back_lie(back: Reading | None, cell: Cell) -> list[str]:
     holds = cell.bench.module.memory.attitude_threshold
-    return [] if back.raw in (None, holds) else [f"read {back.raw}, the module holds {holds}"]
+    return [] if back is None or back.raw == holds else [f"read {back.raw}, the module holds {holds}"]
 
 
 def _no_reading_lie(reading: SettingsReading, cell: Cell) -> list[str]:
-    return _value_lies(reading.values, cell) if reading.is_complete else []
-
-
-def _is_another() -> Procedure[bool]:
-    """Struck after the first reading."""
-    yield from read_settings()
-    begin: EngineView = yield Inspect()
-    yield from who_is_there()
-    return (yield from is_another(begin))
-
-
-def _look() -> Procedure[Seen]:
-    begin: EngineView = yield Inspect()
-    return (yield from look(begin))
+    return _value_lies(reading.values, cell)
 
 
 def _trigger() -> Procedure[object]:
@@ -103,7 +84,7 @@ def _trigger() -> Procedure[object]:
     yield Ask(request)
     yield from await_flags_known()
     view: EngineView = yield Inspect()
-    return view.device.fresh("freefall_trigger", view.now)
+    return view.conversation.fresh("freefall_trigger", view.now)
 
 
 def _no_trigger_lie(known: object, cell: Cell) -> list[str]:
@@ -111,9 +92,9 @@ def _no_trigger_lie(known: object, cell: Cell) -> list[str]:
     return [] if known in (None, is_enabled) else [f"known as {known}, and the module says {is_enabled}"]
 
 
-def _permit(act: Act) -> Permit:
-    """A permit granted when the clock of the cell starts."""
-    return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
+def _permit(act: Act, cell: Cell) -> Permit:
+    origin = Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE
+    return Permit(act, origin, cell.clock(), cell.conversation.number)
 
 
 def _holds(act: Act, cell: Cell) -> bool:
@@ -139,7 +120,7 @@ def _no_performed_lie(done: Performed, cell: Cell) -> list[str]:
     # Nothing reports these two: "confirmed" says that it acknowledged, and a restart may come right behind it.
     is_acknowledgement = done.act in (Act.FORBID_DEPLOY, Act.ZERO)
     has_restarted = cell.bench.module.memory.boot_count != BOOTS
-    was_sent = REQUESTS[done.act] in cell.port.requests
+    was_sent = REQUESTS[done.act] in cell.requests
     if done.outcome is Outcome.CONFIRMED and not holds and not (is_acknowledgement and has_restarted):
         return ["confirmed, and the module says otherwise"]
     if done.outcome is Outcome.REFUSED and holds:
@@ -152,16 +133,16 @@ def _no_performed_lie(done: Performed, cell: Cell) -> list[str]:
 def _act(act: Act, **options: str) -> Row:
     return Row(
         "act.perform",
-        lambda: perform(act, FakeJournal(), permit=_permit(act)),
+        lambda cell: perform(act, FakeJournal(), permit=_permit(act, cell)),
         _no_performed_lie,
         options=MappingProxyType(options),
         variant=act.value,
     )
 
 
-def _begin_act() -> Procedure[Entry | tuple[Refusal, ...]]:
-    act, permit = Act.SHUTDOWN, _permit(Act.SHUTDOWN)
-    return (yield from begin_act(act, REQUESTS[act], FakeJournal(), permit=permit, armed=None))
+def _begin_act(cell: Cell) -> Procedure[Any]:
+    act = Act.SHUTDOWN
+    return begin_act(act, REQUESTS[act], FakeJournal(), permit=_permit(act, cell), armed=None)
 
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
@@ -187,9 +168,12 @@ def written_lies(written: Written, cell: Cell) -> list[str]:
     return faults
 
 
-def _no_logged_lie(done: tuple[Written, tuple[Refusal, ...]], cell: Cell) -> list[str]:
-    was_sent = TRIGGER.set(False) in cell.port.requests
-    return ["not sent, and it was"] if was_sent and done[0].heard is SetReply.NOT_SENT else []
+def _no_report_lie(report: WriteReport, cell: Cell) -> list[str]:
+    unsent = [written for written in report.results if not written.is_sent]
+    found = [
+        f"{one.command.key} not sent, and it was" for one in unsent if one.command.set(one.target) in cell.requests
+    ]
+    return found + [lie for written in report.results for lie in written_lies(written, cell)]
 
 
 def _changes() -> list[SettingChange]:
@@ -197,63 +181,37 @@ def _changes() -> list[SettingChange]:
     return [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
 
 
-def _restarted() -> Procedure[bool]:
-    before: EngineView = yield Inspect()
-    yield Ask(STATUS.query())
-    return (yield from restarted_since(before))
-
-
-def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
-    return ["a restart, and there was none"] if has_restarted and cell.bench.module.memory.boot_count == BOOTS else []
-
-
 ROWS: tuple[Row, ...] = (
-    Row("handshake.handshake", handshake, lambda _result, _cell: []),
-    Row("who_is_there.who_is_there", who_is_there, lambda _result, _cell: []),
-    Row("settings_reading.look", _look, lambda _result, _cell: []),
-    Row("write.await_flags_free", _trigger, _no_trigger_lie),
-    Row("write.await_flags_known", _trigger, _no_trigger_lie),
+    Row("find.await_module", lambda _cell: await_module(), lambda _result, _cell: [], strikes_at=0, outlives=True,
+        baud_rate=9600),
+    Row("read.who_is_there", lambda _cell: who_is_there(), lambda _result, _cell: []),
+    Row("write.await_flags_free", lambda _cell: _trigger(), _no_trigger_lie),
+    Row("write.await_flags_known", lambda _cell: _trigger(), _no_trigger_lie),
     Row(
-        "find.answers_here",
-        lambda: answers_here(WAITS_S, proofs()),
-        lambda is_here, cell: rate_lies(cell.session.line.baud_rate if is_here else None, cell),
+        "find.find_rate",
+        lambda _cell: find_rate(115200),
+        lambda found, cell: rate_lies(found.baud_rate, cell),
+        outlives=True,
     ),
-    Row("find.find_rate", lambda: find_rate(115200), lambda found, cell: rate_lies(found.baud_rate, cell)),
-    Row("read.read_everything", read_everything, _no_everything_lie),
-    Row(
-        "read.undisturbed",
-        lambda: undisturbed(read_everything),
-        lambda everything, cell: [] if everything is None else _no_everything_lie(everything, cell),
-    ),
-    Row("history.read_history", read_history, _no_history_lie),
+    Row("read.read_everything", lambda _cell: read_everything(), _no_everything_lie),
+    Row("history.read_history", lambda _cell: read_history(), _no_history_lie),
     Row(
         "lock.lock",
-        lock,
+        lambda _cell: lock(),
         _no_locked_lie,
         options=ACTIVE,
         may_repeat=frozenset({LOCK}),
+        outlives=True,
     ),
     Row(
         "stream.watch",
-        lambda: watch(StreamSwitch()),
+        lambda _cell: watch(StreamSwitch()),
         lambda _result, _cell: ["it has no end of its own"],
         may_repeat=frozenset({SERIAL_OUTPUT.set(False), SERIAL_OUTPUT.set(True)}),
         runs_for_s=3.0,
     ),
-    Row("settings_reading.read_settings", read_settings, _no_reading_lie),
-    Row(
-        "settings_reading.read_one_module",
-        read_one_module,
-        lambda reading, cell: [] if isinstance(reading, Refusal) else _no_reading_lie(reading, cell),
-    ),
-    Row(
-        "settings_reading.is_another",
-        _is_another,
-        lambda is_other, _cell: ["it is the same one"] if is_other else [],
-        strikes_at=2 * (len(READABLE_SETTINGS) + 2),
-    ),
-    Row("write.read_back", lambda: read_back(THRESHOLD), _no_back_lie),
-    Row("write.write_verified", lambda: write_verified(THRESHOLD, WANTED_DEG), written_lies),
+    Row("read.read_settings", lambda _cell: read_settings(), _no_reading_lie),
+    Row("read.read_twice", lambda _cell: read_twice(THRESHOLD), _no_back_lie),
     _act(Act.ACTIVATE),
     _act(Act.DEPLOY, active="yes"),
     _act(Act.FORBID_DEPLOY, active="yes"),
@@ -262,34 +220,27 @@ ROWS: tuple[Row, ...] = (
     Row(
         "act.begin_act",
         _begin_act,
-        lambda _entry, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
+        lambda _entry, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.requests else [],
     ),
     Row(
         "baud.change_baud",
-        lambda: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD)),
+        lambda cell: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD, cell)),
         _no_baud_lie,
+        outlives=True,
+    ),
+    Row("find.look_for", lambda _cell: look_for(WANTED_RATE, 115200), rate_lies, strikes_at=9, outlives=True),
+    Row(
+        "write.write_all", lambda _cell: write_all(_changes(), WriteContext(journal=FakeJournal())), _no_report_lie
     ),
     Row(
-        "find.look_for",
-        lambda: look_for(WANTED_RATE, 115200),
-        rate_lies,
-        strikes_at=3,  # the first three heartbeats go out at a rate at which there is no module
+        "write.set_each",
+        lambda _cell: set_each([DISABLED], WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,)))),
+        _no_report_lie,
     ),
     Row(
-        "write_all.write_all",
-        lambda: write_all(_changes(), WriteContext(journal=FakeJournal())),
-        lambda report, cell: [lie for written in report.results for lie in written_lies(written, cell)],
-    ),
-    Row(
-        "write_all.write_logged",
-        lambda: write_logged(DISABLED, WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,))), {}),
-        _no_logged_lie,
-    ),
-    Row(
-        "light_calibration.measure_light",
-        lambda: measure_light(samples=12),
+        "light.measure_light",
+        lambda _cell: measure_light(samples=12),
         lambda band, _cell: [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3],
     ),
-    Row("write.restarted_since", _restarted, _no_restart_lie),
-)
+)  # fmt: skip
 ROW_BY_TITLE: Mapping[str, Row] = MappingProxyType({row.title: row for row in ROWS})

@@ -11,13 +11,16 @@ from itertools import product
 from typing import Any
 
 import app.procedures
-from app.engine.procedure import Cancelled, PortLost, Procedure
-from app.engine.session import Run, Session
+from app.engine.conversation import ConversationView, Interrupted
+from app.engine.job import Job
+from app.engine.procedure import Cancelled, Procedure
+from app.engine.session import Session
 from app.engine.transport import PortError, SerialLine
 from app.engine.worker import CLOSING_LIMIT_S, MAX_STEP_S
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
 from protocol.catalogue import CELL_VOLT, TENTH_VOLT, Request
+from protocol.events import EndReason
 from protocol.fields import Value
 from tests.faults.fault_kinds import FAULTS, End, FaultKind
 from tests.faults.faulty_port import FakePort, Phase
@@ -28,10 +31,11 @@ from tests.support.thorough import some
 
 LONGEST_S = 90.0
 MAX_STEPS = 60_000
+BEGINS_S = 5.0
 AFTER_S = 0.4
 """Time for which the session goes on after the procedure, to receive what is late."""
 
-TYPED = (PortError, PortLost, Cancelled)
+TYPED = (Interrupted, Cancelled)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +43,8 @@ class Row:
     """A procedure of `app.procedures`, and how to judge it."""
 
     name: str
-    make: Callable[[], Procedure[Any]]
+    make: Callable[["Cell"], Procedure[Any]]
+    """Called once the conversation has begun."""
     lies: Callable[[Any, "Cell"], list[str]]
     """Returns what a result claims and the module does not hold."""
     may_repeat: frozenset[Request] = frozenset()
@@ -47,11 +52,16 @@ class Row:
     options: Mapping[str, str] = field(default_factory=dict)
     """Options of the simulated module."""
     strikes_at: int | None = None
-    """Index of the request to disturb; by default the first act, else the second query."""
+    """Index of the request to disturb, of those sent since it began; by default the first act, else the second
+    query."""
     runs_for_s: float | None = None
     """Time after which a procedure without an end is cancelled."""
     variant: str = ""
     """Distinguishes the rows of one procedure."""
+    outlives: bool = False
+    """It is a job of the port."""
+    baud_rate: int = 115200
+    """Of the port at the beginning; at another one than the module's no conversation begins before."""
 
     @property
     def title(self) -> str:
@@ -78,32 +88,46 @@ def procedures() -> Iterator[tuple[str, Callable[..., Any]]]:
 
 
 class Cell:
-    """One run; `wanted_end` is set by faults that end it from outside."""
+    """One run, in a conversation that has begun; `wanted_end` is set by faults that end it from outside."""
 
     def __init__(self, row: Row) -> None:
         self.row = row
         self.wanted_end = End.PROCEDURE
         self.clock = FakeClock()
-        options = {"history": "2", **row.options}
+        options = {"history": "2", "drain": "0", "uptime": "60", **row.options}
         self.bench = lying_bench(options, self.clock)
-        self.port = FakePort(self.bench, self.clock)
+        self.port = FakePort(self.bench, self.clock, baud_rate=row.baud_rate)
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
         self.line._gather = lambda gather_s: None  # type: ignore[method-assign]
         self.session = Session(self.line, self.clock)
         self.clock.now_s += INSTANT_S
-        self.run: Run[Any] = Run(row.make())
+        end_s = self.clock.now_s + (BEGINS_S if row.baud_rate == 115200 else 0.0)
+        while not self.conversation.is_going and self.clock.now_s < end_s:
+            self.session.step(MAX_STEP_S)
+        self.first = len(self.port.requests)
+        """Index of the first request of the procedure."""
+        self.job: Job[Any] = Job(row.make(self), outlives=row.outlives)
         self.hidden: frozenset[str] = frozenset()
         """Keys that the fault changes in the module without a sign."""
         self.was_over = False
         """The procedure had ended before the fault: its result describes the time before."""
 
+    @property
+    def conversation(self) -> ConversationView:
+        return self.session.conversation_view(self.clock())
+
+    @property
+    def requests(self) -> list[Request]:
+        """Since the procedure began."""
+        return self.port.requests[self.first :]
+
     def go(self) -> None:
         """Run until the procedure has ended, and `AFTER_S` longer."""
         self.port.strike_if_idle()
         started_s = self.clock.now_s
-        self.session.run(self.run)
+        self.session.run(self.job)
         steps = 0
-        while not self.run.is_done:
+        while not self.job.has_ended:
             self._intervene(started_s)
             if self.wanted_end == End.CLOSED:
                 self._leave()
@@ -119,18 +143,18 @@ class Cell:
 
     def _leave(self) -> None:
         """Cancel as the worker does, with time to undo changes."""
-        self.run.cancel()
+        self.job.cancel()
         end_s = self.clock.now_s + CLOSING_LIMIT_S
-        while not self.run.is_done and self.clock.now_s < end_s:
+        while not self.job.has_ended and self.clock.now_s < end_s:
             self.session.step(MAX_STEP_S)
 
     def _intervene(self, started_s: float) -> None:
         self.port.strike_if_idle()
         lasts_s = self.row.runs_for_s
         if lasts_s is not None and self.clock.now_s - started_s > lasts_s:
-            self.run.cancel()
+            self.job.cancel()
         if self.wanted_end == End.CANCELLED:
-            self.run.cancel()
+            self.job.cancel()
 
 
 def target_index(row: Row) -> int:
@@ -148,20 +172,20 @@ def clean_requests(row: Row) -> list[Request]:
     """Return the requests that the procedure sends without a fault."""
     cell = Cell(row)
     cell.go()
-    assert cell.run.error is None or row.runs_for_s is not None, cell.run.error
-    cell.session.close()
-    return cell.port.requests
+    assert cell.job.error is None or row.runs_for_s is not None, cell.job.error
+    cell.session.close(EndReason.CLOSED)
+    return cell.requests
 
 
 def run_cell(row: Row, fault: FaultKind, phase: Phase, index: int) -> Result:
     threads = set(threading.enumerate())
     cell = Cell(row)
     port = cell.port
-    port.phase, port.index = phase, index
+    port.phase, port.index = phase, cell.first + index
     cell.hidden = fault.hides
 
     def strike() -> None:
-        cell.was_over = cell.run.is_done
+        cell.was_over = cell.job.has_ended
         fault.begin(cell, port)
 
     port.strike = strike
@@ -178,12 +202,12 @@ def run_cell(row: Row, fault: FaultKind, phase: Phase, index: int) -> Result:
     if error is None:
         faults += device_lies(cell, fault.hides)
     was_raised = port.has_raised
-    cell.session.close(why=error)
+    cell.session.close(EndReason.CLOSED if error is None else EndReason.PORT_LOST)
     faults += _judged(cell, took_s)
     faults += [f"thread left: {one.name}" for one in set(threading.enumerate()) - threads]
     if was_raised and error is None:
         faults.append("the port's error was not seen")
-    if not cell.run.is_done:
+    if not cell.job.has_ended:
         faults.append("the procedure is still running")
     return Result(tuple(faults), port.has_struck)
 
@@ -201,16 +225,17 @@ def _judged(cell: Cell, took_s: float) -> list[str]:
         faults.append(f"took {took_s:.0f} s")
     if not cell.port.is_closed:
         faults.append("the port is still open")
-    error = cell.run.error
+    error = cell.job.error
     if error is not None and not isinstance(error, TYPED):
         faults.append(f"ended with {type(error).__name__}: {error}")
-    if cell.run.is_done and error is None and not cell.was_over:
-        faults += cell.row.lies(cell.run.result, cell)
+    if cell.job.has_ended and error is None and not cell.was_over:
+        faults += cell.row.lies(cell.job.outcome(), cell)
     sent = Counter(request for request in cell.port.requests if not request.is_repeatable)
     for request, count in sent.items():
         if count > 1 and request not in cell.row.may_repeat:
             faults.append(f"{request.encode().hex(' ')} was sent {count} times")
-    if any(not known.is_stale for known in cell.session.device.view(cell.clock.now_s).values.values()):
+    view = cell.conversation
+    if any(view.fresh(key, cell.clock.now_s) is not None for key in view.values):
         faults.append("the port is closed, and something is still shown as certain")
     return faults
 
@@ -224,7 +249,7 @@ def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
         "boot_count": module.memory.boot_count,
         "active": module.state.is_active,
         "triggered": module.is_triggered,
-        "tilt_deg": round(module.measure(now_s).tilt_deg),
+        "tilt_deg": round(module.tilt_deg(now_s)),
         "acceleration_g": 1.0,
         "charging": module.world.has_external_power,
         "cell_voltage_v": CELL_VOLT.decode(module.voltage(now_s)),
@@ -236,14 +261,12 @@ def device_lies(cell: Cell, hidden: frozenset[str]) -> list[str]:
     """Return the values shown as certain that differ from the module's."""
     now_s = cell.clock.now_s
     holds = truth(cell.bench, now_s)
-    view = cell.session.device.view(now_s)
+    view = cell.conversation
+    shown = {key: view.fresh(key, now_s) for key in view.values if key not in hidden}
     return [
-        f"{key} is shown as {known.value}, the module holds {holds[key]}"
-        for key in view.values
-        if key not in hidden
-        and (known := view.known(key, now_s)) is not None
-        and not known.is_stale
-        and holds[key] != known.value
+        f"{key} is shown as {value}, the module holds {holds[key]}"
+        for key, value in shown.items()
+        if value is not None and holds[key] != value
     ]
 
 

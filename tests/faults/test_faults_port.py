@@ -13,12 +13,13 @@ import pytest
 import serial
 
 from app.engine import transport
+from app.engine.conversation import Interrupted
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
 from app.engine.worker import CLOSING_LIMIT_S, Batch, Job, PortState, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import STATUS
-from protocol.events import Rejected
+from protocol.events import EndReason, Rejected
 from tests.support.line.batches import Batches
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule, ran_code
@@ -147,19 +148,20 @@ def trouble_of(batch: Batch) -> PortTrouble | None:
 
 
 def is_online(batch: Batch) -> bool:
-    return is_open(batch) and batch.module.is_going
+    return is_open(batch) and batch.conversation.is_going
 
 
 def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
     worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
-    batches.until(lambda batch: is_online(batch) and batch.device.known("active", batch.at) is not None)
+    batches.until(lambda batch: is_online(batch) and batch.conversation.known("active", batch.at) is not None)
     job = worker.submit(Job(read_everything()))
     module.process.kill()  # its pseudo-terminal goes with it
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
-    assert "active" in lost.device.values
-    assert all(known.is_stale for known in lost.device.values.values())
+    assert "active" in lost.conversation.values
+    assert all(lost.conversation.fresh(key, lost.at) is None for key in lost.conversation.values)
     assert job.wait(PATIENCE_S)
-    assert job.run.error is lost.connection.trouble
+    assert isinstance(job.error, Interrupted)
+    assert job.error.reason is EndReason.PORT_LOST
 
 
 def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, terminal: Terminal) -> None:
@@ -174,8 +176,8 @@ def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, termi
     batches.until(is_open)
     terminal.send(b"\x00")
     seen = batches.until(lambda batch: any(isinstance(event, Rejected) for event in batch.events))
-    assert closed.device.values == {}
-    assert seen.device.known("tilt_deg", seen.at) is None
+    assert closed.conversation.values == {}
+    assert seen.conversation.known("tilt_deg", seen.at) is None
 
 
 def test_writing_and_closing_end_within_half_a_second() -> None:

@@ -32,8 +32,8 @@ TRIGGER = BY_NAME["attitude_trigger"]
 """It cannot be read (E8)."""
 
 
-def heard(raw: bytes, role: Role, at: float = NOW, asked: Request | None = None, sent_after: float = NOW) -> Received:
-    return Received(Frame(Direction.MODULE_TO_HOST, raw), decode(raw, asked), role, at, sent_after)
+def heard(raw: bytes, role: Role, at: float = NOW, asked: Request | None = None) -> Received:
+    return Received(Frame(Direction.MODULE_TO_HOST, raw), decode(raw, asked), role, at)
 
 
 def status(tilt: int = 7, *, active: bool = False, triggered: bool = False) -> bytes:
@@ -77,15 +77,14 @@ def test_it_begins_with_the_boot_count_and_the_rate_and_nothing_else() -> None:
     assert {key: known.value for key, known in view.values.items()} == {"boot_count": 37, "baud_rate": 115200}
     assert (view.number, view.boot_count, view.is_going) == (3, 37, True)
     assert view.fresh("attitude_threshold_deg", NOW) is None
-    assert view.proven("active", NOW) is None
     assert not ConversationView().is_going, "before the first one"
 
 
 def test_an_answer_is_read_and_an_acknowledgement_acknowledged(talk: Conversation) -> None:
     values = talk.view(NOW).values
-    assert values["attitude_threshold_deg"] == Known(60, How.READ, NOW, sent_after=NOW)
+    assert values["attitude_threshold_deg"] == Known(60, How.READ, NOW)
     assert values["attitude_trigger"] == Known(True, How.ACKNOWLEDGED, NOW)
-    assert values["active"] == Known(False, How.READ, NOW, sent_after=NOW)
+    assert values["active"] == Known(False, How.READ, NOW)
 
 
 @pytest.mark.promise("a")
@@ -228,14 +227,6 @@ def test_on_a_slow_line_a_value_is_as_old_as_the_line_is_late(talk: Conversation
     assert quick.fresh("active", NOW + 0.9) is False
 
 
-def test_a_status_is_proven_by_a_question_within_the_last_second(talk: Conversation) -> None:
-    talk.apply(heard(status(), Role.STREAMED, NOW + 2.0, sent_after=NOW + 1.5))
-    view = talk.view(NOW + 2.0)
-    assert view.proven("active", NOW + 2.5) is not None
-    assert view.proven("active", NOW + 2.51) is None
-    assert view.fresh("active", NOW + 2.6) is False, "it came lately, but perhaps was said long ago"
-
-
 def test_a_stream_is_one_after_two_reports_and_until_it_stops(talk: Conversation) -> None:
     assert not streamed(talk, 0.0).is_streaming
     view = streamed(talk, 0.5, 1.0)
@@ -256,14 +247,6 @@ def test_a_stream_that_is_switched_off_is_none(talk: Conversation) -> None:
     assert not talk.view(NOW + 0.2).is_streaming
 
 
-def test_missing_reports_are_counted(talk: Conversation) -> None:
-    view = streamed(talk, *(number * 0.02 for number in range(100)))
-    assert view.stream_gaps == 0
-    assert streamed(talk, 2.4, 2.42).stream_gaps == 1
-    slow = begun()
-    assert streamed(slow, 0.0, 1.0, 2.0, 3.0).stream_gaps == 0
-
-
 # After its end
 
 
@@ -280,7 +263,6 @@ def test_with_its_end_nothing_is_fresh_any_more(talk: Conversation, reason: EndR
         assert known is not None
         assert known.stale_reason is StaleReason.ENDED
         assert view.fresh(key, NOW + 0.1) is None
-    assert view.proven("active", NOW + 0.1) is None
     assert view.settings(NOW + 0.1) == {}
     assert view.boot_count == 37, "what it was is still to be seen"
     assert view.reported == (False, False)

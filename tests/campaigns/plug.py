@@ -1,0 +1,201 @@
+"""A plug that is moved from one module to the next, and a line that loses, delays and repeats, in virtual time."""
+
+import heapq
+import itertools
+import math
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from app.engine.conversation import ConversationView
+from app.engine.job import Job
+from app.engine.procedure import Procedure
+from app.engine.session import Session
+from protocol.events import Event
+from tests.module.log import SENT
+from tests.module.module import Module
+from tests.support.line.sim_line import FakeClock
+
+BYTE_S = 10 / 115200
+FRAME_BYTES = 6
+FINEST_S = 1e-4
+MAX_STEP_S = 0.05
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What a line does to frames. Shares are of the frames of each direction."""
+
+    loss: float = 0.0
+    lag_s: float = 0.0
+    """From the module to the host, constant."""
+    jitter_s: float = 0.0
+    """Up to so much more; the order stays."""
+    repeats: float = 0.0
+    """Of the module's frames: each comes again a while later, as with a bridge that repeats what it passes on."""
+    is_half_duplex: bool = False
+    """What the host sends while the module sends is lost."""
+
+
+class Plug:
+    """A `Line` to the module in which the plug is."""
+
+    def __init__(self, clock: FakeClock, module: Module, wear: Wear | None = None, *, seed: int = 1) -> None:
+        self.clock = clock
+        self.module = module
+        self.baud_rate = 115200
+        self.sets_rate = True
+        self.sent: list[bytes] = []
+        """Every frame of the host."""
+        self.on_frame: Callable[[bytes], None] = lambda _frame: None
+        """Called with each frame of the host before it is on its way."""
+        self._wear = wear or Wear()
+        self._random = random.Random(seed)
+        self._numbers = itertools.count()
+        self._coming: list[tuple[float, int, bytes]] = []
+        self._going: list[tuple[float, int, bytes]] = []
+        self._plugged_at = -math.inf
+        self._is_announced = False
+        self._arrived_at = -math.inf
+        self._up_free_at = self._down_free_at = -math.inf
+        """When each direction is free again."""
+
+    def move(self, module: Module, silent_s: float, *, is_announced: bool) -> None:
+        """Pull the plug out, and put it into `module` after a while. `is_announced`: that one starts then, else it has
+        been running all the time."""
+        self._coming.clear()
+        self._going.clear()
+        self.module = module
+        self._plugged_at = self.clock.now_s + silent_s
+        self._is_announced = is_announced
+        self._pass_time()
+
+    @property
+    def is_plugged(self) -> bool:
+        return self.clock.now_s >= self._plugged_at
+
+    # As the session uses it
+
+    def read(self, longest_s: float, _gather_s: float) -> bytes:
+        end_s = self.clock.now_s + longest_s
+        while True:
+            self._pass_time()
+            if self._coming and self._coming[0][0] <= self.clock.now_s:
+                return self._take()
+            if self.clock.now_s >= end_s:
+                return b""
+            self.clock.now_s = min(end_s, max(self.clock.now_s + FINEST_S, self._next_at()))
+
+    def write(self, data: bytes) -> None:
+        for at in range(0, len(data), FRAME_BYTES):
+            frame = data[at : at + FRAME_BYTES]
+            self.sent.append(frame)
+            self.on_frame(frame)
+            begins_at = max(self.clock.now_s, self._up_free_at)
+            self._up_free_at = begins_at + len(frame) * BYTE_S
+            is_jammed = self._wear.is_half_duplex and begins_at < self._down_free_at
+            if self.is_plugged and not is_jammed and self._random.random() >= self._wear.loss:
+                heapq.heappush(self._going, (self._up_free_at, next(self._numbers), frame))
+
+    def use_rate(self, baud_rate: int) -> None:
+        self.baud_rate = baud_rate
+        self._coming.clear()
+
+    def close(self) -> None:
+        """Has no effect: the next session may use it."""
+
+    # Time
+
+    def _next_at(self) -> float:
+        times = [self.module.next_at()]
+        if not self.is_plugged:
+            times.append(self._plugged_at)
+        times += [queue[0][0] for queue in (self._coming, self._going) if queue]
+        return min(times)
+
+    def _take(self) -> bytes:
+        data = b""
+        while self._coming and self._coming[0][0] <= self.clock.now_s:
+            data += heapq.heappop(self._coming)[2]
+        return data
+
+    def _pass_time(self) -> None:
+        now = self.clock.now_s
+        if not self.is_plugged:
+            self.module.speak(now)  # nobody hears it
+            return
+        if self._plugged_at > -math.inf:
+            self.module.speak(self._plugged_at)
+            if self._is_announced:
+                self.module.restart(self._plugged_at, off_s=0.0)
+            self._plugged_at, self._is_announced = -math.inf, False
+        while self._going and self._going[0][0] <= now:
+            at, _, frame = heapq.heappop(self._going)
+            self._carry(at)
+            self.module.hear(frame, at)
+        self._carry(now)
+
+    def _carry(self, now: float) -> None:
+        """Put what the module says until `now` on its way."""
+        log = self.module.log
+        before = len(log)
+        self.module.speak(now)
+        for entry in log[before:]:
+            if entry.kind == SENT:
+                self._send_down(entry.frame, now)
+
+    def _send_down(self, frame: bytes, now: float) -> None:
+        wear, dice = self._wear, self._random
+        self._down_free_at = max(now, self._down_free_at) + len(frame) * BYTE_S
+        if dice.random() < wear.loss:
+            return
+        at = self._down_free_at + wear.lag_s + dice.uniform(0.0, wear.jitter_s)
+        self._arrived_at = at = max(at, self._arrived_at)
+        heapq.heappush(self._coming, (at, next(self._numbers), frame))
+        if dice.random() < wear.repeats:
+            heapq.heappush(self._coming, (at + dice.uniform(0.25, 0.8), next(self._numbers), frame))
+
+
+class PlugRig:
+    """A session on a plug. `talks` holds the last view of each conversation."""
+
+    def __init__(
+        self,
+        module: Module,
+        clock: FakeClock,
+        wear: Wear | None = None,
+        background: Callable[[], Procedure[None]] | None = None,
+        *,
+        seed: int = 1,
+    ) -> None:
+        self.clock = clock
+        self.plug = Plug(clock, module, wear, seed=seed)
+        self.session = Session(self.plug, clock, background=background)
+        self.events: list[Event] = []
+        self.on_step: Callable[[], None] = lambda: None
+        self.clock.now_s += 1e-6
+
+    @property
+    def view(self) -> ConversationView:
+        return self.session.conversation_view(self.clock.now_s)
+
+    def step(self, longest_s: float = MAX_STEP_S) -> None:
+        self.session.step(longest_s)
+        self.events += self.session.take_events()
+        self.session.take_samples()
+        self.on_step()
+
+    def step_for(self, seconds: float) -> None:
+        end_s = self.clock.now_s + seconds
+        while self.clock.now_s < end_s:
+            self.step(min(MAX_STEP_S, end_s - self.clock.now_s))
+
+    def begin(self) -> None:
+        while not self.view.is_going:
+            self.step()
+
+    def start(self, procedure: Procedure[Any], **more: Any) -> Job[Any]:
+        job = Job(procedure, **more)
+        self.session.run(job, is_urgent=bool(more.get("outlives")))
+        return job
