@@ -11,10 +11,10 @@ from app.text.i18n import tr
 from app.text.sentences import labelled
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import paint_banner
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
-from ui.widgets.layouts import FlowRow, in_row, retain_size
+from ui.widgets.layouts import FlowRow, in_column, in_row, retain_size
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _ICON_PX: Final = 20
@@ -76,9 +76,15 @@ class NoticeBar(QWidget):
         self._choices = None if is_fitted else FlowRow()
         """Where they may take several lines."""
         self.picture = IconLabel("notice_icon", _ICON_PX, keeps_place=True)
-        choices = () if self._choices is None else (self._choices,)
-        self.row = in_row(self.picture, (self._text, 1), *choices, self._dismiss, of=self, spacing=Space.S,
-                          margins=(Space.M, 0 if is_fitted else Space.XS))  # fmt: skip
+        self.row = in_row(self.picture, (self._text, 1), self._dismiss, spacing=Space.S)
+        margins = (Space.M, 0 if is_fitted else Space.XS)
+        if self._choices is not None and is_text_large():
+            # Beside the buttons large text would have a word a line.
+            in_column(self.row, self._choices, of=self, spacing=Space.XS, margins=margins)
+            return
+        if self._choices is not None:
+            self.row.insertLayout(2, self._choices)
+        in_column(self.row, of=self, spacing=0, margins=margins)
 
     def show_notice(self, notice: Notice | None) -> None:
         """Replaces the notice; None hides the bar. An equal notice changes nothing."""

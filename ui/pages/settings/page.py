@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QStackedLayout, QToolButton, QWidget
 
 from app.procedures.light import Proposal
@@ -33,7 +34,7 @@ from ui.services.page import Page, WaysBack
 from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_column, scroll_area, stacked
 from ui.widgets.notice_bar import NoticeBar
@@ -222,12 +223,20 @@ class SettingsPage(Page):
             "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.work.as_found or {})
         )
         header.add_rare("settings_try", tr("Try on recorded data"), self._try_out)
-        content = named(QWidget(), "settings_content")
-        in_column(self.table, 1, of=content, margins=(Space.M, 0))
-        self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
         title = named(QLabel(tr("Profile")), "profile_title_label", "small")
-        foot = FlowRow(title, self.open, self.recent, self.save, right=(self.revert, self.write),
-                       margins=(Space.M, Space.XS))  # fmt: skip
+        profile = (title, self.open, self.recent, self.save)
+        content = named(QWidget(), "settings_content")
+        below = in_column(self.table, spacing=Space.S, margins=(Space.M, 0))
+        content.setLayout(below)
+        foot = FlowRow(right=(self.revert, self.write), margins=(Space.M, Space.XS))
+        if is_text_large():  # so that the foot is one line, and leaves room for the rows
+            below.addLayout(FlowRow(*profile))
+        else:
+            foot.add(*profile)
+        below.addStretch()
+        self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
+        # A notice below the table takes height, and must not make the rows narrower.
+        self.scroll_area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         head = in_column(header, margins=(Space.M, 0))
         form = named(QWidget(), "settings_form")
         in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)

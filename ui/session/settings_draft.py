@@ -1,0 +1,339 @@
+"""The settings of one module as a person edits them: drafts, the running write and what came of it, the profile that is
+compared, the calibration of the light threshold.
+
+Everything ends with the conversation. What was written by then stays as a report of the port, and what was not written
+as an offer to take it over; see `Interruptions`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.job import Job
+from app.engine.procedure import Cancelled
+from app.procedures.act import Armed
+from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
+from app.procedures.read import READABLE, Everything, read_everything
+from app.procedures.write import SettingChange, WriteContext, WriteReport, risk_message, why_not_verified, write_all
+from app.safety.interlocks import Interlock, Refusal
+from app.settings.form import FORM_COMMANDS, FormRow, SettingsForm, is_confirmed
+from app.settings.profiles import Profile, ProfileRow, compare
+from app.settings.setting_texts import value_text
+from app.text.i18n import tr
+from app.text.messages import UserMessage, joined, message
+from app.text.sentences import join_names, join_sentences
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.session.shown_module import ShownModule
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class Side(Enum):
+    """The position of the bay while the light is measured."""
+
+    CLOSED = "closed"
+    OPEN = "open"
+
+
+@dataclass
+class Comparison:
+    """A profile beside the module. `ticks`: what a person ticked or unticked, by the setting's key."""
+
+    profile: Profile
+    path: Path
+    ticks: dict[str, bool] = field(default_factory=dict)
+
+    def is_ticked(self, row: ProfileRow) -> bool:
+        """Whether the profile's value is to be written; at first where the module's differs, or is not known."""
+        can_be_written = row.target is not None and row.command in FORM_COMMANDS
+        return can_be_written and self.ticks.get(row.command.key, row.is_worth_applying)
+
+
+class _Wish(NamedTuple):
+    """A write as a person wants it. `accepted`: the changes whose risk was accepted; `is_unlocked`: although the module
+    is ACTIVE."""
+
+    changes: Sequence[SettingChange]
+    armed: Armed
+    accepted: frozenset[SettingChange] = frozenset()
+    is_unlocked: bool = False
+
+
+class SettingsDraft(QObject):
+    """See the module's docstring. Of one module, in the window's thread."""
+
+    changed = Signal()
+    """A draft, a running job, the notice or a panel is otherwise."""
+
+    def __init__(self, module: ShownModule) -> None:
+        super().__init__(module)
+        self._module = module
+        self.form = SettingsForm()
+        self.comparison: Comparison | None = None
+        """While a profile is compared."""
+        self.bands: dict[Side, Band] | None = None
+        """While the light threshold is calibrated: what was measured so far."""
+        self.measuring: Side | None = None
+        self.job = module.job("settings")
+        self.measure_job = module.job("calibration")
+        self.job.changed.connect(self.changed)
+        self.measure_job.changed.connect(self.changed)
+        module.ended.connect(self._on_ended)
+
+    # What is known
+
+    @property
+    def rows(self) -> tuple[FormRow, ...]:
+        return self.form.rows(self._module.view, self._module.now_s)
+
+    @property
+    def changes(self) -> tuple[SettingChange, ...]:
+        """What Write would send."""
+        return self.form.changes(self._module.view, self._module.now_s)
+
+    @property
+    def can_edit(self) -> bool:
+        return self._module.is_going and not self.form.is_writing
+
+    @property
+    def as_found(self) -> Mapping[str, Value] | None:
+        """The settings before the first write of this conversation; None while nothing was written."""
+        return None if self._module.as_found is None else self._module.as_found.settings
+
+    def count_unsent(self) -> int:
+        """Edits that leaving the module would lose. Those of an ended conversation are kept with its port."""
+        if not self._module.is_going:
+            return 0
+        return self.form.count_unsent(self._module.view, self._module.now_s)
+
+    def beside(self, drafts: Mapping[str, Value]) -> str:
+        """Edits of an ended conversation beside what the module holds now: "Free-fall time 1.60 s → 1.20 s"."""
+        texts = []
+        for command in FORM_COMMANDS:
+            wanted, held = drafts.get(command.key), self._module.view.fresh(command.key, self._module.now_s)
+            if wanted is not None:
+                values = [value_text(command, value) for value in (held, wanted) if value is not None]
+                texts.append(f"{tr(command.title)} {' → '.join(values)}")
+        return join_names(texts)
+
+    def notice(self) -> Notice | None:
+        """Progress, a question or a result; else why nothing can be written."""
+        notice = self.job.notice(marked("Asking the module…"))
+        mistyped = [tr(command.title) for command in FORM_COMMANDS if command.key in self.form.mistyped]
+        if notice is not None or not mistyped or not self._module.is_going:
+            return notice
+        names = join_names(mistyped)
+        return Notice(Meaning.ATTENTION, tr("Nothing can be written until this is corrected: {names}.", names=names))
+
+    # Editing
+
+    def choose(self, key: str, value: Value) -> None:
+        self.fill({key: value})
+
+    def fill(self, values: Mapping[str, Value]) -> None:
+        """Edit all of these; nothing is sent."""
+        self._edit(partial(self.form.fill, values))
+
+    def mistype(self, key: str, text: str) -> None:
+        """What was typed and cannot be sent."""
+        self._edit(partial(self.form.mistype, key, text))
+
+    def revert(self, key: str | None = None) -> None:
+        """Discard the edit of one row, or all edits."""
+        self._edit(partial(self.form.revert, key))
+
+    def _edit(self, act: Callable[[], object]) -> None:
+        if self.can_edit:
+            act()
+            self.job.dismiss()  # what was said last no longer holds
+
+    # The profile that is compared
+
+    def compare_with(self, profile: Profile, path: Path) -> None:
+        self.comparison = Comparison(profile, path)
+        self.changed.emit()
+
+    def compared(self) -> tuple[ProfileRow, ...]:
+        if self.comparison is None:
+            return ()
+        return compare(self.comparison.profile, self._module.view, self._module.now_s)
+
+    def write_ticked(self, armed: Armed) -> None:
+        """Write what is ticked of the profile. Other edits were not ticked, nor even shown: they stay edits."""
+        ticked: dict[str, Value] = {}
+        for row in self.compared():
+            if self.comparison is not None and self.comparison.is_ticked(row) and row.target is not None:
+                ticked[row.command.key] = row.target
+        self.close_panels()
+        self.fill(ticked)
+        self._write(_Wish([change for change in self.changes if change.command.key in ticked], armed))
+
+    # The calibration of the light threshold
+
+    def calibrate(self) -> None:
+        """From the beginning."""
+        self.close_panels()
+        self.bands = {}
+        self.changed.emit()
+
+    def measure(self, side: Side) -> None:
+        """In place of what was measured of this side before."""
+        if self.bands is not None and self.measure_job.can_run:
+            self.bands.pop(side, None)
+            self.measuring = side
+            self.measure_job.run(measure_light(), partial(self._end_measuring, side))
+
+    @property
+    def proposal(self) -> Proposal | CalibrationFault | None:
+        """None until both sides are measured."""
+        if self.bands is None or len(self.bands) < len(Side):
+            return None
+        return propose(self.bands[Side.CLOSED], self.bands[Side.OPEN])
+
+    def _end_measuring(self, side: Side, job: Job[Band]) -> None:
+        self.measuring = None
+        if self.bands is None or job.error is not None:
+            return
+        self.bands[side] = job.outcome()
+        proposal = self.proposal
+        if isinstance(proposal, Proposal):
+            self._module.light_direction = proposal.direction
+
+    def close_panels(self) -> None:
+        self.measure_job.cancel()
+        self.measure_job.drop()
+        self.comparison = self.bands = self.measuring = None
+        self.changed.emit()
+
+    # Reading and writing
+
+    def read_all(self) -> None:
+        if self.job.can_run:
+            self.job.run(read_everything(), self._end_reading)
+
+    def write(self, armed: Armed) -> None:
+        """Write all edits and verify each, unless something stands in a field that cannot be sent."""
+        if not self.form.mistyped:
+            self._write(_Wish(self.changes, armed))
+
+    def _write(self, wish: _Wish) -> None:
+        """The procedure refuses what a person has to accept first; see `_ask`."""
+        if wish.changes and self.job.can_run:
+            context = WriteContext(
+                journal=self._module.journal,
+                armed=wish.armed,
+                is_unlocked=wish.is_unlocked,
+                accepted_risks=wish.accepted,
+                store_snapshot=self._module.keep_as_found(),
+            )
+            self.form.begin_write(wish.changes)
+            self.job.run(write_all(wish.changes, context), partial(self._end_writing, wish))
+
+    def _ask(self, refusals: tuple[Refusal, ...], wish: _Wish) -> None:
+        """Whether a risk is accepted, or the module to be written although it is ACTIVE. The buttons of the two never
+        share a place, so each keeps its own while it is hidden."""
+        conditions = {refusal.condition for refusal in refusals}
+        is_risk, is_active = conditions == {Interlock.RISK_ACCEPTED}, conditions == {Interlock.MAY_WRITE}
+        anyway = partial(self._write, wish._replace(accepted=frozenset(wish.changes)))
+        unlocked = partial(self._write, wish._replace(is_unlocked=True))
+        choices = (
+            Choice("not_now", tr("Cancel"), self.job.dismiss),
+            Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_risk),
+            Choice("unlock_once", tr("Unlock this one write"), unlocked, is_step=True, is_shown=is_active),
+        )
+        text = join_sentences([tr("Nothing was written."), *(refusal.sentence for refusal in refusals)])
+        risk = risk_message(wish.changes)
+        if is_risk and risk is not None:
+            text = risk.translated()
+        self.job.set_notice(Notice(Meaning.ATTENTION, text, choices if is_risk or is_active else ()))
+
+    # How they end
+
+    def _end_reading(self, job: Job[Everything]) -> None:
+        if job.error is not None:
+            self._say_ended(job.error)
+            return
+        errors = job.outcome().errors
+        missing = join_names(tr(command.title) for command in READABLE if command.key in errors)
+        if missing:
+            text = tr("Could not read: {names}. Read again or check the wiring.", names=missing)
+            again = Choice("read_again", tr("Read all"), self.read_all)
+            self.job.set_notice(Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss))
+
+    def _end_writing(self, wish: _Wish, job: Job[WriteReport]) -> None:
+        # One that ended with an error had not begun.
+        report = WriteReport(results=()) if job.error is not None else job.outcome()
+        self.form.on_written(report.results, self._module.view, self._module.now_s)
+        if not self._module.is_going:
+            if report.results:
+                self._module.keep_report(_interrupted_message(report))
+            self._keep_drafts()
+        elif job.error is not None:
+            self._say_ended(job.error)
+        elif report.is_cancelled:
+            # So that the rows show what the module holds now.
+            self.job.run(read_everything(), lambda _read: self.job.notify(Meaning.INFORMATION, tr("Cancelled.")))
+        elif report.is_refused:
+            self._ask(report.refusals, wish)
+        else:
+            self.job.set_notice(_written_notice(report))
+
+    def _say_ended(self, error: BaseException) -> None:
+        """Why the conversation ended is a notice of the port."""
+        if isinstance(error, Cancelled):
+            self.job.notify(Meaning.INFORMATION, tr("Cancelled."))
+        elif self._module.is_going:
+            self.job.notify(Meaning.DANGER, str(error))
+
+    def _on_ended(self) -> None:
+        self.job.dismiss()
+        self.close_panels()
+        if not self.form.is_writing:  # else `_end_writing` knows better what was written
+            self._keep_drafts()
+
+    def _keep_drafts(self) -> None:
+        """What the module did not have when its conversation ended."""
+        values, edited = self._module.view.values, self.form.edited
+        drafts = {
+            command.key: edited[command.key]
+            for command in FORM_COMMANDS
+            if command.key in edited and not is_confirmed(command, values.get(command.key), edited[command.key])
+        }
+        if drafts:
+            self._module.keep_drafts(drafts)
+
+
+def _written_notice(report: WriteReport) -> Notice:
+    verified = sum(1 for written in report.results if written.verified)
+    acknowledged = sum(1 for written in report.results if written.is_fine and written.verified is None)
+    bad = [written.command for written in report.results if not written.is_fine]
+    parts = []
+    if verified:
+        parts.append(tr("Read back as written: {count}.", count=verified))
+    if acknowledged:
+        parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
+    for text, commands in (
+        (marked("Not as written: {names}."), bad),
+        (marked("Changed without being written: {names}."), [change.command for change in report.changed]),
+        (marked("Not read back: {names}."), report.unread),
+    ):
+        if commands:
+            parts.append(tr(text, names=join_names(tr(command.title) for command in commands)))
+    parts += [refusal.sentence for refusal in report.refusals]
+    meaning = Meaning.GOOD if verified else Meaning.INFORMATION
+    return Notice(meaning if report.is_fine else Meaning.DANGER, join_sentences(parts))
+
+
+def _interrupted_message(report: WriteReport) -> UserMessage:
+    """What became of each setting: "Tilt threshold: verified then, before the interruption"."""
+    told = []
+    for written in report.results:
+        why = why_not_verified(written, report) or message(marked("verified"))
+        told.append(message(marked("{name}: {value}"), name=message(written.command.title), value=why))
+    return joined(told)
