@@ -4,18 +4,18 @@ import threading
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import ConversationView, How, Known
-from app.engine.identity import Identity, Trust
-from app.procedures.handshake import Silence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, link_text
+from app.engine.conversation import ConversationView, How, Known
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
+from app.procedures.find import Silence
+from protocol.events import Ended, EndReason
 from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -51,9 +51,9 @@ def phase(assembly: Assembly) -> Phase:
 
 
 def said_of(
-    connection: Connection = OPEN, device: ConversationView = EMPTY, silence: Silence | None = None
+    connection: Connection = OPEN, conversation: ConversationView = EMPTY, silence: Silence | None = None
 ) -> tuple[LinkState, LinkText]:
-    state = link_state(connection, device, silence, is_finding=False)
+    state = link_state(connection, conversation, silence, is_finding=False)
     return state, link_text(state, 22.0)
 
 
@@ -71,21 +71,21 @@ def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
 
 
 @pytest.mark.parametrize(
-    ("presence", "lag_s", "phase", "word"),
+    ("ended", "lag_s", "phase", "word"),
     [
-        (Presence.OFFLINE, None, Phase.OFFLINE, "12 s"),
-        (Presence.ONLINE, 1.62, Phase.LATE, "1.5 s"),
-        (Presence.ONLINE, 0.9, Phase.ONLINE, "Connected"),
+        (Ended(EndReason.SILENT, 10.0), None, Phase.OFFLINE, "12 s"),
+        (None, 1.62, Phase.LATE, "1.5 s"),
+        (None, 0.2, Phase.ONLINE, "Connected"),
     ],
 )
 def test_silent_and_late_modules_are_not_called_connected(
-    presence: Presence, lag_s: float | None, phase: Phase, word: str
+    ended: Ended | None, lag_s: float | None, phase: Phase, word: str
 ) -> None:
-    device = ConversationView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, presence, 10.0, lag_s=lag_s)
-    state, said = said_of(device=device)
+    known = {"active": Known(value=True, how=How.STREAMED, at=21.99)}
+    view = ConversationView(number=1, ended=ended, values=known, lag_s=lag_s)
+    state, said = said_of(conversation=view)
     assert state.phase is phase
     assert word in said.word
-    assert (device.fresh("active", 22.0) is None) is (phase is Phase.LATE)
 
 
 # The panel
@@ -254,8 +254,8 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
 
 @pytest.mark.promise("a")
 def test_joined_batches_end_with_the_latest_state() -> None:
-    first = Batch(1.0, OPEN, ConversationView(restarts=1), None)
-    last = Batch(2.0, Connection(), ConversationView(restarts=2), None, identity=Identity(Trust.REFUTED))
+    first = Batch(1.0, OPEN, ConversationView(number=1), None)
+    last = Batch(2.0, Connection(), ConversationView(number=2), None)
     assert joined([first, last]) == last
     assert joined([last, first]) == first
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from app.procedures.handshake import Silence
 from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -13,6 +12,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
+from app.procedures.find import Silence
 from app.procedures.lock import Locked
 from app.safety.journal import Outcome
 from app.text.i18n import tr
@@ -132,12 +132,16 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         given(notice.dismiss)()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
         port = assembly.ports.current
-        qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None)
+        qtbot.waitUntil(lambda: port.module.is_read)
+        main.go_to("preflight")
         bench.restart()
-        qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None)
+        qtbot.waitUntil(lambda: "reported TRIGGERED before" in notice_text(main.notice_bar))
         notice = given(main.notice_bar.notice)
-        notice.choices[0].act()
-        assert main.navigation.chosen == "preflight"
+        assert notice.meaning is Meaning.DANGER
+        given(notice.dismiss)()
+        assert "The module restarted." in notice_text(main.notice_bar)
+        given(given(main.notice_bar.notice).dismiss)()
+        assert main.notice_bar.notice is None
 
 
 def test_what_comes_next_is_not_said_behind_a_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -195,7 +199,7 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
 
 
 LOST = tuple(
-    LinkState(phase, "/dev/ttyUSB10", 115200, since=0.0, trouble=PortError(kind, "/dev/ttyUSB10", ""), absence=absence)
+    LinkState(phase, "/dev/ttyUSB10", 115200, trouble=PortError(kind, "/dev/ttyUSB10", ""), absence=absence)
     for phase in (Phase.LOST, Phase.FAILED)
     for kind, absence in (*((one, None) for one in PortTrouble), *((PortTrouble.LOST, one) for one in Absence))
 )
@@ -216,7 +220,7 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
             assembly.appearance.choose(theme)
             main.resize(width, 540)
             again = Choice("lock_again", tr("LOCK again"), lambda: None)
-            for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
+            for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10"), LinkState(Phase.LATE)):
                 alone = link_notice(state._replace(was_active=True), 99.0, ACTS)
                 said = link_notice(state, 99.0, ACTS, is_unlocked=True)
                 assert alone is not None

@@ -8,12 +8,12 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import pytest
-from app.engine.conversation import StatusSample
 from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import StatusSample
 from app.engine.procedure import LinkView
 from app.limits.out_of_limits import LimitsInUse
 from app.safety.last_known import keep_away

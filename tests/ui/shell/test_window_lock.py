@@ -10,22 +10,18 @@ from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
-from ui.services.port import LockControl
 
-from app.engine.target import Target
-from app.safety.acts import Act
-from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
 from tests.support.line.odd_module import end_faults
-from tests.support.records.stored import audit
-from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, store_of, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
+from ui.session.ports import LockControl
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -79,19 +75,6 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     assert confirmed.sent == 6
 
 
-def wait_for_identity(one: Rig) -> None:
-    """Wait until enough was read to recognise the module after a loss of the port."""
-    port = one.assembly.ports.current
-    one.until(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"})
-
-
-def say_which_module(one: Rig, key: str) -> None:
-    bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
-    one.until(lambda: bar.button(key) is not None)
-    press(one.qtbot, bar.button(key))
-    one.until(lambda: port.identity.is_settled)
-
-
 def test_lock_pressed_again_is_sent_at_once(one: Rig) -> None:
     times = lossy(one.bench, 1)
     lock = one.assembly.window.top_bar.lock
@@ -136,23 +119,9 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.module.activate(is_active=False)  # somebody locks it in another way
-    port = one.assembly.ports.current
-    one.until(lambda: bar.notice is None or port.identity.is_for_a_person)  # after a second of silence
-    port.confirm_identity()
-    one.until(lambda: bar.notice is None)
+    one.until(lambda: one.assembly.ports.current.lock.failed is None)
+    one.until(lambda: "treat the module as ACTIVE" not in notice_text(bar))
     assert one.assembly.ports.current.lock.failed is None
-
-
-def test_a_lock_that_fails_is_forgotten_with_its_module(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    bar = one.assembly.window.notice_bar
-    with simulated("other"):
-        fail(one, monkeypatch)
-        one.bench.unplug()
-        one.until(lambda: bar.button("lock_again") is None)  # nothing can be sent
-        assert "treat the module as ACTIVE" in notice_text(bar)
-        one.url = "sim://other"
-        one.connect()
-        one.until(lambda: bar.notice is None)
 
 
 def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,79 +133,49 @@ def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: py
 
 
 @pytest.mark.promise("l")
-def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
-    bar = one.assembly.window.notice_bar
-    wait_for_identity(one)
+def test_it_goes_first_when_the_port_comes_back_within_a_minute(one: Rig) -> None:
+    bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
     one.bench.change(mute=True)
     press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: one.assembly.ports.current.lock.is_repeating)
+    one.until(lambda: bool(port.lock.sent))
     one.bench.unplug()
-    one.until(lambda: not one.assembly.ports.current.is_open)
-    assert one.assembly.ports.current.lock.is_repeating
-    assert "when the port is back" in notice_text(bar)
+    one.until(lambda: not port.is_open and port.lock.owed is not None)
+    assert "treat the module as ACTIVE. Sent when it answers" in notice_text(bar)
     end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.plug()
     one.until(lambda: not one.bench.module.state.is_active)
-    one.until(lambda: bar.button("identity_same") is not None)
-    one.wait(0.3)  # it has reported LOCKED several times, and may be a twin
-    assert one.assembly.ports.current.lock.confirmed is None
-    assert "treat the module as ACTIVE" in notice_text(bar)
-    say_which_module(one, "identity_same")
-    one.until(lambda: one.assembly.ports.current.lock.confirmed is not None)
-
-
-@pytest.mark.parametrize("is_late", [False, True])
-@pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
-@pytest.mark.promise("c")
-def test_the_report_of_what_may_be_another_module_confirms_nothing(
-    one: Rig, monkeypatch: pytest.MonkeyPatch, answer: str, is_late: bool
-) -> None:
-    connector, bar = one.assembly.ports, one.assembly.window.notice_bar
-    lock = connector.current.lock
-    wait_for_identity(one)
-    if is_late:
-        monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
-    one.bench.change(mute=True)
-    press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: bool(lock.sent))
-    one.bench.unplug()
-    one.until(lambda: not connector.current.is_open and lock.is_repeating is not is_late)
-    one.bench.change(mute=False)
-    one.bench.module.memory.boot_count -= 20
-    one.bench.restart()  # another one, which is locked
-    one.bench.plug()
-    one.until(lambda: connector.current.identity.is_for_a_person)
-    one.until(lambda: not lock.is_repeating)
-    one.wait(0.3)  # it has reported LOCKED several times
-    assert (lock.confirmed, lock.failed is None) == (None, False)
-    one.until(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar))
-    say_which_module(one, answer)
-    one.until(lambda: bar.notice is None or "restarted" in bar.notice.text)
-    assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
+    one.until(lambda: not port.lock.is_unproven)
 
 
 @pytest.mark.promise("l")
-def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Rig) -> None:
-    """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
-    connector = one.assembly.ports
-    lock = connector.current.lock
-    wait_for_identity(one)
-    one.assembly.ports.current.module.choose("M-1")
-    one.until(lambda: connector.current.identity.is_named)
+def test_after_a_minute_it_is_not_sent_any_more(one: Rig) -> None:
+    port = one.assembly.ports.current
     one.bench.change(mute=True)
     press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: connector.current.module.view.breaks > 0)
-    one.bench.module.activate(is_active=False)
+    one.until(lambda: bool(port.lock.sent))
+    one.bench.unplug()
+    one.until(lambda: port.lock.owed is not None)
+    one.wait(62.0)
+    end_faults(one.bench)
     one.bench.change(mute=False)
-    port = connector.current
-    one.until(lambda: port.identity.is_for_a_person and not lock.is_repeating)
-    one.wait(0.3)  # it has reported LOCKED several times
-    assert (lock.confirmed, lock.failed is None) == (None, False)
-    store = store_of(one.assembly.storage)
-    assert [entry.outcome for entry in audit(store, Act.LOCK)] == [Outcome.UNKNOWN], "it may still be ACTIVE"
-    say_which_module(one, "identity_same")
-    one.until(lambda: lock.confirmed is not None)
+    one.bench.plug()
+    one.until(lambda: port.module.is_going)
+    one.wait(2.0)
+    assert one.bench.module.state.is_active
+    assert port.lock.owed is not None
+    assert "treat the module as ACTIVE" in notice_text(one.assembly.window.notice_bar)
+
+
+@pytest.mark.promise("l")
+def test_pressed_while_the_port_is_lost_it_goes_first_when_it_is_back(one: Rig) -> None:
+    port = one.assembly.ports.current
+    one.bench.unplug()
+    one.until(lambda: not port.is_open)
+    port.lock.press()
+    one.until(lambda: port.lock.owed is not None)
+    one.bench.plug()
+    one.until(lambda: not one.bench.module.state.is_active)
 
 
 @pytest.mark.promise("l")
@@ -244,7 +183,7 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
     times = lossy(one.bench, 100)
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: len(times) >= 2)
-    one.assembly.ports.current.lock.end()
+    one.assembly.ports.current.lock.give_up()
     one.until(lambda: not one.assembly.ports.current.lock.is_repeating)
     assert not one.assembly.ports.current.lock.is_unproven
     count = len(times)
@@ -267,7 +206,7 @@ def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: 
             one.until(lambda: not connector.current.is_open)
         one.url = "sim://other"
         one.connect()
-        one.until(lambda: connector.current.module.view.presence.name == "ONLINE")
+        one.until(lambda: connector.module.is_going)
         one.wait(1.0)
         assert other.module.state.is_active
         assert not lock.is_repeating
@@ -298,23 +237,3 @@ def test_its_keys_count_while_the_pages_are_made(
         qtbot.waitUntil(lambda: assembly.window._maker.is_done and len(pressed) == len(entries))
         assert [kind for kind, *_ in raised] == [AttributeError]
     assert shown == []
-
-
-def test_after_a_lost_port_it_is_confirmed_by_nobody_where_nothing_was_heard_before(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    """Nobody can say then whether what answers is the module that LOCK was pressed for."""
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "silent", EMPTY_PAGE, active=True) as one:
-        lock = one.assembly.ports.current.lock
-        one.bench.change(mute=True)
-        one.assembly.ports.connect_to(Target(one.url, 115200))
-        one.until(lambda: lock.is_possible)
-        lock.press()
-        one.until(lambda: bool(lock.sent))
-        one.bench.unplug()
-        one.until(lambda: not lock.is_possible)
-        one.bench.change(mute=False)
-        one.bench.plug()
-        one.until(lambda: not lock.is_repeating)
-        one.wait(0.3)  # it has reported LOCKED several times
-        assert (lock.confirmed, lock.failed is None) == (None, False)

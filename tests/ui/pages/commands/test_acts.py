@@ -5,11 +5,11 @@ screen.
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import StatusSample
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import StatusSample
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act

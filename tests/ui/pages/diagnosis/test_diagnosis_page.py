@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import ConversationView
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
@@ -20,6 +19,7 @@ from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import Cause, diagnose
 from app.diagnosis.link_state import Phase
 from app.diagnosis.symptoms import EvidenceCollector
+from app.engine.conversation import ConversationView
 from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView
 from app.engine.target import Target

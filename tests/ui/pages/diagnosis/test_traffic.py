@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import ConversationView
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import ConversationView
 from app.engine.worker import Batch, Connection
 from app.text import i18n
 from protocol.catalogue import BY_NAME, HEARTBEAT

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from app.engine.identity import Identity, Trust
-from app.procedures.write import SettingChange, WriteContext
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.engine.procedure import Cancelled, Procedure
@@ -21,6 +20,7 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
+from app.procedures.write import SettingChange, WriteContext
 from app.records.filing import Filed, local_now
 from app.records.record import make_record
 from app.safety.journal import Outcome

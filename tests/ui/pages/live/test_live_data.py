@@ -10,9 +10,9 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from app.engine.conversation import ConversationView, StaleReason
 from app.engine.identity import Identity, Trust
 
+from app.engine.conversation import ConversationView, StaleReason
 from app.engine.worker import Batch, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import StatusSample
-from app.procedures.light import LightDirection
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import StatusSample
+from app.procedures.light import LightDirection
 from app.text.i18n import CHINESE, ENGLISH
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.engine.conversation import StatusSample
 from app.engine.identity import Identity, Trust
 from PySide6.QtCore import QEvent
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import StatusSample
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
 from app.recordings.markers import MarkerKind

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from app.engine.conversation import StatusSample
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import StatusSample
 from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
 from app.settings.form import RowState

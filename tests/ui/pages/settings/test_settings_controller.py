@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.engine.conversation import How, Known, StaleReason
 from app.engine.identity import Identity, Trust
-from app.procedures.write import SettingChange, WriteContext, WriteReport
 from PySide6.QtWidgets import QApplication
+from ui.pages.settings.controller import SettingsController
 
+from app.engine.conversation import How, Known, StaleReason
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.procedures.read import Everything
-from app.procedures.write import SetReply, WriteFault, Written
+from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFault, WriteReport, Written
 from app.safety.interlocks import Interlock, Refusal
 from app.settings.form import FormRow, RowState
 from app.text.messages import UserMessage
@@ -25,7 +25,6 @@ from protocol.fields import Value
 from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services
 from tests.support.window.steps import given
 from ui.pages.settings import controller
-from ui.pages.settings.controller import SettingsController
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-from app.engine.conversation import How, Known
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QFontMetricsF, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import How, Known
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
 from app.text.i18n import CHINESE, ENGLISH, tr

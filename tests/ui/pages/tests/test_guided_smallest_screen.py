@@ -5,11 +5,11 @@ import json
 from pathlib import Path
 
 import pytest
-from app.engine.conversation import ConversationView
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 from ui.pages.tests.controller import Stage
 
+from app.engine.conversation import ConversationView
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.records.report import guided_html
