@@ -28,6 +28,11 @@ class FiringDoubt:
     def is_open(self) -> bool:
         return self._is_raised and not (self._has_read_records and self._is_notice_closed)
 
+    @property
+    def is_to_be_told(self) -> bool:
+        """No person has closed the notice about it yet."""
+        return self._is_raised and not self._is_notice_closed
+
     def note_ended(self, conversation: ConversationView) -> None:
         """To be called once with each conversation that has ended."""
         self._boot_count_before = None

@@ -40,7 +40,8 @@ from ui.session.recording import RecordingState, SessionRecording
 from ui.session.shown_module import ShownModule
 
 _log = logging.getLogger(__name__)
-MakeWorker = Callable[[Callable[[Batch], None]], Worker]
+MakeWorker = Callable[[Callable[[Batch], None], Callable[[], Job[Any]]], Worker]
+"""Given what takes its batches, and what makes the job of an owed LOCK."""
 MIN_PUBLISH_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
 # While a port is waited for: how often it is checked.
@@ -127,15 +128,15 @@ class Port(QObject):
         self.bridge = Bridge(self)
         self.bridge.batch.connect(self._on_batch)
         make_worker = make_worker or self._make_worker
-        self._worker = make_worker(self.bridge.deliver)
+        self._worker = make_worker(self.bridge.deliver, self.lock.make_owed)
         self.view = self._derive_view()
         self._watcher.listed.connect(self._on_ports)
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
 
-    def _make_worker(self, deliver: Callable[[Batch], None]) -> Worker:
-        return Worker(self.recording.recorded(deliver), make_lock=self.lock.make_owed)
+    def _make_worker(self, deliver: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> Worker:
+        return Worker(self.recording.recorded(deliver), make_lock=make_lock)
 
     # What is known
 
@@ -305,6 +306,7 @@ class Port(QObject):
             self.stream_left_on.emit()
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
+            self._end_unseen(batch)
             self._show(view)
         was_going = self.module.is_going or view.is_going
         if view.number == self.module.number:
@@ -317,6 +319,13 @@ class Port(QObject):
         if is_news:
             _log.info("Port: %s", batch.connection)
             self._on_connection(batch.connection)
+
+    def _end_unseen(self, batch: Batch) -> None:
+        """A conversation that ended, and the next one that began at once, may come in one batch."""
+        ended = next((event for event in batch.events if isinstance(event, Ended)), None)
+        if ended is not None and self.module.is_going:
+            self.module.end_with(ended)
+            self._on_end(self.module.view, ended)
 
     def _show(self, view: ConversationView) -> None:
         """Another conversation: nothing of the module before is left."""

@@ -381,6 +381,11 @@ class ShownModule(QObject):
         if was_going and not self.is_going:
             self.ended.emit()
 
+    def end_with(self, ended: Ended) -> None:
+        """Its conversation is over; there is no batch of its own that says so."""
+        self.view = self.view._replace(ended=ended)
+        self.ended.emit()
+
     def _note_triggered(self, batch: Batch) -> None:
         """A TRIGGERED that was seen stays with the module: no verdict before it holds."""
         if self.was_triggered:

@@ -306,7 +306,7 @@ class Attention(QObject):
                 return Notice(Meaning.ATTENTION, text, dismiss=close)
             if remainder.drafts is not None:
                 return self._drafts_notice(port, remainder, remainder.drafts)
-        if port.firing_doubt.is_open:
+        if port.firing_doubt.is_to_be_told:
             text = tr("The module may have fired before the restart: read the trigger records.")
             choices = self._page_choices("after_restart", tr("Read the record"), "triggers", is_main=True)
             return Notice(Meaning.DANGER, text, choices, dismiss=partial(self._close_doubt, port))

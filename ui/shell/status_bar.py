@@ -126,7 +126,7 @@ class StatusBar(QFrame):
         self._module = module
         module.batch.connect(self.on_batch)
         self.show_message("")
-        self.age.show_age(None)
+        self.age.show_age(module.statistics.last_frame_at)
         self._show_fault(None)
 
     def on_batch(self, batch: Batch) -> None:

@@ -157,8 +157,8 @@ class WatchedLine(SimulatedLine):
 class ThreadlessWorker(worker.Worker):
     """The worker that the window and the commands use, without its thread; `turn` is one round of its loop."""
 
-    def __init__(self, callback: Any, clock: FakeClock) -> None:
-        super().__init__(callback, clock=clock)
+    def __init__(self, callback: Any, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None) -> None:
+        super().__init__(callback, clock=clock, make_lock=make_lock)
         self._has_ended = False
 
     def start(self) -> None:

@@ -197,7 +197,7 @@ class FakePorts:
         self.ports = Ports(watcher, storage, make_worker=self.make, clock=lambda: self.now_s)
         return self.ports
 
-    def make(self, callback: Callable[[Batch], None]) -> Any:
+    def make(self, callback: Callable[[Batch], None], _make_lock: object = None) -> Any:
         self.workers.append(FakeWorker(callback, lambda: self.now_s))
         return self.workers[-1]
 

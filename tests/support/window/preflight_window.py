@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+from unittest.mock import patch
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
@@ -19,6 +20,7 @@ from tests.support.window.steps import Found, await_child, drop, given, notice_t
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import ModuleCheck, Standing
+from ui.session.trigger_reading import TriggerReading
 
 KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
@@ -27,6 +29,9 @@ VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 @dataclass
 class OnBench(Rig):
     """With the pages Triggers, Pre-flight or both."""
+
+    reads_triggers = True
+    """Whether the page Triggers reads by itself."""
 
     @property
     def name(self) -> str:
@@ -68,12 +73,12 @@ class OnBench(Rig):
         self.until(lambda: page.banner.announcement.standing in wanted)
 
     def restart(self) -> None:
-        """Restart the module; wait for both heartbeats and for answers."""
-        connector = self.assembly.ports
-        before = connector.current.module.view.restarts
+        """Restart the module; wait for the next conversation."""
+        port = self.assembly.ports.current
+        before = port.module.number
         self.bench.restart()
-        self.until(lambda: connector.current.module.view.restarts > before)
-        self.until(lambda: connector.current.state.phase is Phase.ONLINE)
+        self.until(lambda: port.module.number > before)
+        self.until(lambda: port.state.phase is Phase.ONLINE)
 
     def read_triggers(self) -> None:
         page = self.triggers
@@ -88,12 +93,22 @@ class OnBench(Rig):
 def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *pages: str, is_connected: bool = True,
              reads_triggers: bool = False, **options: object) -> Iterator[OnBench]:  # fmt: skip
     """Open a window with these pages."""
-    with on_fake_time(OnBench, qtbot, qapp, folder, name, page_entries(*pages), **options) as one:
+    made: list[OnBench] = []
+    read_unasked = TriggerReading.read_unasked
+
+    def read_where_wanted(reading: TriggerReading) -> None:
+        if made and made[0].reads_triggers:
+            read_unasked(reading)
+
+    with (
+        patch.object(TriggerReading, "read_unasked", read_where_wanted),
+        on_fake_time(OnBench, qtbot, qapp, folder, name, page_entries(*pages), **options) as one,
+    ):
+        made.append(one)
+        one.reads_triggers = reads_triggers
         one.assembly.window.resize(1024, 600)
         for page in pages:
             await_child(qtbot, one.root, KINDS[page])
-        if "triggers" in pages:
-            one.find(TriggersPage).work.reads_by_itself = reads_triggers
         if is_connected:
             one.connect()
         yield one
@@ -121,8 +136,8 @@ def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:
 def confirm_name(bench: OnBench) -> None:
     """Press "It is …" once the window asks which module it is."""
     bar = bench.assembly.window.notice_bar
-    bench.until(lambda: bar.button("identity_same") is not None)
-    press(bench.qtbot, bar.button("identity_same"))
+    bench.until(lambda: bar.button("name_same") is not None)
+    press(bench.qtbot, bar.button("name_same"))
     bench.until(lambda: bool(bench.assembly.ports.current.module.name))
 
 

@@ -5,13 +5,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.job import Job
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
@@ -114,8 +115,8 @@ def on_fake_time(
     """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
 
-    def make_worker(callback: Callable[[Batch], None]) -> ThreadlessWorker:
-        workers.append(ThreadlessWorker(callback, clock))
+    def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
+        workers.append(ThreadlessWorker(callback, clock, make_lock))
         return workers[-1]
 
     def open_line(port: str, baud_rate: int) -> WatchedLine:

@@ -28,7 +28,7 @@ from tests.support.window.fakes_ui import (
     window,
 )
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import given, notice_text, press
+from tests.support.window.steps import given, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
@@ -176,18 +176,6 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
         assert "Traceback" not in notice.text
         assert assembly.window.notice_bar.button("connect_again") is not None
         assert missing in assembly.window.panel.state_label.text() or assembly.window.panel.isHidden()
-
-
-def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    somebody = object()
-    with simulated("busy") as bench, window(qapp, tmp_path) as assembly:
-        assert bench.hold(somebody)
-        assembly.ports.connect_to(Target("sim://busy", 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None)
-        assert "in use" in notice_text(assembly.window.notice_bar)
-        bench.holder = None
-        press(qtbot, assembly.window.notice_bar.button("connect_again"))
-        wait_online(qtbot, assembly)
 
 
 def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ def test_fields_have_a_point_on_a_computer_with_a_comma(
 
 def test_nothing_asks_the_computer_how_to_write_a_date() -> None:
     """ISO everywhere: 11/12 is a day in November here and in December there."""
-    habits = re.compile(r"%[xXcpbBaAyDh]\b|toString\([^)]*QLocale|QLocale\(\)\.to|locale\.(format|str|currency)")
+    habits = re.compile(r"%[xXcpbBaAyDh]\b(?!::)|toString\([^)]*QLocale|QLocale\(\)\.to|locale\.(format|str|currency)")
     found = [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
         for path in SOURCES
@@ -121,5 +121,5 @@ def test_every_date_has_the_year_first() -> None:
     ]
     assert len(dates) > 5
     for name, shape in dates:
-        if "%d" in shape or "%m" in shape:
+        if "%Y" in shape or "%m" in shape:
             assert re.match(r"%Y-?%m-?%d", shape), (name, shape)

@@ -1,84 +1,94 @@
 """A page and its one procedure on the module: progress, cancel, its end, what is said; the storage of the pages."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 from unittest.mock import Mock
 
 import pytest
-from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.procedure import Cancelled, Procedure, Report
-from app.engine.snapshots import Snapshot
-from app.engine.worker import Job
+from app.engine.conversation import Interrupted
+from app.engine.job import Job
+from app.engine.procedure import Pause, Procedure, Report
 from app.recordings.export import Exported
 from app.recordings.library import RecordingEntry
-from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
+from protocol.events import EndReason
 from tests.support.patience import PATIENCE_S
+from tests.support.window.fake_ports import ports_alone
 from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, window
 from tests.support.window.steps import find, given
 from ui.pages.flights.page import FlightsPage
 from ui.services.job_notice import JobNotice
 from ui.services.recording_jobs import ExportKind, RecordingJobs
 from ui.services.storage import Storage
-from ui.session.ports import Ports
 from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-class Line(QObject):
-    """In place of the connector: runs what it is given when the test says so."""
-
-    invalidated = Signal()
-    is_open = is_requested = True
+class Line:
+    """A job on a module that answers; `end` says what came of what it began, the last one by default."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.current = self
-        self.jobs: list[tuple[Job[Any], Callable[[Job[Any]], None]]] = []
+        self.ports = ports_alone()
+        self.port, self.worker = self.ports.plug_in("/dev/one")
+        QApplication.processEvents()
+        self.job = RunningJob(self.port.module)
 
-    def run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None], **more: Any) -> Job[Any]:
-        job = Job(procedure, more["on_progress"])
-        self.jobs.append((job, then))
-        job.run.start(0.0)
-        return job
+    @property
+    def jobs(self) -> list[Job[Any]]:
+        return [job for job in self.worker.wanted(is_urgent=False) if job.conversation is not None]
+
+    def begin(self, then: Callable[[Job[int]], object]) -> None:
+        self.job.run(reading(), then)
+        self.jobs[-1].start(0.0)
 
     def end(self, number: int = -1) -> None:
-        job, then = self.jobs[number]
-        then(job)
+        self.worker.finish(self.jobs[number], 7)
+        QApplication.processEvents()
+
+
+@pytest.fixture
+def line() -> Iterator[Line]:
+    made = Line()
+    yield made
+    made.ports.stop()
 
 
 def reading() -> Procedure[int]:
     yield Report(1, 5, "Reading: {what}", (("what", "Deploy delay"),))
+    yield Pause(1.0)
     return 7
 
 
-def made() -> tuple[RunningJob, Line, list[Job[int]]]:
-    line = Line()
-    return RunningJob(cast("Ports", line)), line, []
-
-
-def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
-    job, line, ended = made()
+def test_progress_is_said_until_it_ends(qtbot: QtBot, line: Line) -> None:
+    job, ended = line.job, list[Job[int]]()
     job.notify(Meaning.GOOD, "before")
     with qtbot.waitSignal(job.changed):
-        job.run(reading(), ended.append)
+        line.begin(ended.append)
     assert not job.can_run
     notice = given(job.notice("Asking"))
     assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
     assert [choice.key for choice in notice.choices] == ["cancel"]
     assert (job.notice("Asking", can_cancel=False) or notice).choices == ()
-    with qtbot.waitSignal(job.changed):
-        line.end()
+    line.end()
     assert [one.outcome() for one in ended] == [7]
     assert job.can_run
     assert job.notice("Asking") is None
+
+
+def test_it_ends_with_its_conversation(line: Line) -> None:
+    ended = list[Job[int]]()
+    line.begin(ended.append)
+    line.worker.end(EndReason.SILENT)
+    QApplication.processEvents()
+    assert isinstance(ended[0].error, Interrupted)
+    assert not line.job.can_run
 
 
 def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -87,12 +97,12 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
         flights = find(assembly.window, FlightsPage)
         for notice in (assembly.storage.recordings, flights.result):
             notice.notify(Meaning.ATTENTION, "Not saved")
-            assembly.ports.invalidated.emit()
+            assembly.ports.shown.emit(assembly.ports.module)
             assert notice.result_notice() is not None
 
 
-def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
-    job, _line, _ended = made()
+def test_what_offers_no_choice_can_be_closed(line: Line) -> None:
+    job = line.job
     choice = Choice("again", "Again", job.dismiss)
     job.set_notice(Notice(Meaning.ATTENTION, "Restarted", (choice,)))
     asked = given(job.notice("Asking"))
@@ -103,9 +113,9 @@ def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
     assert job.notice("Asking") is None
 
 
-def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None:
-    job, line, _ended = made()
-    job.run(reading(), lambda _job: job.notify(Meaning.GOOD, "done"))
+def test_what_is_said_at_its_end_stands_until_it_is_closed(line: Line) -> None:
+    job = line.job
+    line.begin(lambda _job: job.notify(Meaning.GOOD, "done"))
     line.end()
     notice = given(job.notice("Asking"))
     assert (notice.meaning, notice.text) == (Meaning.GOOD, "done")
@@ -113,32 +123,27 @@ def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None
     assert job.notice("Asking") is None
 
 
-def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(qtbot: QtBot) -> None:
-    job, line, ended = made()
-    job.run(reading(), ended.append)
-    job.run(reading(), ended.append)
+def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line) -> None:
+    ended = list[Job[int]]()
+    line.begin(ended.append)
+    line.begin(ended.append)
     line.end(0)
     assert ended == []
-    assert job.is_running
+    assert line.job.is_running
     line.end(1)
     assert len(ended) == 1
-    job.run(reading(), ended.append)
-    job.drop()
+    line.begin(ended.append)
+    line.job.drop()
     line.end()
-    assert (len(ended), job.progress) == (1, None)
+    assert (len(ended), line.job.progress) == (1, None)
 
 
-def test_it_can_be_cancelled(qtbot: QtBot) -> None:
-    job, line, ended = made()
-    job.cancel()  # nothing runs: nothing happens
-    job.run(reading(), ended.append)
-    notice = job.notice("Asking")
-    assert isinstance(notice, Notice)
-    notice.choices[0].act()
-    assert line.jobs[0][0].run.is_cancelled
-    line.jobs[0][0].run.error = Cancelled()
-    line.end()
-    assert isinstance(ended[0].run.error, Cancelled)
+def test_it_can_be_cancelled(line: Line) -> None:
+    line.job.cancel()  # nothing runs: nothing happens
+    ended = list[Job[int]]()
+    line.begin(ended.append)
+    given(line.job.notice("Asking")).choices[0].act()
+    assert line.jobs[0].pop_cancel()
 
 
 def test_what_a_cancelled_job_has_written_is_said(
@@ -175,19 +180,13 @@ def test_what_a_cancelled_job_has_written_is_said(
     jobs.stop()
 
 
-SNAPSHOT = Snapshot(settings={"attitude_threshold_deg": 60})
-
-
 def test_a_closed_storage_opens_no_store_again(tmp_path: Path) -> None:
     """Work that is under way while the window closes would open it, and nobody would close it."""
     storage = Storage(tmp_path)
     store_of(storage)
-    kept = given(storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0"))
     storage.close()
-    assert kept.result(0).kind
+    assert storage.begun is None
     assert isinstance(storage.store, StoreTrouble)
-    assert storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0") is None
-    assert not isinstance(storage.store, Store)
     storage.close()
 
 

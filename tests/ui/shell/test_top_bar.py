@@ -74,10 +74,11 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
         qtbot.addWidget(top)
         assert (top.port.title.text(), top.name.text()) == ("Not connected", "")
         connect(qtbot, assembly, "sim://named")
-        assembly.ports.current.module.choose("M-07")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        assembly.ports.module.say_name("M-07")
         top.refresh()
         assert (top.port.title.text(), top.name.text()) == ("Simulated module", "M-07")
-        assembly.ports.current.module.choose("")
+        assembly.ports.module.say_name("")
         top.refresh()
         assert top.name.text() == ""
 
@@ -198,7 +199,7 @@ def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
     for signal in (ports.ports.changed, ports.ports.ticked):
         signal.connect(lambda: news.append(top.activation.word))
     batches: list[object] = []
-    ports.ports.batch.connect(batches.append)
+    port.batch.connect(batches.append)
     for tilt in range(20):
         ports.now_s += 0.1
         worker.say(**VALUES | {"active": True, "tilt_deg": tilt})
@@ -325,8 +326,8 @@ def test_a_disconnection_that_was_asked_for_is_no_loss(qtbot: QtBot, listener: L
 def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, listener: Listener) -> None:
     connection, module = listener.ports.plug_in(USB0, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
-    connection.treat_as_new()
-    module.say(active=False, triggered=True)
+    connection.treat_as_another()
+    module.begin(active=False, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
 
 
@@ -338,10 +339,10 @@ def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtb
     second, module = ports.plug_in(USB1)
     broken = Counters(frames=5, rejected_bytes=Counter({Reason.CHECKSUM: 3}))
     module.hand_over(link=LinkView(broken, None, None))
-    qtbot.waitUntil(lambda: second.last.link is not None)
+    qtbot.waitUntil(lambda: second.module.statistics.totals.frames > 0)
     ports.now_s += 300
     module.hand_over(link=LinkView(broken, None, None))
-    qtbot.waitUntil(lambda: second.last.at == ports.now_s)
+    QApplication.processEvents()
     ports.ports.choose(second)
     assert bar.age.text() == "5 min ago"
     assert bar.fault.isHidden()

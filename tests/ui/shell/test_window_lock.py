@@ -135,14 +135,13 @@ def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: py
 @pytest.mark.promise("l")
 def test_it_goes_first_when_the_port_comes_back_within_a_minute(one: Rig) -> None:
     bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
-    one.bench.change(mute=True)
+    heal = at_each_frame(one.bench, lambda request: request.command is not ACTIVATION)
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: bool(port.lock.sent))
     one.bench.unplug()
     one.until(lambda: not port.is_open and port.lock.owed is not None)
     assert "treat the module as ACTIVE. Sent when it answers" in notice_text(bar)
-    end_faults(one.bench)
-    one.bench.change(mute=False)
+    heal()
     one.bench.plug()
     one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: not port.lock.is_unproven)
@@ -151,14 +150,13 @@ def test_it_goes_first_when_the_port_comes_back_within_a_minute(one: Rig) -> Non
 @pytest.mark.promise("l")
 def test_after_a_minute_it_is_not_sent_any_more(one: Rig) -> None:
     port = one.assembly.ports.current
-    one.bench.change(mute=True)
+    heal = at_each_frame(one.bench, lambda request: request.command is not ACTIVATION)
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: bool(port.lock.sent))
     one.bench.unplug()
     one.until(lambda: port.lock.owed is not None)
     one.wait(62.0)
-    end_faults(one.bench)
-    one.bench.change(mute=False)
+    heal()
     one.bench.plug()
     one.until(lambda: port.module.is_going)
     one.wait(2.0)
