@@ -264,14 +264,6 @@
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
-        <source>Another module</source>
-        <translation>另一个模块</translation>
-    </message>
-    <message>
-        <source>Another module is shown now: nothing was opened.</source>
-        <translation>当前显示的是另一个模块：未打开任何文件。</translation>
-    </message>
-    <message>
         <source>Another module may answer from now on.</source>
         <translation>此后应答的可能是另一个模块。</translation>
     </message>
@@ -350,10 +342,6 @@
     <message>
         <source>Attitude: fires at its threshold, rearms 10° below.</source>
         <translation>姿态触发：达到阈值即触发，低于阈值 10° 复位。</translation>
-    </message>
-    <message>
-        <source>Automatic triggers</source>
-        <translation>自动触发</translation>
     </message>
     <message>
         <source>Back</source>
@@ -544,10 +532,6 @@
         <translation>检查人</translation>
     </message>
     <message>
-        <source>Checking whether it is the same module…</source>
-        <translation>正在确认是否为同一模块…</translation>
-    </message>
-    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -720,6 +704,10 @@
         <translation>数据晚到 {seconds:.1f} s。</translation>
     </message>
     <message>
+        <source>Default</source>
+        <translation>默认</translation>
+    </message>
+    <message>
         <source>Default {value}</source>
         <translation>默认 {value}</translation>
     </message>
@@ -774,6 +762,10 @@
     <message>
         <source>Disarms in</source>
         <translation>剩余时间</translation>
+    </message>
+    <message>
+        <source>Discard all</source>
+        <translation>全部放弃</translation>
     </message>
     <message>
         <source>Discard edits</source>
@@ -1016,6 +1008,10 @@
         <translation>固件</translation>
     </message>
     <message>
+        <source>First say that it is {module}.</source>
+        <translation>请先确认它是 {module}。</translation>
+    </message>
+    <message>
         <source>First seen {time}</source>
         <translation>首次读取于 {time}</translation>
     </message>
@@ -1146,10 +1142,6 @@
     <message>
         <source>If it is this module, add {option}.</source>
         <translation>如果就是这个模块，请加上 {option}。</translation>
-    </message>
-    <message>
-        <source>In doubt since: {count}; see the rows.</source>
-        <translation>此后存疑：{count} 项；请看各行。</translation>
     </message>
     <message>
         <source>In standby.</source>
@@ -2076,10 +2068,6 @@
         <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
     </message>
     <message>
-        <source>Not verified, but read as set since: {count}.</source>
-        <translation>未验证，但此后读到的值与目标值一致：{count} 项。</translation>
-    </message>
-    <message>
         <source>Not watched for 2 s yet.</source>
         <translation>尚未观察满 2 秒。</translation>
     </message>
@@ -2102,10 +2090,6 @@
     <message>
         <source>Nothing logged for {seconds:.2f} s.</source>
         <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
-        <source>Nothing was applied:</source>
-        <translation>未应用任何内容：</translation>
     </message>
     <message>
         <source>Nothing was done. Add {option} to do it.</source>
@@ -2676,10 +2660,6 @@
         <translation>已发送：{sent} 条。已接收：{received} 条。</translation>
     </message>
     <message>
-        <source>Serial line</source>
-        <translation>串口</translation>
-    </message>
-    <message>
         <source>Serial number</source>
         <translation>序列号</translation>
     </message>
@@ -2912,6 +2892,10 @@
         <translation>已触发：锁定并读取触发记录。</translation>
     </message>
     <message>
+        <source>Take over</source>
+        <translation>接手</translation>
+    </message>
+    <message>
         <source>Take the rotors off.</source>
         <translation>拆下桨叶。</translation>
     </message>
@@ -3022,10 +3006,6 @@
     <message>
         <source>The log lasts {seconds:.6g} s, too short or too long for a flight: not judged.</source>
         <translation>日志时长 {seconds:.6g} s，对一次飞行来说过短或过长：未判断。</translation>
-    </message>
-    <message>
-        <source>The module answers at {rate} baud.</source>
-        <translation>模块应答的波特率为 {rate} 波特。</translation>
     </message>
     <message>
         <source>The module at {port}</source>
@@ -3336,10 +3316,6 @@
     <message>
         <source>This user has no home folder (HOME), so nothing can be kept there.</source>
         <translation>该用户没有主目录（HOME），因此无法在其中保存任何内容。</translation>
-    </message>
-    <message>
-        <source>Thresholds</source>
-        <translation>阈值</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -4598,10 +4574,6 @@
         <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
-        <source>of the interrupted conversation</source>
-        <translation>属于已中断的通信</translation>
-    </message>
-    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
@@ -4872,10 +4844,6 @@
     <message>
         <source>too late</source>
         <translation>过晚</translation>
-    </message>
-    <message>
-        <source>too old</source>
-        <translation>已过期</translation>
     </message>
     <message>
         <source>trigger ended</source>
@@ -5196,6 +5164,10 @@
     <message>
         <source>{module}, given by --module</source>
         <translation>{module}，由 --module 指定</translation>
+    </message>
+    <message>
+        <source>{module}, interrupted {time}, not written: {what}.</source>
+        <translation>{module}，{time} 中断，未写入：{what}。</translation>
     </message>
     <message>
         <source>{module}, interrupted {time}: {what}</source>

@@ -6,11 +6,10 @@ from typing import Final
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QWidget
 
-from app.engine.conversation import How, Known, StaleReason
+from app.engine.conversation import How, Known
 from app.settings.setting_texts import DEFAULTS, value_text, what_is
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
@@ -113,17 +112,6 @@ HOW_WORDS: Final[Mapping[How, str]] = {
     How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
     How.STREAMED: marked("seen {time} ago"),
 }
-STALE_WORDS: Final[Mapping[StaleReason, str]] = {
-    StaleReason.AGED: marked("too old"),
-    StaleReason.LATE: marked("late"),
-    StaleReason.ENDED: marked("of the interrupted conversation"),
-}
-
-
-def how_known(known: Known, now: float) -> str:
-    """Source, age and doubt in the language in use: "read 12 s ago (too old)"."""
-    text = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return text if known.stale_reason is None else text + in_brackets(tr(STALE_WORDS[known.stale_reason]))
 
 
 class HeldValue(QWidget):
@@ -144,7 +132,8 @@ class HeldValue(QWidget):
             text = tr("unknown")
             note = tr("not read yet") if self._command.reads_back else tr("cannot be read")
         else:
-            text, note = value_text(self._command, known.value), how_known(known, now)
+            text = value_text(self._command, known.value)
+            note = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
         self.value.setText(text)
         self.value.setAccessibleName(tr("{setting} on the module: {value}", setting=title, value=text))
         set_role(self.value, "muted" if known is None or known.is_stale else "strong")

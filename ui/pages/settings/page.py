@@ -35,7 +35,7 @@ from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import control, named
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.layouts import FlowRow, in_column, scroll_area, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -207,7 +207,7 @@ class SettingsPage(Page):
         self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
         self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
         self.measure = control(QToolButton(), "light_threshold_measure", text=tr("Measure"),
-                               says=tr("Measure the light threshold"), picture=Icon.LIGHT, role="narrow")  # fmt: skip
+                               says=tr("Measure the light threshold"), role="narrow")  # fmt: skip
         self.rows[_LIGHT].add_button(self.measure)
         self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O")
         self.recent = control(QPushButton(tr("Compare")), "profile_recent", tip=tr("Recent files"))
@@ -237,6 +237,9 @@ class SettingsPage(Page):
         self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
         # A notice below the table takes height, and must not make the rows narrower.
         self.scroll_area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        bar = self.scroll_area.verticalScrollBar()
+        bar.rangeChanged.connect(lambda low, high: set_role(bar, "" if high > low else "idle"))
+        self.scroll_area.setMinimumHeight(1)  # the foot and what is asked stay in sight
         head = in_column(header, margins=(Space.M, 0))
         form = named(QWidget(), "settings_form")
         in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)

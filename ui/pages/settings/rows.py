@@ -36,7 +36,7 @@ PICTURES: Final[Mapping[RowState, tuple[Icon, Meaning]]] = {
 }
 HEADS: Final = (marked("Parameter"), marked("Module"), marked("New value"), marked("State"))
 # Of each column in the width: parameter, module, new value, state, what it means, buttons.
-SHARES: Final = (15, 13, 12, 12, 21, 0)
+SHARES: Final = (17, 14, 11, 12, 20, 0)
 # Large text has no room for all of it side by side: what a value means lies below it.
 LARGE_SHARES: Final = (4, 4, 5)
 MIDDLE: Final = Qt.AlignmentFlag.AlignVCenter
@@ -98,8 +98,8 @@ class SettingRow(QObject):
         self._lay_out(table)
 
     def add_button(self, button: QAbstractButton) -> None:
-        """Beside what the value means."""
-        self._meaning.addWidget(button)
+        """In the place of the default, for a setting that has none."""
+        self._buttons.insertWidget(1, button)
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
         self.held.show_known(row.module_value, now)
@@ -151,6 +151,7 @@ class SettingRow(QObject):
         for button, text in texts:
             button.setToolTip(text)
             button.setAccessibleName(labelled(title, text))
+        for button in (self.default, self.discard) if key in DEFAULTS else (self.discard,):
             retain_size(button)  # so that none of them ever takes the other's place
 
     def _lay_out(self, table: SettingsTable) -> None:
@@ -159,14 +160,15 @@ class SettingRow(QObject):
         self.state.setWhatsThis(tr("“Verified” means written, asked for again, and equal."))
         place = table.add_cells(self.name, self.held, self.editor)
         state = in_row(self.picture, self.state, 1, spacing=Space.XS, margins=0)
-        self._meaning = in_row((self.reason, 1), spacing=Space.S, margins=0)
-        buttons = in_row(self.default, self.discard, spacing=Space.XS, margins=0)
+        self._buttons = in_row(1, self.default, self.discard, spacing=Space.XS, margins=0)
         if table.shares is LARGE_SHARES:
-            below = in_row(state, (self._meaning, 1), buttons, spacing=Space.S, margins=0)
-            table.grid.addLayout(below, place + 1, 0, 1, len(LARGE_SHARES))
+            table.grid.addLayout(state, place + 1, 0)
+            table.grid.addLayout(self._buttons, place + 1, 1, 1, 2)
+            table.grid.addWidget(self.reason, place + 2, 0, 1, 3)
         else:
-            for column, cell in enumerate((state, self._meaning, buttons), start=3):
-                table.grid.addLayout(cell, place, column)
+            table.grid.addLayout(state, place, 3)
+            table.grid.addWidget(self.reason, place, 4, MIDDLE)
+            table.grid.addLayout(self._buttons, place, 5)
 
 
 def reason_text(row: FormRow) -> str:
