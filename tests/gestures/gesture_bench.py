@@ -10,18 +10,17 @@ from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
 
-from app.engine.conversation import ConversationView
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
-from ui.pages.tests.controller import Stage
 
-from app.engine.procedure import PortLost
+from app.engine.conversation import ConversationView, Interrupted
+from app.engine.job import Job
 from app.engine.target import Target
-from app.engine.worker import Job
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
+from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
@@ -40,6 +39,7 @@ from ui.pages.settings.page import SettingsPage
 from ui.pages.tests.page import TestsPage
 from ui.services.page import Page
 from ui.services.storage import Storage
+from ui.session.guided import Stage
 from ui.session.ports import Ports
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
@@ -57,8 +57,10 @@ PORT = "sim://gestures"
 class InlineWorker(ThreadlessWorker):
     """Runs in the window's thread; what is submitted can be refused before it begins."""
 
-    def __init__(self, callback: object, clock: FakeClock) -> None:
-        super().__init__(callback, clock)
+    def __init__(
+        self, callback: object, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None
+    ) -> None:
+        super().__init__(callback, clock, make_lock)
         self.submitted = 0
         self._waiting: list[Job[Any]] = []
 
@@ -72,7 +74,7 @@ class InlineWorker(ThreadlessWorker):
         assert self._orders.qsize() == len(self._waiting), "nothing else is ordered"
         for job in self._waiting:
             self._orders.get_nowait()
-            job.run.throw(PortLost(), self._clock())
+            job.stop(Interrupted(EndReason.PORT_LOST), self._clock())
             self._pending.finished.append(job)
         self.work(0.0)
 
@@ -123,8 +125,8 @@ class GestureBench:
         self.bench: SimulatedBench = lying_bench(options, self.clock)
         self.truth = Truth(self.bench, self.clock)
 
-    def make_worker(self, callback: object) -> InlineWorker:
-        self.worker = InlineWorker(callback, self.clock)
+    def make_worker(self, callback: object, make_lock: Callable[[], Job[Any]]) -> InlineWorker:
+        self.worker = InlineWorker(callback, self.clock, make_lock)
         return self.worker
 
     def open_line(self, _port: str, baud_rate: int) -> WatchedLine:
@@ -364,7 +366,7 @@ def gesture_bench(
             qapp,
             options,
             preferences=preferences,
-            ports=PortWatcher(ListedPorts().poll),
+            watcher=PortWatcher(ListedPorts().poll),
             storage=storage,
             entries=page_entries(*pages),
         )
@@ -390,7 +392,7 @@ def gesture_bench(
             made.connect()
             window.activateWindow()
             made.wait(0.5)
-            made.until(lambda: made.module.is_going)
+            made.until(lambda: made.device.is_going)
             made.until(lambda: made.device.known("freefall_time_s", clock()) is not None)
             window.go_to("commands")
             made.wait(3.0, tick_s=1.0)

@@ -12,7 +12,6 @@ from typing import Final
 
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QApplication, QWidget
-from ui.pages.tests.controller import Stage
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
@@ -21,6 +20,7 @@ from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
+from ui.session.guided import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight
 
@@ -71,15 +71,14 @@ def _choice(bench: GestureBench, key: str) -> QWidget:
 
 def _edit(bench: GestureBench) -> None:
     """Enter a threshold below the vendor's advice, which causes a warning."""
-    form = bench.settings.work.form
-    bench.settings.work.edit(lambda: form.choose("attitude_threshold_deg", 30))
+    bench.settings.work.choose("attitude_threshold_deg", 30)
     bench.refresh()
 
 
 def _ask_to_write(bench: GestureBench) -> None:
     _edit(bench)
     bench.go_and_click(bench.settings.write)
-    bench.turn()
+    bench.until(lambda: bench.settings.strip.button("write_anyway") is not None)
 
 
 def _choose_rate(bench: GestureBench) -> None:
