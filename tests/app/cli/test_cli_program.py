@@ -21,8 +21,8 @@ from app.engine import ports as port_list
 from app.engine import transport
 from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
-from app.procedures.history import History
 from app.modules.labels import PAPERS
+from app.procedures.history import History
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
