@@ -1164,10 +1164,6 @@
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Interrupted.</source>
-        <translation>已中断。</translation>
-    </message>
-    <message>
         <source>Interrupted: maybe at {rate} baud now.</source>
         <translation>已中断：可能已为 {rate} 波特。</translation>
     </message>
@@ -1358,6 +1354,10 @@
     <message>
         <source>LOCK was not sent: treat the module as ACTIVE.</source>
         <translation>锁定命令未发送：请将模块视为已激活。</translation>
+    </message>
+    <message>
+        <source>LOCK was sent after the interruption.</source>
+        <translation>中断后已发送锁定。</translation>
     </message>
     <message>
         <source>Lag</source>
@@ -3092,6 +3092,10 @@
         <translation>模块实际为 {found} 波特。请重新更改。</translation>
     </message>
     <message>
+        <source>The module on {port} answers later than a second.</source>
+        <translation>{port} 上的模块应答慢于一秒。</translation>
+    </message>
+    <message>
         <source>The module on {port} sends, but does not answer.</source>
         <translation>{port} 上的模块在发送，但不应答。</translation>
     </message>
@@ -3624,6 +3628,10 @@
     <message>
         <source>Use in Settings</source>
         <translation>用到参数设置</translation>
+    </message>
+    <message>
+        <source>Use the cable, or a quicker line. LOCK works.</source>
+        <translation>请使用线缆或更快的线路。锁定仍可用。</translation>
     </message>
     <message>
         <source>Use this threshold</source>
@@ -4240,6 +4248,10 @@
     <message>
         <source>impossible value</source>
         <translation>数值不可能</translation>
+    </message>
+    <message>
+        <source>interrupted</source>
+        <translation>已中断</translation>
     </message>
     <message>
         <source>interrupted; may have been carried out</source>
