@@ -10,7 +10,7 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values

@@ -9,7 +9,8 @@ from app.engine.procedure import Cancelled, TwoModules
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.safety.interlocks import Refusal
-from app.settings.profiles import Profile, ProfileRow, compare
+from app.settings.form import ProfileRow, compare
+from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command

@@ -1396,10 +1396,6 @@
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
     </message>
     <message>
-        <source>Line {line}: {what}</source>
-        <translation>第 {line} 行：{what}</translation>
-    </message>
-    <message>
         <source>Line {number} is left out: {why}.</source>
         <translation>第 {number} 行已略过：{why}。</translation>
     </message>
@@ -4026,10 +4022,6 @@
         <translation>检查项重复：{checks}</translation>
     </message>
     <message>
-        <source>each manual check needs a text.</source>
-        <translation>每个人工检查项都需要文本。</translation>
-    </message>
-    <message>
         <source>echo</source>
         <translation>回显</translation>
     </message>
@@ -4374,8 +4366,8 @@
         <translation>不是本程序的数据记录</translation>
     </message>
     <message>
-        <source>not a settings code.</source>
-        <translation>不是有效的参数校验码。</translation>
+        <source>not a settings code</source>
+        <translation>不是有效的参数校验码</translation>
     </message>
     <message>
         <source>not acknowledged</source>
@@ -4950,6 +4942,10 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
+        <source>{code} is not allowed</source>
+        <translation>不允许使用 {code}</translation>
+    </message>
+    <message>
         <source>{code}: {answer}, status: {reported}.</source>
         <translation>{code}：{answer}，状态：{reported}。</translation>
     </message>
@@ -5164,14 +5160,6 @@
     <message>
         <source>{name}: at most {count} characters.</source>
         <translation>{name}：最多 {count} 个字符。</translation>
-    </message>
-    <message>
-        <source>{name}: {code} is not allowed.</source>
-        <translation>{name}：不允许使用 {code}。</translation>
-    </message>
-    <message>
-        <source>{name}: {low} to {high}; {why}.</source>
-        <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
         <source>{new} of {total} not reviewed</source>

@@ -11,7 +11,7 @@ from app.engine.procedure import Procedure
 from app.engine.setting_changes import changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.who_is_there import Present, who_is_there
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BOOT_COUNT, SETTINGS
 from protocol.translatable import marked

@@ -3,7 +3,7 @@
 from typing import Final
 
 from app.engine.identity import Identity
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_names

@@ -16,7 +16,7 @@ from app.records.filing import Filed, file_check
 from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
-from app.settings.setting_texts import DEFAULTS
+from app.settings.values import DEFAULTS
 from app.stations.station import KEY_FILE
 from app.store.fact_store import Facts, Store
 from app.store.kinds import ModuleVisited, PreflightCheck

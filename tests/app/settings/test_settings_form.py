@@ -9,8 +9,7 @@ from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.setting_texts import DEFAULTS, setting_message
-from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
+from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value, setting_message
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
@@ -233,7 +232,8 @@ def test_numbers_are_sent_as_typed(key: str, text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "sixty", "nan", "inf", "60.5", "-1", "1e400", "60.00000000000000001", "9" * (MAX_NUMBER_LENGTH + 1)]
+    "text",
+    ["", "sixty", "nan", "snan", "inf", "60.5", "-1", "1e400", "60.00000000000000001", "9" * (MAX_NUMBER_LENGTH + 1)],
 )
 def test_nothing_is_rounded_to_a_value(text: str) -> None:
     with pytest.raises(UserError):

@@ -13,9 +13,9 @@ from app.engine.snapshots import fresh_settings, snapshot_of
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
-from app.settings.form import FormRow, RowState, SettingsForm
+from app.settings.form import FormRow, Match, RowState, SettingsForm, compare
 from app.settings.identity_words import identity_question
-from app.settings.profiles import Match, Profile, compare
+from app.settings.profiles import Profile
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 from tests.support.journals import FakeJournal

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QStackedLayout, QWidg
 from app.engine.snapshots import fresh_settings
 from app.settings.fingerprint import Fingerprint, fingerprint
 from app.settings.form import FORM_COMMANDS, RowState
-from app.settings.setting_texts import DEFAULTS
+from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from protocol.catalogue import BY_NAME

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QMenu, QPu
 
 from app.engine.device import DeviceView
 from app.engine.snapshots import fresh_settings
-from app.settings.form import FORM_COMMANDS
+from app.settings.form import FORM_COMMANDS, Match, ProfileRow, compare
 from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not
-from app.settings.profiles import Match, Profile, ProfileRow, compare
-from app.settings.setting_texts import value_text
+from app.settings.profiles import Profile
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QToolButt
 from app.engine.device import How
 from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
-from app.settings.setting_texts import advice_text
+from app.settings.values import advice_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
