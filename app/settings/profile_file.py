@@ -128,7 +128,7 @@ def _table(
 ) -> dict[str, Any]:
     """Return what is right of a table; the rest is added to `faults`. `under`: the path of the table, with its dot."""
     if not isinstance(table, dict):
-        faults.append(message(marked("{value}: {why}."), value=under[:-1], why=_expected("[…]").message))
+        faults.append(_fault(under[:-1], _expected("[…]")))
         return {}
     found = {}
     for key, value in table.items():
@@ -142,22 +142,23 @@ def _table(
             try:
                 found[key] = reader(value)
             except UserError as error:
-                faults.append(message(marked("{value}: {why}."), value=path, why=error.message))
+                faults.append(_fault(path, error))
     return found
+
+
+def _fault(path: str, error: UserError) -> UserMessage:
+    return message(marked("{value}: {why}."), value=path, why=error.message)
 
 
 def _manual(items: object, faults: list[UserMessage]) -> tuple[ManualLine, ...]:
     if not isinstance(items, list) or len(items) > MAX_ITEMS:
-        why = _expected(f"[[manual]], ≤ {MAX_ITEMS}").message
-        faults.append(message(marked("{value}: {why}."), value="manual", why=why))
+        faults.append(_fault("manual", _expected(f"[[manual]], ≤ {MAX_ITEMS}")))
         return ()
     lines = []
     for number, item in enumerate(items, 1):
         found = _table(item, _MANUAL, f"manual {number}.", faults)
         if isinstance(item, dict) and "text" not in item:
-            faults.append(
-                message(marked("{value}: {why}."), value=f"manual {number}.text", why=_expected('"…"').message)
-            )
+            faults.append(_fault(f"manual {number}.text", _expected('"…"')))
         lines.append(ManualLine(found.get("text", ""), found.get("required", False)))
     return tuple(lines)
 

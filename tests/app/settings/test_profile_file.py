@@ -294,13 +294,13 @@ def test_comments_and_order_of_a_persons_file_survive(tmp_path: Path, newline: s
     assert path.read_bytes() == COMMENTED.replace("\n", newline).encode()
     changed = profile._replace(
          airframe="hexa", settings={**profile.settings, "freefall_time_s": 1.2, "attitude_trigger": True},
-        limits={"tilt_max_deg": 4, "cell_voltage_min_v": 3.9},
+        limits={"tilt_max_deg": 4},
         manual=(profile.manual[0], ManualLine("Lines", is_required=True)),
     )  # fmt: skip
     save_profile(other, changed, source=path)
     assert read_profile(other) == changed
     text = other.read_bytes().decode().replace(newline, "\n")
-    wanted = COMMENTED.replace("1.60", "1.2").replace("= 3  #", "= 4  #")
+    wanted = COMMENTED.replace("1.60", "1.2").replace("= 3  #", "= 4  #").replace("cell_voltage_min_v = 3.90\n", "")
     assert [line for line in wanted.splitlines() if line not in text.splitlines()] == ['text = "Hatch free"']
     assert text.index("# ours") < text.index("# settings last") < text.index("# before the flight")
     assert text.index("attitude_trigger") < text.index("# before the flight")
