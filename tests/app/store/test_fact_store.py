@@ -102,6 +102,19 @@ def test_a_piece_of_work_is_kept_whole_or_not_at_all_and_its_fault_is_told_as_wh
         assert said(store) == []
 
 
+def test_a_fault_of_the_program_while_it_opens_is_told_too_and_nobody_waits(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_facts: Facts) -> None:
+        raise TypeError("a fault of the program")
+
+    monkeypatch.setattr("app.store.fact_store._introduce", fail)
+    with opened(folder) as store:
+        for future in (store.opened, store.add(INTENT)):
+            with pytest.raises(TypeError, match="a fault of the program"):
+                future.result(PATIENCE_S)
+
+
 def test_an_intent_that_is_taken_back_in_time_is_never_written(folder: Path) -> None:
     go_on = threading.Event()
     with opened(folder) as store:
