@@ -94,6 +94,13 @@ def test_an_exchange_that_is_broken_off_goes_on_where_it_was(
     assert Archive(one).exchanged(str(stick)).not_shared == 1
 
 
+def test_an_act_never_waits_for_a_page_of_an_exchange(stores: list[Store]) -> None:
+    with Archive(stores[0]).opened() as here:
+        here.execute("BEGIN IMMEDIATE")
+        say(stores[0], "M-07")
+        here.execute("ROLLBACK")
+
+
 def test_the_file_of_the_others_may_be_lost(stores: list[Store], stick: Path) -> None:
     one, other, _third = stores
     say(one, "M-07")
