@@ -170,6 +170,15 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         assert evidence_of(store, "M-07").settings["freefall_time_s"] == 0.2
 
 
+def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        file_one(store, "M-07")
+        keep_evidence(store, "M-07", (50, {}))
+        for is_same_module, visits in ((False, 1), (True, 2)):
+            file_one(store, "M-07", is_same_module=is_same_module)
+            assert len(store.read(lambda facts: facts.of_module(ModuleVisited, "M-07"))) == visits
+
+
 def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_path: Path) -> None:
     reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 7, DEFAULTS)
     with closing(open_store(tmp_path)) as store:

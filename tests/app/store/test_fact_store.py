@@ -187,6 +187,14 @@ def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
     assert names == [f"dps-s.202601{day:02}.sqlite" for day in range(10, 3, -1)]
 
 
+def test_a_copy_of_a_clock_that_was_ahead_comes_last(folder: Path) -> None:
+    (folder / COPIES).mkdir(parents=True)
+    for day in ("20260101", "20260102", "20990101"):
+        (folder / COPIES / f"dps-s.{day}.sqlite").touch()
+    days = [copy.name.split(".")[1] for copy in copies_of(folder / FILE_NAME, NOON)]
+    assert days == ["20260102", "20260101", "20990101"]
+
+
 def damage(path: Path) -> None:
     data = bytearray(path.read_bytes())
     data[200:] = b"\xff" * (len(data) - 200)
