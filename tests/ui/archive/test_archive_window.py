@@ -74,22 +74,6 @@ def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, qapp: 
         assert all(b"secret" not in path.read_bytes() for path in files)
 
 
-def test_it_exchanges_by_itself_where_there_is_something_to_share(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with window(qapp, tmp_path, entries=()) as assembly:
-        exchange = assembly.archive.exchange
-        sent = []
-        for is_more in (True, False, True):
-            if is_more:
-                store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
-            exchange.seen = exchange.seen._replace(done=None)
-            exchange.exchange(str(tmp_path / "stick"), is_only_if_due=True)
-            qtbot.waitUntil(lambda: not exchange.is_running, timeout=WAIT_MS)
-            sent.append(None if exchange.seen.done is None else exchange.seen.done.sent)
-        assert sent == [2, None, 1]
-
-
 def test_without_a_server_nothing_is_shown(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         qtbot.wait(100)
