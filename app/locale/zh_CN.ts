@@ -224,6 +224,10 @@
         <translation>开机后时间</translation>
     </message>
     <message>
+        <source>Against it: {what}.</source>
+        <translation>不符之处：{what}。</translation>
+    </message>
+    <message>
         <source>Aircraft</source>
         <translation>飞行器</translation>
     </message>
@@ -260,8 +264,8 @@
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
-        <source>Another module is shown now: nothing was opened.</source>
-        <translation>当前显示的是另一个模块：未打开任何文件。</translation>
+        <source>Another module</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Another module may answer from now on.</source>
@@ -342,10 +346,6 @@
     <message>
         <source>Attitude: fires at its threshold, rearms 10° below.</source>
         <translation>姿态触发：达到阈值即触发，低于阈值 10° 复位。</translation>
-    </message>
-    <message>
-        <source>Automatic triggers</source>
-        <translation>自动触发</translation>
     </message>
     <message>
         <source>Back</source>
@@ -536,10 +536,6 @@
         <translation>检查人</translation>
     </message>
     <message>
-        <source>Checking whether it is the same module…</source>
-        <translation>正在确认是否为同一模块…</translation>
-    </message>
-    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -712,6 +708,10 @@
         <translation>数据晚到 {seconds:.1f} s。</translation>
     </message>
     <message>
+        <source>Default</source>
+        <translation>默认</translation>
+    </message>
+    <message>
         <source>Default {value}</source>
         <translation>默认 {value}</translation>
     </message>
@@ -766,6 +766,10 @@
     <message>
         <source>Disarms in</source>
         <translation>剩余时间</translation>
+    </message>
+    <message>
+        <source>Discard all</source>
+        <translation>全部放弃</translation>
     </message>
     <message>
         <source>Discard edits</source>
@@ -826,10 +830,6 @@
     <message>
         <source>Duration</source>
         <translation>时长</translation>
-    </message>
-    <message>
-        <source>Each check or test adds its module.</source>
-        <translation>每次检查或测试都会加入相应的模块。</translation>
     </message>
     <message>
         <source>Each module gets these settings and both triggers, is checked and named:</source>
@@ -944,10 +944,6 @@
         <translation>失重时间过长，无法给出建议。</translation>
     </message>
     <message>
-        <source>Faults</source>
-        <translation>故障</translation>
-    </message>
-    <message>
         <source>Files</source>
         <translation>文件</translation>
     </message>
@@ -1014,6 +1010,10 @@
     <message>
         <source>Firmware</source>
         <translation>固件</translation>
+    </message>
+    <message>
+        <source>First say that it is {module}.</source>
+        <translation>请先确认它是 {module}。</translation>
     </message>
     <message>
         <source>First seen {time}</source>
@@ -1148,10 +1148,6 @@
         <translation>如果就是这个模块，请加上 {option}。</translation>
     </message>
     <message>
-        <source>In doubt since: {count}; see the rows.</source>
-        <translation>此后存疑：{count} 项；请看各行。</translation>
-    </message>
-    <message>
         <source>In standby.</source>
         <translation>待机。</translation>
     </message>
@@ -1162,6 +1158,14 @@
     <message>
         <source>Interpretation</source>
         <translation>规则解读</translation>
+    </message>
+    <message>
+        <source>Interrupted at {time}: {why}</source>
+        <translation>{time} 通信中断：{why}</translation>
+    </message>
+    <message>
+        <source>Interrupted {count} times since {time}, last: {why}</source>
+        <translation>自 {time} 起通信中断 {count} 次，最近一次：{why}</translation>
     </message>
     <message>
         <source>Interrupted: maybe at {rate} baud now.</source>
@@ -1178,6 +1182,10 @@
     <message>
         <source>Invalid samples left out: {count}.</source>
         <translation>略去无效采样：{count} 个。</translation>
+    </message>
+    <message>
+        <source>Is it {module}?</source>
+        <translation>是 {module} 吗？</translation>
     </message>
     <message>
         <source>It answered before: read its label, restart it and check again.</source>
@@ -1228,12 +1236,12 @@
         <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
-        <source>It is locked</source>
-        <translation>已锁定</translation>
-    </message>
-    <message>
         <source>It is older than 15 minutes.</source>
         <translation>检查已超过 15 分钟。</translation>
+    </message>
+    <message>
+        <source>It is safe</source>
+        <translation>已确认安全</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -1242,6 +1250,10 @@
     <message>
         <source>It is {module}</source>
         <translation>是 {module}</translation>
+    </message>
+    <message>
+        <source>It is {module} all the same</source>
+        <translation>仍确认是 {module}</translation>
     </message>
     <message>
         <source>It may be {module}: boot count and settings fit.</source>
@@ -1262,6 +1274,10 @@
     <message>
         <source>It was cancelled.</source>
         <translation>检查已取消。</translation>
+    </message>
+    <message>
+        <source>It was checked again.</source>
+        <translation>已重新检查。</translation>
     </message>
     <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
@@ -1332,12 +1348,8 @@
         <translation>正在锁定：{names}</translation>
     </message>
     <message>
-        <source>LOCK not reported; sent again when the port is back.</source>
-        <translation>尚未上报锁定；串口恢复后将再次发送。</translation>
-    </message>
-    <message>
-        <source>LOCK not sent: treat the module as ACTIVE. Sent when the port is back.</source>
-        <translation>锁定未发送：请将模块视为已激活。串口恢复后将发送。</translation>
+        <source>LOCK not confirmed: treat the module as ACTIVE. Sent when it answers.</source>
+        <translation>锁定未确认：请按已激活对待该模块。模块应答后立即发送锁定。</translation>
     </message>
     <message>
         <source>LOCK sent {count}×, not confirmed: treat the module as ACTIVE.</source>
@@ -1366,6 +1378,10 @@
     <message>
         <source>Language</source>
         <translation>语言</translation>
+    </message>
+    <message>
+        <source>Language and text size take effect at the next start.</source>
+        <translation>语言和文字大小在下次启动时生效。</translation>
     </message>
     <message>
         <source>Largest tilt</source>
@@ -1450,10 +1466,6 @@
     <message>
         <source>Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.</source>
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
-    </message>
-    <message>
-        <source>Line {line}: {what}</source>
-        <translation>第 {line} 行：{what}</translation>
     </message>
     <message>
         <source>Line {number} is left out: {why}.</source>
@@ -1656,10 +1668,6 @@
         <translation>模块和串口均为 {new} 波特。</translation>
     </message>
     <message>
-        <source>Module not proven: only queries are sent.</source>
-        <translation>尚未确认模块身份：仅发送查询命令。</translation>
-    </message>
-    <message>
         <source>Modules</source>
         <translation>模块</translation>
     </message>
@@ -1694,10 +1702,6 @@
     <message>
         <source>Mouse or space bar</source>
         <translation>鼠标或空格键</translation>
-    </message>
-    <message>
-        <source>Mute</source>
-        <translation>静默</translation>
     </message>
     <message>
         <source>NO-GO</source>
@@ -1762,10 +1766,6 @@
     <message>
         <source>New folder…</source>
         <translation>新建文件夹…</translation>
-    </message>
-    <message>
-        <source>New module</source>
-        <translation>新模块</translation>
     </message>
     <message>
         <source>New profile…</source>
@@ -1874,10 +1874,6 @@
     <message>
         <source>No module answers.</source>
         <translation>没有模块应答。</translation>
-    </message>
-    <message>
-        <source>No modules yet</source>
-        <translation>还没有模块</translation>
     </message>
     <message>
         <source>No new flight logs.</source>
@@ -2072,10 +2068,6 @@
         <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
     </message>
     <message>
-        <source>Not verified, but read as set since: {count}.</source>
-        <translation>未验证，但此后读到的值与目标值一致：{count} 项。</translation>
-    </message>
-    <message>
         <source>Not watched for 2 s yet.</source>
         <translation>尚未观察满 2 秒。</translation>
     </message>
@@ -2098,10 +2090,6 @@
     <message>
         <source>Nothing logged for {seconds:.2f} s.</source>
         <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
-        <source>Nothing was applied:</source>
-        <translation>未应用任何内容：</translation>
     </message>
     <message>
         <source>Nothing was done. Add {option} to do it.</source>
@@ -2232,10 +2220,6 @@
         <translation>PWM 触发</translation>
     </message>
     <message>
-        <source>PWM trigger after</source>
-        <translation>PWM 触发（启动后）</translation>
-    </message>
-    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>
@@ -2266,10 +2250,6 @@
     <message>
         <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Physics</source>
-        <translation>物理环境</translation>
     </message>
     <message>
         <source>Picture: {what}</source>
@@ -2398,10 +2378,6 @@
     <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
-    </message>
-    <message>
-        <source>Random seed</source>
-        <translation>随机种子</translation>
     </message>
     <message>
         <source>Raw bytes</source>
@@ -2572,10 +2548,6 @@
         <translation>模拟模块：不能作为依据。</translation>
     </message>
     <message>
-        <source>Same module</source>
-        <translation>同一个模块</translation>
-    </message>
-    <message>
         <source>Same settings, same code</source>
         <translation>参数相同则校验码相同</translation>
     </message>
@@ -2672,10 +2644,6 @@
         <translation>仅在查询时应答。</translation>
     </message>
     <message>
-        <source>Sensor noise</source>
-        <translation>传感器噪声</translation>
-    </message>
-    <message>
         <source>Sent, not confirmed.</source>
         <translation>已发送，未确认。</translation>
     </message>
@@ -2690,10 +2658,6 @@
     <message>
         <source>Sent: {sent}. Received: {received}.</source>
         <translation>已发送：{sent} 条。已接收：{received} 条。</translation>
-    </message>
-    <message>
-        <source>Serial line</source>
-        <translation>串口</translation>
     </message>
     <message>
         <source>Serial number</source>
@@ -2752,10 +2716,6 @@
         <translation>参数设置</translation>
     </message>
     <message>
-        <source>Settings approved: {settings}.</source>
-        <translation>设置已批准：{settings}。</translation>
-    </message>
-    <message>
         <source>Settings as approved</source>
         <translation>参数与批准的一致</translation>
     </message>
@@ -2768,8 +2728,8 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
-        <source>Settings written: {after}; before: {before}.</source>
-        <translation>设置已写入：{after}；之前：{before}。</translation>
+        <source>Settings: {what}.</source>
+        <translation>设置：{what}。</translation>
     </message>
     <message>
         <source>Shake plug and cable gently</source>
@@ -2904,10 +2864,6 @@
         <translation>停止电机和风扇。</translation>
     </message>
     <message>
-        <source>Stream rate</source>
-        <translation>输出速率</translation>
-    </message>
-    <message>
         <source>Streams the status unasked.</source>
         <translation>主动实时输出状态。</translation>
     </message>
@@ -2934,6 +2890,10 @@
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
         <translation>已触发：锁定并读取触发记录。</translation>
+    </message>
+    <message>
+        <source>Take over</source>
+        <translation>接手</translation>
     </message>
     <message>
         <source>Take the rotors off.</source>
@@ -3004,10 +2964,6 @@
         <translation>时钟回跳；略去采样：{count} 个。</translation>
     </message>
     <message>
-        <source>The computer slept for {time}; everything is read again.</source>
-        <translation>电脑休眠了 {time}；所有数据正在重新读取。</translation>
-    </message>
-    <message>
         <source>The computer slept.</source>
         <translation>电脑曾休眠。</translation>
     </message>
@@ -3052,10 +3008,6 @@
         <translation>日志时长 {seconds:.6g} s，对一次飞行来说过短或过长：未判断。</translation>
     </message>
     <message>
-        <source>The module answers at {rate} baud.</source>
-        <translation>模块应答的波特率为 {rate} 波特。</translation>
-    </message>
-    <message>
         <source>The module at {port}</source>
         <translation>{port} 上的模块</translation>
     </message>
@@ -3092,6 +3044,10 @@
         <translation>模块实际为 {found} 波特。请重新更改。</translation>
     </message>
     <message>
+        <source>The module may have fired before the restart: read the trigger records.</source>
+        <translation>模块可能在重启前已触发：请读取触发记录。</translation>
+    </message>
+    <message>
         <source>The module on {port} answers later than a second.</source>
         <translation>{port} 上的模块应答慢于一秒。</translation>
     </message>
@@ -3120,8 +3076,8 @@
         <translation>模块上报已触发开伞。</translation>
     </message>
     <message>
-        <source>The module restarted: enable the triggers and check again.</source>
-        <translation>模块已重启：请启用触发并重新检查。</translation>
+        <source>The module restarted.</source>
+        <translation>模块已重启。</translation>
     </message>
     <message>
         <source>The module still answers: not switched off.</source>
@@ -3194,14 +3150,6 @@
     <message>
         <source>The records cannot be used and are kept as {file}.</source>
         <translation>记录无法使用，已另存为 {file}。</translation>
-    </message>
-    <message>
-        <source>The records do not follow those of {module}: is it the same module?</source>
-        <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
-    </message>
-    <message>
-        <source>The result is that of {module}.</source>
-        <translation>此结果属于模块 {module}。</translation>
     </message>
     <message>
         <source>The results below are void. Check again.</source>
@@ -3296,6 +3244,10 @@
         <translation>没有串口 {port}。</translation>
     </message>
     <message>
+        <source>There is no {file} here.</source>
+        <translation>此处没有 {file}。</translation>
+    </message>
+    <message>
         <source>This file is packed in a way that is not read: unpack it first.</source>
         <translation>此文件的压缩方式不受支持：请先解压。</translation>
     </message>
@@ -3364,10 +3316,6 @@
     <message>
         <source>This user has no home folder (HOME), so nothing can be kept there.</source>
         <translation>该用户没有主目录（HOME），因此无法在其中保存任何内容。</translation>
-    </message>
-    <message>
-        <source>Thresholds</source>
-        <translation>阈值</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -3606,10 +3554,6 @@
         <translation>有未保存的修改。</translation>
     </message>
     <message>
-        <source>Use</source>
-        <translation>使用</translation>
-    </message>
-    <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.</source>
         <translation>请使用设备名、socket://HOST:PORT 或 rfc2217://HOST:PORT；打开文件请用 dps-s FILE。</translation>
     </message>
@@ -3732,10 +3676,6 @@
     <message>
         <source>Windows has no pseudo-terminals: use {option}.</source>
         <translation>Windows 没有伪终端：请使用 {option}。</translation>
-    </message>
-    <message>
-        <source>Wireless lag</source>
-        <translation>无线延迟</translation>
     </message>
     <message>
         <source>With external power it is the charging voltage.</source>
@@ -3922,12 +3862,20 @@
         <translation>角度持续 0.2 s，加速度取 0.2 s 平均</translation>
     </message>
     <message>
+        <source>another module</source>
+        <translation>另一个模块</translation>
+    </message>
+    <message>
         <source>another module?</source>
         <translation>是另一个模块吗？</translation>
     </message>
     <message>
         <source>another press</source>
         <translation>按住期间有其他按键</translation>
+    </message>
+    <message>
+        <source>answers again</source>
+        <translation>恢复应答</translation>
     </message>
     <message>
         <source>as read with the bay open</source>
@@ -3958,24 +3906,16 @@
         <translation>波特</translation>
     </message>
     <message>
+        <source>baud rate changed</source>
+        <translation>波特率已更改</translation>
+    </message>
+    <message>
         <source>bay closed</source>
         <translation>伞仓关闭</translation>
     </message>
     <message>
         <source>bay open</source>
         <translation>伞仓打开</translation>
-    </message>
-    <message>
-        <source>before an unconfirmed write</source>
-        <translation>未确认的写入之前</translation>
-    </message>
-    <message>
-        <source>before contradictory answers</source>
-        <translation>应答矛盾之前</translation>
-    </message>
-    <message>
-        <source>before link loss</source>
-        <translation>通信中断之前</translation>
     </message>
     <message>
         <source>before the restart</source>
@@ -4052,10 +3992,6 @@
     <message>
         <source>charging</source>
         <translation>充电中</translation>
-    </message>
-    <message>
-        <source>checked again</source>
-        <translation>已重新检查</translation>
     </message>
     <message>
         <source>checking…</source>
@@ -4148,10 +4084,6 @@
     <message>
         <source>duplicate checks: {checks}</source>
         <translation>检查项重复：{checks}</translation>
-    </message>
-    <message>
-        <source>each manual check needs a text.</source>
-        <translation>每个人工检查项都需要文本。</translation>
     </message>
     <message>
         <source>echo</source>
@@ -4251,7 +4183,7 @@
     </message>
     <message>
         <source>interrupted</source>
-        <translation>已中断</translation>
+        <translation>被中断</translation>
     </message>
     <message>
         <source>interrupted; may have been carried out</source>
@@ -4330,6 +4262,10 @@
         <translation>可能已执行</translation>
     </message>
     <message>
+        <source>may have fired</source>
+        <translation>可能已触发</translation>
+    </message>
+    <message>
         <source>may have fired before the restart</source>
         <translation>重启前可能已触发</translation>
     </message>
@@ -4360,6 +4296,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>named</source>
+        <translation>已命名</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -4420,10 +4360,6 @@
     <message>
         <source>no pairs of hex digits</source>
         <translation>不是成对的十六进制数字</translation>
-    </message>
-    <message>
-        <source>no password was found for it</source>
-        <translation>没有找到它的密码</translation>
     </message>
     <message>
         <source>no reply</source>
@@ -4502,8 +4438,8 @@
         <translation>不是本程序的数据记录</translation>
     </message>
     <message>
-        <source>not a settings code.</source>
-        <translation>不是有效的参数校验码。</translation>
+        <source>not a settings code</source>
+        <translation>不是有效的参数校验码</translation>
     </message>
     <message>
         <source>not acknowledged</source>
@@ -4634,6 +4570,10 @@
         <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
+        <source>of the interrupted conversation</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
@@ -4708,10 +4648,6 @@
     <message>
         <source>real</source>
         <translation>真实触发</translation>
-    </message>
-    <message>
-        <source>reconnected</source>
-        <translation>已重新连接</translation>
     </message>
     <message>
         <source>recorded</source>
@@ -4806,6 +4742,10 @@
         <translation>含多条记录</translation>
     </message>
     <message>
+        <source>silent</source>
+        <translation>无应答</translation>
+    </message>
+    <message>
         <source>simulated</source>
         <translation>模拟</translation>
     </message>
@@ -4854,10 +4794,6 @@
         <translation>模块保存了其他值</translation>
     </message>
     <message>
-        <source>the module restarted</source>
-        <translation>模块已重启</translation>
-    </message>
-    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
@@ -4872,10 +4808,6 @@
     <message>
         <source>then calm again until {time}</source>
         <translation>此后恢复平稳，直到 {time}</translation>
-    </message>
-    <message>
-        <source>this computer does not trust its certificate</source>
-        <translation>本电脑不信任其证书</translation>
     </message>
     <message>
         <source>this line repeats answers: not known</source>
@@ -4936,6 +4868,10 @@
     <message>
         <source>triggers</source>
         <translation>自动触发</translation>
+    </message>
+    <message>
+        <source>two modules?</source>
+        <translation>两个模块？</translation>
     </message>
     <message>
         <source>unasked</source>
@@ -5050,8 +4986,8 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
-        <source>{check}: judged {measured}, read {read}</source>
-        <translation>{check}：判定值 {measured}，读取值 {read}</translation>
+        <source>{code} is not allowed</source>
+        <translation>不允许使用 {code}</translation>
     </message>
     <message>
         <source>{code}: no reply.</source>
@@ -5110,10 +5046,6 @@
         <translation>已选 {count} 项</translation>
     </message>
     <message>
-        <source>{count}, first read since the repack: {since}</source>
-        <translation>{count}，自上次叠伞装仓后首次读取：{since}</translation>
-    </message>
-    <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
     </message>
@@ -5132,6 +5064,10 @@
     <message>
         <source>{file} exists and is another kind of file.</source>
         <translation>{file} 已存在且是其他类型的文件。</translation>
+    </message>
+    <message>
+        <source>{file} exists. Replace it?</source>
+        <translation>{file} 已存在，是否替换？</translation>
     </message>
     <message>
         <source>{file} exists: use {options}.</source>
@@ -5226,12 +5162,24 @@
         <translation>{module} 已是另一模块的名称：跳过。</translation>
     </message>
     <message>
+        <source>{module} reported TRIGGERED before {time}.</source>
+        <translation>{module} 在 {time} 之前报告过已触发。</translation>
+    </message>
+    <message>
         <source>{module} was left ACTIVE on {time}.</source>
         <translation>{module} 在 {time} 仍为激活状态。</translation>
     </message>
     <message>
         <source>{module}, given by --module</source>
         <translation>{module}，由 --module 指定</translation>
+    </message>
+    <message>
+        <source>{module}, interrupted {time}, not written: {what}.</source>
+        <translation>{module}，{time} 中断，未写入：{what}。</translation>
+    </message>
+    <message>
+        <source>{module}, interrupted {time}: {what}</source>
+        <translation>{module}，{time} 中断：{what}</translation>
     </message>
     <message>
         <source>{module}, named by a person in this conversation</source>
@@ -5274,12 +5222,8 @@
         <translation>{name}：最多 {count} 个字符。</translation>
     </message>
     <message>
-        <source>{name}: {code} is not allowed.</source>
-        <translation>{name}：不允许使用 {code}。</translation>
-    </message>
-    <message>
-        <source>{name}: {low} to {high}; {why}.</source>
-        <translation>{name}：{low} 到 {high}；{why}。</translation>
+        <source>{name}: {value}</source>
+        <translation>{name}：{value}</translation>
     </message>
     <message>
         <source>{new} of {total} not reviewed</source>

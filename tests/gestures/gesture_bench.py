@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
 
-from app.engine.conversation import ConversationView
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 from ui.pages.tests.controller import Stage
 
+from app.engine.conversation import ConversationView
 from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.worker import Job

@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 import pytest
-from app.engine.device import StaleReason
 
 from app.diagnosis.adapter_facts import (
     PORT_GRABBERS,
