@@ -265,7 +265,7 @@
     </message>
     <message>
         <source>Another module</source>
-        <translation type="unfinished"></translation>
+        <translation>另一个模块</translation>
     </message>
     <message>
         <source>Another module may answer from now on.</source>
@@ -4571,7 +4571,7 @@
     </message>
     <message>
         <source>of the interrupted conversation</source>
-        <translation type="unfinished"></translation>
+        <translation>属于已中断的通信</translation>
     </message>
     <message>
         <source>offline</source>

@@ -1,4 +1,4 @@
-"""The form of a module's settings in one conversation: what the module says, what a person wants, and what came of writing it.
+"""The form of a module's settings: what it says, what a person wants, and what came of writing it. Of one conversation.
 
 The baud rate is no row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
