@@ -479,6 +479,8 @@ class Link:
         is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
         self._note(events, frame, message, Role.ANSWER, now)
+        if request == _BOOTS and flight.first_at >= self._unasked_at:
+            self._unasked_at = -inf  # the count is the same, so that heartbeat was no restart's
         if flight.is_record:
             flight.records.append(message)
             flight.record_at = now

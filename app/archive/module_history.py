@@ -13,7 +13,7 @@ from app.modules.service import service_summary
 from app.records.checks import CheckLine, check_line, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
-from app.settings.setting_texts import setting_message
+from app.settings.values import setting_message
 from app.store.fact_store import Facts, Kept
 from app.store.fired import all_fired
 from app.store.kinds import (

@@ -11,7 +11,7 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 """
 
 from app.engine.conversation import reason_message
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values

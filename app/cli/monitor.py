@@ -19,7 +19,7 @@ from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_seconds
 from app.terminal.connection import OpenPort
 from app.terminal.interruption import print_after_signal
-from app.terminal.streaming import StreamSpan, stream
+from app.terminal.streaming import StreamSpan, marks_in, stream
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from app.text.user_error import ErrorCode
@@ -58,7 +58,8 @@ class JsonLines:
 
     def __init__(self, span: StreamSpan) -> None:
         self._span = span
-        self._news: list[StatusSample] = []
+        # In order of time, with what is said between two conversations.
+        self._news: list[StatusSample | str] = []
         self.count = 0
         self.stream_hz = 0.0
 
@@ -74,15 +75,26 @@ class JsonLines:
         for sample in batch.samples:
             if self._span.holds(sample.at):
                 self._news.append(sample)
-        if batch.conversation.ended is not None:
-            self.print_news()  # before the reason
-            self.finish()
+        if self._span.has_begun:
+            self._news += marks_in(batch)
 
     def print_news(self) -> None:
         news, self._news = self._news, []
-        if news:
-            self.count += len(news)
-            self._print(news)
+        samples: list[StatusSample] = []
+        for one in news:
+            if isinstance(one, StatusSample):
+                samples.append(one)
+                continue
+            self._print_all(samples)
+            samples = []
+            self.finish()
+            console.notify(one)
+        self._print_all(samples)
+
+    def _print_all(self, samples: list[StatusSample]) -> None:
+        if samples:
+            self.count += len(samples)
+            self._print(samples)
 
     def _age_s(self, sample: StatusSample) -> float:
         return sample.at - (self._span.first_at or 0.0)

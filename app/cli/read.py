@@ -5,7 +5,7 @@ null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 import argparse
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from app.engine.address_lock import sets_rate
 from app.engine.conversation import SLOW_LINE_S, STATUS_KEYS, Interrupted
@@ -48,15 +48,14 @@ _WORDS = {
 }  # fmt: skip
 
 
-@dataclass(kw_only=True)
-class Findings:
+class Findings(NamedTuple):
     """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status, and one, "link",
     for the line."""
 
     port: str
     baud_rate: int
-    values: dict[str, Value] = field(default_factory=dict)
-    errors: dict[str, UserMessage] = field(default_factory=dict)
+    values: dict[str, Value]
+    errors: dict[str, UserMessage]
     round_trip_s: float | None = None
     has_damaged: bool = False
 
@@ -185,7 +184,9 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     reply = command.reply
     if isinstance(value, bool):
-        text = tr(_WORDS.get((key, value)) or (marked("yes") if value else marked("no")))
+        text = tr("yes") if value else tr("no")
+        if (key, value) in _WORDS:
+            text = tr(_WORDS[key, value])
     elif isinstance(reply, Quantity):
         text = reply.text(reply.encode(value))
     elif isinstance(reply, Choice):

@@ -26,7 +26,7 @@ from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_seconds
 from app.terminal.connection import OpenPort
 from app.terminal.export_file import STANDARD_OUTPUT, add_export, export, refuse_unwritable, write_table
-from app.terminal.streaming import StreamSpan, stream
+from app.terminal.streaming import StreamSpan, marks_in, stream
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
@@ -119,6 +119,7 @@ class RecordedSession:
         self._span = span
         self._table = table
         self._samples = 0
+        self._marks: list[str] = []
         self.paths: list[Path] = []
         """More than one after a day."""
 
@@ -129,6 +130,8 @@ class RecordedSession:
         unwanted = {sample.at for sample in batch.samples[len(inside) :]}
         events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
         wanted = batch._replace(samples=inside, events=events)
+        if self._span.has_begun:
+            self._marks += marks_in(batch)
         self._samples += len(inside)
         self._recorder.on_batch(wanted)
         if self._table is not None:
@@ -136,6 +139,7 @@ class RecordedSession:
 
     def on_turn(self, _opened: OpenPort) -> None:
         self._note_path()
+        self._tell_marks()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
         console.show_progress(labelled(tr("Reports"), f"{self._samples} (Ctrl-C)"))
@@ -146,6 +150,7 @@ class RecordedSession:
         self._recorder.settle(SETTLE_LIMIT_S)
         try:
             self._note_path()
+            self._tell_marks()
             if self._recorder.trouble is not None:
                 console.notify(self._recorder.trouble.translated())
             if self._recorder.dropped:
@@ -156,6 +161,11 @@ class RecordedSession:
     @property
     def is_whole(self) -> bool:
         return not self._recorder.dropped and self._recorder.trouble is None
+
+    def _tell_marks(self) -> None:
+        marks, self._marks = self._marks, []
+        for mark in marks:
+            console.notify(mark)
 
     def _note_path(self) -> None:
         path = self._recorder.path

@@ -290,7 +290,7 @@ CAUSES: tuple[CauseRow, ...] = (
              terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
     CauseRow(Cause.TOO_SLOW, lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0,
              marked("The module on {port} answers later than a second."),
-             marked("Use the cable, or a quicker line. LOCK works.")),
+             marked("Use the cable, or a quicker line. LOCK works."), is_at_module=True),
     CauseRow(Cause.DEAF, lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
              is_at_module=True, step=NextStep.CHOOSE_PORT),

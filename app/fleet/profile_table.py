@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from app.engine.conversation import ConversationView
 from app.procedures.write import SettingChange, WriteReport
-from app.settings.profiles import Profile, ProfileRow, compare
+from app.settings.form import ProfileRow, compare
+from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
 from app.text.sentences import in_brackets, join_names, labelled

@@ -1464,10 +1464,6 @@
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
     </message>
     <message>
-        <source>Line {line}: {what}</source>
-        <translation>第 {line} 行：{what}</translation>
-    </message>
-    <message>
         <source>Line {number} is left out: {why}.</source>
         <translation>第 {number} 行已略过：{why}。</translation>
     </message>
@@ -3152,6 +3148,10 @@
         <translation>记录无法使用，已另存为 {file}。</translation>
     </message>
     <message>
+        <source>The result is that of {module}.</source>
+        <translation>此结果属于模块 {module}。</translation>
+    </message>
+    <message>
         <source>The results below are void. Check again.</source>
         <translation>以下结果已作废。请重新检查。</translation>
     </message>
@@ -4086,10 +4086,6 @@
         <translation>检查项重复：{checks}</translation>
     </message>
     <message>
-        <source>each manual check needs a text.</source>
-        <translation>每个人工检查项都需要文本。</translation>
-    </message>
-    <message>
         <source>echo</source>
         <translation>回显</translation>
     </message>
@@ -4442,8 +4438,8 @@
         <translation>不是本程序的数据记录</translation>
     </message>
     <message>
-        <source>not a settings code.</source>
-        <translation>不是有效的参数校验码。</translation>
+        <source>not a settings code</source>
+        <translation>不是有效的参数校验码</translation>
     </message>
     <message>
         <source>not acknowledged</source>
@@ -4982,6 +4978,10 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
+        <source>{code} is not allowed</source>
+        <translation>不允许使用 {code}</translation>
+    </message>
+    <message>
         <source>{code}: no reply.</source>
         <translation>{code}：无应答。</translation>
     </message>
@@ -5212,14 +5212,6 @@
     <message>
         <source>{name}: at most {count} characters.</source>
         <translation>{name}：最多 {count} 个字符。</translation>
-    </message>
-    <message>
-        <source>{name}: {code} is not allowed.</source>
-        <translation>{name}：不允许使用 {code}。</translation>
-    </message>
-    <message>
-        <source>{name}: {low} to {high}; {why}.</source>
-        <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
         <source>{name}: {value}</source>

@@ -15,7 +15,7 @@ from app.engine.conversation import ConversationView
 from app.engine.setting_changes import BOOTS, changed_settings
 from app.engine.snapshots import Snapshot, restorable
 from app.modules.service import COUNTS_ANEW
-from app.settings.setting_texts import value_message
+from app.settings.values import value_message
 from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed, Serviced, SettingsSeen
 from app.store.rows import Row, time_text

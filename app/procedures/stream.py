@@ -33,6 +33,7 @@ UNSEEN_POLL_EVERY_S = 0.5
 SLOW_EVERY_S = 1.0
 # A setting that changed after it was verified is noticed within this time.
 SETTINGS_EVERY_S = 10.0
+APART_S = 0.1
 # The shortest and the longest pause between two turns.
 TURN_S, REST_S = 0.01, 0.1
 OFF_ATTEMPTS = 3
@@ -69,9 +70,10 @@ def watch(
         if read_all:
             yield from read_everything()
         view: EngineView = yield Inspect()
-        due = dict.fromkeys(_EVERY_S, view.now)
+        # One after the other, so that together they never hold up a report for long.
+        due = {request: view.now + number * APART_S for number, request in enumerate(_EVERY_S)}
         if read_all:
-            due |= {request: view.now + every_s for request, every_s in _EVERY_S.items()}
+            due = {request: at + _EVERY_S[request] for request, at in due.items()}
         while True:
             view = yield Inspect()
             yield from _steer(stream, view)

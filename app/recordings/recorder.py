@@ -137,7 +137,7 @@ class Recorder:
         with self._lock:
             if self._thread is None or self._is_stopped:
                 return True
-            self._put(self._flush)
+            self._put(self._maintain)
             self._put(done.set)
         return done.wait(deadline_s)
 

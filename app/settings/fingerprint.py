@@ -1,10 +1,8 @@
-"""Short checksum of a module's settings, to be read out over the radio.
+"""A short checksum of a module's settings, to be read out over the radio.
 
-Covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
-written in this session.
-
-Eight characters without 0, O, 1 and I: seven of a hash and a check character, which detects any single wrong character
-and nearly all swapped neighbours.
+It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
+written in this session. It has eight characters without 0, O, 1 and I: seven of a hash and a check character, which
+detects any single wrong character and nearly all swapped neighbours.
 """
 
 from collections.abc import Mapping
@@ -31,7 +29,7 @@ class Fingerprint(NamedTuple):
 
 
 def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
-    """The fingerprint of settings by key. With some missing the code differs from any complete one."""
+    """Return the fingerprint of settings by key. With some missing, the code differs from any complete one."""
     import hashlib  # slow: loads OpenSSL
 
     known = [command for command in READABLE_SETTINGS if command.key in settings]
@@ -40,19 +38,18 @@ def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
         return Fingerprint(None, missing)
     parts = [f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in known]
     number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
-    characters = []
+    body = ""
     for _ in range(HASHED_CHARACTERS):
         number, place = divmod(number, len(ALPHABET))
-        characters.append(ALPHABET[place])
-    body = "".join(characters)
+        body += ALPHABET[place]
     code = body + _check(body)
     return Fingerprint(f"{code[:4]}-{code[4:]}", missing)
 
 
 def is_fingerprint(text: str) -> bool:
-    """Whether `text`, as heard or typed, is a complete code with the right check character."""
+    """Return whether `text`, as heard or typed, is a complete code with the right check character."""
     plain = "".join(text.upper().split()).replace("-", "")
-    if len(plain) != HASHED_CHARACTERS + 1 or any(character not in ALPHABET for character in plain):
+    if len(plain) != HASHED_CHARACTERS + 1 or not set(plain) <= set(ALPHABET):
         return False
     return _check(plain[:-1]) == plain[-1]
 

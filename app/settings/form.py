@@ -1,16 +1,6 @@
-"""Form model of a module's settings in one conversation: module value, edited value and row state.
+"""The form of a module's settings: what it says, what a person wants, and what came of writing it. Of one conversation.
 
-    unknown       never reported by the module, or lost for good
-    read          read from the module, or reported unasked
-    acknowledged  set and acknowledged; it cannot be read back (E8)
-    stale         known earlier, but something casts doubt on it
-    edited        another value was entered and not sent yet
-    not possible  what was typed cannot be sent; nothing is written while it stands
-    writing
-    verified      written and read back equal; a value that reads otherwise later ends the conversation
-    failed        the write failed; with the reason, until the module has the value
-
-The baud rate is not a row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
+The baud rate is no row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,53 +9,54 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.write import SettingChange, WriteFault, Written
+from app.procedures.write import SettingChange, Written
 from app.safety.consequences import Consequence, consequences
-from app.settings.setting_texts import value_text
+from app.settings.profiles import Profile
+from app.settings.values import value_text
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 
+# In the order of the rows, thresholds first.
 FORM_COMMANDS: tuple[Command, ...] = (
     *(command for command in SETTINGS if command.reads_back),
     *(command for command in SETTINGS if not command.reads_back and command not in (BAUD_RATE, SERIAL_OUTPUT)),
     SERIAL_OUTPUT,
 )
-"""In the order of the rows, thresholds first."""
 _BY_KEY = {command.key: command for command in FORM_COMMANDS}
 
 
 class RowState(Enum):
     """The value is its English, translatable word."""
 
-    UNKNOWN = marked("unknown")
-    READ = marked("read")
-    ACKNOWLEDGED = marked("acknowledged")
+    UNKNOWN = marked("unknown")  # never reported by the module
+    READ = marked("read")  # or reported unasked
+    ACKNOWLEDGED = marked("acknowledged")  # it cannot be read back (E8)
     STALE = marked("stale")
     EDITED = marked("edited")
-    IMPOSSIBLE = marked("not possible")
+    IMPOSSIBLE = marked("not possible")  # what was typed cannot be sent
     WRITING = marked("writing")
-    VERIFIED = marked("verified")
-    FAILED = marked("failed")
+    VERIFIED = marked("verified")  # written and read back equal; what reads otherwise later ends the conversation
+    FAILED = marked("failed")  # until the module has the value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormRow:
+    """One setting. `reason` says why it failed, in the language in use; with `is_pending` the next
+    write sends it; `mistyped` was typed and cannot be sent."""
+
     command: Command
     module_value: Known | None
     edited: Value | None
     state: RowState
     reason: str = ""
-    """Why it failed, in the language in use."""
     is_pending: bool = False
-    """The next write will send it."""
     mistyped: str = ""
-    """What was typed and cannot be sent."""
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
-        """Of the edited value, else of the module's."""
+        """What the edited value means, or the module's where there is no edit."""
         value = self.edited
         if value is None and self.module_value is not None and not self.module_value.is_stale:
             value = self.module_value.value
@@ -74,68 +65,50 @@ class FormRow:
 
 class _Failure(NamedTuple):
     target: Value
-    fault: WriteFault
+    text: str
     read_back: Value | None = None
 
 
 class SettingsForm:
-    """See the module docstring. Belongs to one thread."""
+    """Of one conversation, and for one thread."""
 
     def __init__(self) -> None:
-        # By the setting's key; replaced, never modified.
-        self._edited: Mapping[str, Value] = {}
-        # What was typed and cannot be sent.
+        # All by the setting's key.
+        self._edited: dict[str, Value] = {}
         self._mistyped: dict[str, str] = {}
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
         self._failures: dict[str, _Failure] = {}
 
-    # Editing
+    # Editing: not while it writes
 
     def choose(self, key: str, value: Value) -> None:
-        self._forget_mistyped([key])
-        self._change({**self._edited, key: value})
+        self.fill({key: value})
+
+    def fill(self, values: Mapping[str, Value]) -> None:
+        """Edit all of these; what is no row of the form is left out."""
+        for key, value in values.items():
+            if key in _BY_KEY and self._edited.get(key) != value:
+                self.revert(key)
+                if not self._writing:
+                    self._edited[key] = value
+            elif not self._writing:
+                self._mistyped.pop(key, None)
 
     def mistype(self, key: str, text: str) -> None:
         """What was typed is no value: it takes the place of the edit, so that half of it is never sent."""
-        if self._writing:
-            return
         self.revert(key)
-        self._mistyped[key] = text
-
-    def fill(self, values: Mapping[str, Value]) -> None:
-        """Edits all of these; keys that are not rows of the form are ignored."""
-        known = {key: value for key, value in values.items() if key in _BY_KEY}
-        self._forget_mistyped(known)
-        self._change({**self._edited, **known})
+        if not self._writing:
+            self._mistyped[key] = text
 
     def revert(self, key: str | None = None) -> None:
-        """Removes the edit of one row, or all edits."""
-        self._forget_mistyped(list(self._mistyped) if key is None else [key])
-        self._change({} if key is None else {name: value for name, value in self._edited.items() if name != key})
-
-    def _forget_mistyped(self, keys: Iterable[str]) -> None:
-        if not self._writing:
-            for key in keys:
-                self._mistyped.pop(key, None)
-
-    def _change(self, values: Mapping[str, Value]) -> None:
-        """Replaces the edits, and removes failures of settings that are no longer edited."""
-        if self._writing or values == self._edited:
+        """Remove the edit of one row with its failure, or all of them."""
+        if self._writing:
             return
-        self._edited = values
-        self._failures = {key: failure for key, failure in self._failures.items() if key in values}
-
-    def _drop(self, keys: Iterable[str]) -> None:
-        """Removes these edits, of values that the module has now."""
-        gone = frozenset(keys)
-        self._edited = {key: value for key, value in self._edited.items() if key not in gone}
-
-    # Rows
-
-    def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:
-        self.observe(conversation, now)
-        return tuple(self._row(command, conversation, now) for command in FORM_COMMANDS)
+        for one in list(_BY_KEY) if key is None else [key]:
+            self._mistyped.pop(one, None)
+            self._edited.pop(one, None)
+            self._failures.pop(one, None)
 
     @property
     def is_writing(self) -> bool:
@@ -143,70 +116,85 @@ class SettingsForm:
 
     @property
     def edited(self) -> dict[str, Value]:
-        """The edited values by key, those that the module already has included."""
+        """The edited values, with those that the module already has."""
         return dict(self._edited)
 
     @property
     def mistyped(self) -> dict[str, str]:
-        """What was typed and cannot be sent, by the setting's key."""
+        """What was typed and cannot be sent."""
         return dict(self._mistyped)
 
     @property
     def has_drafts(self) -> bool:
         return bool(self._edited or self._mistyped)
 
+    def would_change(self, values: Mapping[str, Value], conversation: ConversationView, now: float) -> bool:
+        """Return whether `fill` with these would leave something to write that is not edited already."""
+        for row in self.rows(conversation, now):
+            value = values.get(row.command.key)
+            if value is None:
+                continue
+            is_there = row.edited == value or is_confirmed(row.command, row.module_value, value)
+            if row.mistyped or not is_there or row.edited not in (None, value):
+                return True
+        return False
+
+    # Rows
+
+    def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:
+        self.observe(conversation, now)
+        return tuple(self._row(command, conversation.known(command.key, now)) for command in FORM_COMMANDS)
+
     def changes(self, conversation: ConversationView, now: float) -> tuple[SettingChange, ...]:
-        """What a write would send: edits that are not known to be on the module."""
+        """Return what a write would send: edits that are not known to be on the module."""
         rows = self.rows(conversation, now)
         return tuple(
             SettingChange(row.command, row.edited) for row in rows if row.is_pending and row.edited is not None
         )
 
     def count_unsent(self, conversation: ConversationView, now: float) -> int:
-        """Edits that leaving would lose, those being written included."""
+        """Return how many edits leaving would lose, those being written included."""
         rows = self.rows(conversation, now)
         return sum(row.is_pending or row.state is RowState.WRITING or bool(row.mistyped) for row in rows)
 
     def observe(self, conversation: ConversationView, now: float) -> None:
-        """Note what the module reports: what was written after all, but late, is no failure and no edit any more."""
+        """Take what the module says: it may end a "verified", or settle what had failed."""
         for key, value in list(self._verified.items()):
             if conversation.fresh(key, now) != value:  # set again, by another part of the program
                 del self._verified[key]
         if self._writing:
             return
-        settled = []
-        for key, failure in self._failures.items():
-            if is_confirmed(_BY_KEY[key], conversation.known(key, now), failure.target):
-                settled.append(key)
-        self._drop(key for key in settled if self._edited.get(key) == self._failures[key].target)
-        for key in settled:
-            del self._failures[key]
+        for key, failure in list(self._failures.items()):
+            if is_confirmed(_BY_KEY[key], conversation.known(key, now), failure.target):  # written after all, but late
+                del self._failures[key]
+                if self._edited.get(key) == failure.target:
+                    del self._edited[key]
 
-    def _row(self, command: Command, conversation: ConversationView, now: float) -> FormRow:
+    def _row(self, command: Command, known: Known | None) -> FormRow:
         key = command.key
-        module_value, edited = conversation.known(key, now), self._edited.get(key)
-        failure = self._failures.get(key)
-        is_pending = edited is not None and key not in self._writing
-        if edited is not None and is_confirmed(command, module_value, edited):
-            is_pending = False
+        edited = self._edited.get(key)
+        has_it = edited is not None and is_confirmed(command, known, edited)
+        is_pending = edited is not None and not has_it and key not in self._writing
+        reason = ""
         if key in self._writing:
             state = RowState.WRITING
         elif key in self._mistyped:
             state = RowState.IMPOSSIBLE
-        elif failure is not None:
+        elif key in self._failures:
             state = RowState.FAILED
+            reason = _failure_text(command, self._failures[key])
         elif is_pending:
             state = RowState.EDITED
         elif key in self._verified:
             state = RowState.VERIFIED
         else:
-            state = _known_state(module_value)
+            state = _known_state(known)
         return FormRow(
             command=command,
-            module_value=module_value,
+            module_value=known,
             edited=edited,
             state=state,
-            reason=_failure_text(command, failure) if state is RowState.FAILED and failure is not None else "",
+            reason=reason,
             is_pending=is_pending,
             mistyped=self._mistyped.get(key, ""),
         )
@@ -214,35 +202,33 @@ class SettingsForm:
     # Writing
 
     def begin_write(self, changes: Iterable[SettingChange]) -> None:
-        """Blocks editing until `on_written`."""
+        """Nothing can be edited until `on_written`."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
             self._failures.pop(key, None)
             self._verified.pop(key, None)
 
     def on_written(self, results: Iterable[Written], conversation: ConversationView, now: float) -> None:
-        """Takes the outcome of each change. What was not sent stays edited; of the rest, what the module has already is
-        no edit any more."""
+        """Take what came of each change. What was not sent stays edited; of the rest, what the module has already is no
+        edit any more."""
         self._writing = {}
-        settled = []
         for written in results:
             key = written.command.key
             if not written.is_sent or key not in _BY_KEY:
                 continue
             if written.fault is not None:
-                self._failures[key] = _Failure(written.target, written.fault, written.read_back)
+                self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
                 continue
-            settled.append(key)
+            self._edited.pop(key, None)
             if written.verified:
                 self._verified[key] = written.target
-        for key, value in self._edited.items():
+        for key, value in list(self._edited.items()):
             if is_confirmed(_BY_KEY[key], conversation.known(key, now), value):
-                settled.append(key)
-        self._drop(settled)
+                del self._edited[key]
 
 
 def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
-    """Whether the module has reported `value`. An acknowledgement proves nothing where it can be read back (E2)."""
+    """Return whether the module has reported `value`. An acknowledgement proves nothing where it can be read (E2)."""
     if known is None or known.is_stale or known.value != value:
         return False
     return known.how is not How.ACKNOWLEDGED or not command.reads_back
@@ -257,8 +243,50 @@ def _known_state(known: Known | None) -> RowState:
 
 
 def _failure_text(command: Command, failure: _Failure) -> str:
-    target, why = value_text(command, failure.target), tr(failure.fault.value)
+    target, why = value_text(command, failure.target), tr(failure.text)
     if failure.read_back is None:
         return tr("{wanted} was sent: {why}.", wanted=target, why=why)
     read_back = value_text(command, failure.read_back)
     return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=read_back)
+
+
+# A profile beside the module
+
+
+class Match(Enum):
+    """How a setting of a profile compares; the value is its English, translatable word."""
+
+    SAME = marked("same")
+    DIFFERENT = marked("different")
+    UNKNOWN = marked("unknown")
+    NOT_IN_PROFILE = marked("not in the profile")
+
+
+class ProfileRow(NamedTuple):
+    """One setting in the profile (`target`) and on the module."""
+
+    command: Command
+    target: Value | None
+    module_value: Known | None
+    match: Match
+
+    @property
+    def is_worth_applying(self) -> bool:
+        """Ticked at first: different or unknown."""
+        return self.match in (Match.DIFFERENT, Match.UNKNOWN)
+
+
+def compare(profile: Profile, conversation: ConversationView, now: float) -> tuple[ProfileRow, ...]:
+    """Compare all settings, in the order of the catalogue. A stale value of the module counts as unknown."""
+    rows = []
+    for command in SETTINGS:
+        target = profile.settings.get(command.key)
+        known = conversation.known(command.key, now)
+        if target is None:
+            match = Match.NOT_IN_PROFILE
+        elif known is None or known.is_stale:
+            match = Match.UNKNOWN
+        else:
+            match = Match.SAME if known.value == target else Match.DIFFERENT
+        rows.append(ProfileRow(command, target, known, match))
+    return tuple(rows)

@@ -1,38 +1,10 @@
-"""Profile: target settings and limits for the modules of one airframe, stored as TOML.
-
-    format = 1
-    name = "Survey hexacopter"
-    airframe = "H6"
-    notes = "Bay sensor measured on 2026-01-02."
-
-    [expectations]                  of the pre-flight check
-    activated_by = "person"         or "aircraft": its flight controller activates the module, so the check ends at
-                                    READY and says so
-
-    [settings]                      any of the settings, with their units in the name
-    attitude_threshold_deg = 60
-    freefall_acceleration_g = 0.5
-
-    [limits]                        of the pre-flight check; what is left out is the program's own limit
-    cell_voltage_min_v = 3.8
-
-    [tests]                         guided tests that must have passed, at most so many days ago
-    tilt = 180                      tilt, free_fall, bay, link
-
-    [[manual]]                      what a person looks at before the flight
-    text = "Bridle free"
-    required = true
-
-Settings may also be at the top, outside a table. Unknown keys are refused, so that a misspelt threshold is not silently
-ignored. See `app.settings.profile_file`.
-"""
+"""Profiles: how the modules of one airframe should be set, and what the pre-flight check expects of them."""
 
 from collections.abc import Mapping
 from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.conversation import ConversationView, Known
 from app.guided.results import GuidedKind
 from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Value
@@ -43,10 +15,6 @@ MAX_NAME_LENGTH = 200
 MAX_NOTES_LENGTH = 8_000
 MAX_ITEMS = 40
 MAX_TEST_DAYS = 3650
-
-OWN_KEYS = ("name", "airframe", "notes", "approved_fingerprint", "light_inverted", "service_required")
-TABLES = ("settings", "expectations", "limits", "tests")
-"""Of a file, beside "format" and "manual"."""
 
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 
@@ -141,41 +109,3 @@ class Profile(NamedTuple):
 
 
 NO_PROFILE = Profile()
-
-
-class Match(Enum):
-    """Result of comparing one setting; the value is its English, translatable word."""
-
-    SAME = marked("same")
-    DIFFERENT = marked("different")
-    UNKNOWN = marked("unknown")
-    NOT_IN_PROFILE = marked("not in the profile")
-
-
-class ProfileRow(NamedTuple):
-    """One setting in the profile (`target`) and on the module (`module_value`)."""
-
-    command: Command
-    target: Value | None
-    module_value: Known | None
-    match: Match
-
-    @property
-    def is_worth_applying(self) -> bool:
-        """Ticked by default: different or unknown."""
-        return self.match in (Match.DIFFERENT, Match.UNKNOWN)
-
-
-def compare(profile: Profile, conversation: ConversationView, now: float) -> tuple[ProfileRow, ...]:
-    """Compares all settings, in the order of the catalogue. A stale module value counts as unknown."""
-    return tuple(_row(command, profile, conversation, now) for command in SETTINGS)
-
-
-def _row(command: Command, profile: Profile, conversation: ConversationView, now: float) -> ProfileRow:
-    target = profile.settings.get(command.key)
-    module_value = conversation.known(command.key, now)
-    if target is None:
-        return ProfileRow(command, None, module_value, Match.NOT_IN_PROFILE)
-    if module_value is None or module_value.is_stale:
-        return ProfileRow(command, target, module_value, Match.UNKNOWN)
-    return ProfileRow(command, target, module_value, Match.SAME if module_value.value == target else Match.DIFFERENT)

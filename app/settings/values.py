@@ -1,31 +1,34 @@
-"""Parses and formats values of settings, and explains why a value is invalid."""
+"""Values of settings: as typed, as shown, and what the vendor says about them."""
 
+from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
+from typing import Final
 
-from app.text.messages import clean
+from app.text.i18n import tr
+from app.text.messages import UserMessage, clean, message
 from app.text.user_error import UserError
-from protocol.catalogue import Command
-from protocol.fields import NUMBER_NEEDED, Choice, Field, Quantity, Value, ValueRefused
+from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.fields import NUMBER_NEEDED, Choice, Field, Flag, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
-_WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
-MAX_NUMBER_LENGTH = 32
-LONGEST_SHOWN = 40
-"""Characters of what is refused."""
-LARGEST_WHOLE = 10**15
-"""Larger integers are not shown; Python refuses to format more than 4,300 digits."""
-TOO_LONG = marked("{value} has too many digits")
+_WORDS: Final = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
+MAX_NUMBER_LENGTH: Final = 32
+LONGEST_SHOWN: Final = 40  # characters of what is refused
+LARGEST_WHOLE: Final = 10**15  # Python refuses to write an integer of more than 4,300 digits as text
+TOO_LONG: Final = marked("{value} has too many digits")
+# The vendor gives no limit for it, but says what it trades.
+_TRADE_OFFS: Final = {BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost")}
 
 
 def field_of(command: Command) -> Field:
-    """The field that is written. Raises `LookupError` for a command that cannot be set."""
+    """Return the field that is written. Raises `LookupError` for a command that cannot be set."""
     if command.write is None:
         raise LookupError(f"{command.name} cannot be set")
     return command.write
 
 
 def fitting(field: Field, value: object) -> Value:
-    """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `UserError`."""
+    """Return `value` exactly as it will be sent, in the field's unit. Never rounds: raises `UserError`."""
     if not isinstance(value, bool | int | float):
         raise _kind_needed(field)
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
@@ -37,24 +40,87 @@ def fitting(field: Field, value: object) -> Value:
 
 
 def parse_value(field: Field, text: str) -> Value:
-    """Parses a text typed by a person. Raises `UserError`."""
+    """Return the value of what a person typed. Raises `UserError`."""
     if not isinstance(field, Quantity | Choice):
         if text.lower() not in _WORDS:
             raise _kind_needed(field)
         return fitting(field, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= MAX_NUMBER_LENGTH else "")
-        if not number.is_finite():
-            raise InvalidOperation
     except InvalidOperation:
         raise _kind_needed(field) from None
-    value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
-    if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
+    if not number.is_finite():
+        raise _kind_needed(field)
+    value = float(number)
+    if Decimal(str(value)) != number:  # more digits than a float carries
         raise UserError(TOO_LONG, value=clean(text, longest=LONGEST_SHOWN))
-    return fitting(field, value)
+    return fitting(field, int(value) if value.is_integer() else value)
 
 
 def _kind_needed(field: Field) -> UserError:
     if isinstance(field, Quantity | Choice):
         return UserError(NUMBER_NEEDED)
     return UserError(marked("expected {expected}"), expected="true, false")
+
+
+def value_message(command: Command, value: Value) -> UserMessage:
+    """Return `value` with its unit: "1.60 s", "Enabled"."""
+    match field_of(command):
+        case Flag():
+            return message(marked("Enabled") if value else marked("Disabled"))
+        case Choice(unit=unit):
+            return message("{value} {unit}", value=value, unit=message(unit))
+        case field:
+            return UserMessage(field.text(field.encode(value)))
+
+
+def value_text(command: Command, value: Value) -> str:
+    """Return the same in the language in use."""
+    return value_message(command, value).translated()
+
+
+def setting_message(key: str, value: object) -> UserMessage:
+    """Return a setting with its value and unit, as somebody kept it; one that this version does not know by its key."""
+    command = next((command for command in SETTINGS if command.key == key), None)
+    if command is None:
+        return UserMessage(clean(f"{key} {value}"))
+    try:
+        shown = value_message(command, fitting(field_of(command), value))
+    except UserError:  # another station may have written any number
+        shown = UserMessage(clean(str(value)))
+    return message("{name} {value}", name=message(command.title), value=shown)
+
+
+# What the vendor's table gives as delivered. Never shown as the module's value.
+DEFAULTS: Final[Mapping[str, Value]] = {
+    command.key: field_of(command).decode(command.default) for command in SETTINGS if command.default is not None
+}
+
+
+def advice_text(command: Command) -> str:
+    """Return the vendor's default and advice; empty where there is neither."""
+    parts = []
+    if command.key in DEFAULTS:
+        parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
+    if command.advice is not None:
+        parts.append(tr("Vendor advises: {advice}", advice=tr(command.advice.text)))
+    elif command in _TRADE_OFFS:
+        parts.append(tr(_TRADE_OFFS[command]))
+    return " · ".join(parts)
+
+
+def what_is(command: Command) -> str:
+    """Return the "What's this?" text: the vendor's term and code, explanation, range, default and advice."""
+    title = tr(command.title)
+    head = title if title == command.vendor_term else f"{title} {command.vendor_term}"
+    lines = [tr("{setting}: command {code}", setting=head, code=f"{command.code:02X}"), tr(command.explanation)]
+    match command.write:
+        case Quantity() as field:
+            values = {"least": field.text(0), "most": field.text(255), "step": field.text(1)}
+            lines.append(tr("{least} to {most}, in steps of {step}.", **values))
+        case Choice() as field:
+            rates = ", ".join(str(value) for value in field.values.values())
+            lines.append(tr("One of {values} {unit}.", values=rates, unit=tr(field.unit)))
+        case Flag():
+            lines.append(tr("Enabled or disabled."))
+    return "\n".join([*lines, *filter(None, [advice_text(command)])])

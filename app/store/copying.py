@@ -7,7 +7,7 @@ from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 
-from app.store.opening import COPIES, connect_to_read, copies_of, copy_name, is_good
+from app.store.opening import COPIES, connect_to_read, copies_of, copy_name
 from app.system.files import private_opener
 
 _log = logging.getLogger(__name__)
@@ -32,13 +32,11 @@ def copy_if_due(path: Path, now: datetime) -> None:
 
 
 def _copy(path: Path, draft: Path) -> None:
-    """Whole and on the disk. Raises `sqlite3.Error`, also where the copy is not good, or OSError."""
+    """Whole and on the disk. Raises `sqlite3.Error`, as for a store that is damaged, or OSError."""
     draft.unlink(missing_ok=True)
     with open(draft, "xb", opener=private_opener):
         pass
     with closing(connect_to_read(path)) as source:
         source.execute("VACUUM INTO ?", (str(draft),))
-    if not is_good(draft):
-        raise sqlite3.DatabaseError("the copy is not good: the store is damaged")
     with draft.open("rb+") as file:
         os.fsync(file.fileno())  # VACUUM INTO itself does not wait for the disk

@@ -78,9 +78,8 @@ class Facts:
 
     def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
         """Only within `Store.write`. `at`: else now. Raises `ValueError` for a content that is none."""
-        text = content_text(content)
-        made_at = at or self._make_time()
-        row = make_row(KIND_OF[type(content)], text, module=module, station=self.station, at=made_at)
+        at = at or self._make_time()
+        row = make_row(KIND_OF[type(content)], content_text(content), module=module, station=self.station, at=at)
         self.connection.execute(INSERT, row)
         return row
 
@@ -117,14 +116,13 @@ class Facts:
     def state(self, key: str) -> Any:
         """None where it is not set."""
         rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
-        return _decoded(rows[0][0]) if rows else None
+        return msgspec.json.decode(rows[0][0]) if rows else None
 
     def states(self, prefix: str) -> dict[str, Any]:
         """By the rest of their keys."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
         rows = self.connection.execute(query, (len(prefix), prefix))
-        found = {key.removeprefix(prefix): _decoded(value) for key, value in rows}
-        return {key: value for key, value in found.items() if value is not None}
+        return {key.removeprefix(prefix): msgspec.json.decode(value) for key, value in rows}
 
     def set_state(self, key: str, value: object) -> None:
         """None removes it. Only within `Store.write`."""
@@ -186,14 +184,9 @@ class Store:
 
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
         """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
-        kind, text, at = KIND_OF[type(content)], content_text(content), self._make_time()
-
-        def insert(facts: Facts) -> Row:
-            row = make_row(kind, text, module=module, station=facts.station, at=at)
-            facts.connection.execute(INSERT, row)
-            return row
-
-        return self.write(insert)
+        content_text(content)
+        at = self._make_time()
+        return self.write(lambda facts: facts.add(content, module, at=at))
 
     def set_state(self, key: str, value: object) -> "Future[None]":
         """None removes it."""
@@ -264,11 +257,11 @@ class Store:
     def _run(self) -> None:
         try:
             connection = self._open()
-        except StoreTrouble as trouble:
-            _log.warning("There is no store: %s", trouble)
-            self._station.set_exception(trouble)
-            self.opened.set_exception(trouble)
-            self._fail_all(trouble)
+        except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
+            _log.warning("There is no store: %s", error)
+            self._station.set_exception(error)
+            self.opened.set_exception(error)
+            self._fail_all(error)
             return
         with closing(connection):
             while (item := self._work.get()) is not None:
@@ -329,22 +322,13 @@ class Store:
         with self._lock:
             self._left -= 1
 
-    def _fail_all(self, trouble: StoreTrouble) -> None:
+    def _fail_all(self, error: BaseException) -> None:
         while (item := self._work.get()) is not None:
             future = item[1]
             if future.set_running_or_notify_cancel():
-                future.set_exception(trouble)
+                future.set_exception(error)
             with self._lock:
                 self._left -= 1
-
-
-def _decoded(value: str) -> Any:
-    """A state that somebody spoilt is none."""
-    try:
-        return msgspec.json.decode(value)
-    except msgspec.DecodeError:
-        _log.warning("A state of the store cannot be read: %s", value[:100])
-        return None
 
 
 def _introduce(facts: Facts) -> None:

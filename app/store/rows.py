@@ -5,12 +5,12 @@ facts stand together, and a row that was changed in place no longer has its own 
 """
 
 import hashlib
-import re
 from datetime import UTC, datetime, timedelta
 from functools import cache
-from typing import NamedTuple, TypeVar
+from typing import Annotated, NamedTuple, TypeVar
 
 import msgspec
+from msgspec import Meta
 
 from app.store.kinds import KIND_OF, KINDS, MAX_CONTENT_BYTES, Content
 from app.text.messages import clean
@@ -21,8 +21,6 @@ LATEST = "3000"
 AHEAD = timedelta(days=1)
 """A fact from later than this has a wrong time: it is kept and counts for nothing."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_KIND = re.compile(r"[a-z][a-z_]{0,39}")
-_STATION = re.compile(r"[0-9a-f]{64}")
 OneContent = TypeVar("OneContent", bound=Content)
 
 
@@ -30,9 +28,9 @@ class Row(NamedTuple):
     """A fact as it is stored, in the order of the columns. `station`: the public key of who made it, as hex."""
 
     id: str
-    kind: str
+    kind: Annotated[str, Meta(pattern=r"^[a-z][a-z_]{0,39}\Z")]
     module: str | None
-    station: str
+    station: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
     made_at: str
     content: str
 
@@ -85,35 +83,21 @@ def make_row(kind: str, text: str, *, module: str | None, station: str, at: date
 
 def check_row(row: tuple[object, ...]) -> Row:
     """A row that somebody else wrote. Raises `BadRow`."""
-    if len(row) != len(Row._fields):
-        raise BadRow("another number of columns")
-    id_, kind, module, station, made_at, content = row
-    if not (isinstance(id_, str) and isinstance(kind, str) and isinstance(station, str)):
-        raise BadRow("no text")
-    if not (isinstance(made_at, str) and isinstance(content, str)):
-        raise BadRow("no text")
-    if not _KIND.fullmatch(kind) or not _STATION.fullmatch(station):
-        raise BadRow("no kind or no station")
-    if module is not None and (not isinstance(module, str) or not is_module_name(module)):
-        raise BadRow("no name of a module")
-    if not _is_time(made_at):
-        raise BadRow("no time")
     try:
-        is_too_large = len(content.encode()) > MAX_CONTENT_BYTES
-        is_same = not is_too_large and fact_id(kind, module, station, made_at, content) == id_
-    except UnicodeEncodeError:
-        raise BadRow("no text") from None
-    if is_too_large:
-        raise BadRow("too large")
-    if not is_same:
-        raise BadRow("altered")
-    checked = Row(id_, kind, module, station, made_at, content)
-    try:
-        if kind in KINDS:
-            _decoder(kind).decode(content)
-        elif not isinstance(msgspec.json.decode(content), dict):
+        checked = msgspec.convert(row, Row)
+        if checked.module is not None and not is_module_name(checked.module):
+            raise BadRow("no name of a module")
+        if not _is_time(checked.made_at):
+            raise BadRow("no time")
+        if len(checked.content.encode()) > MAX_CONTENT_BYTES:
+            raise BadRow("too large")
+        if fact_id(*checked[1:]) != checked.id:
+            raise BadRow("altered")
+        if checked.kind in KINDS:
+            _decoder(checked.kind).decode(checked.content)
+        elif not isinstance(msgspec.json.decode(checked.content), dict):
             raise BadRow("no object")  # a kind of a newer version
-    except (msgspec.MsgspecError, RecursionError) as error:
+    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError) as error:
         raise BadRow(str(error)) from error
     return checked
 

@@ -14,12 +14,9 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from app.engine.address_lock import is_network_address
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import LinkView, Procedure, Report
-from app.engine.reconnect import Reconnection, address_of
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, OwedLock, PortState, Worker
 from app.procedures.find import Silence, await_module, find_rate
-from app.procedures.lock import Locked, lock
-from app.safety.journal import Journal
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.arguments import USUAL_RATE
@@ -30,6 +27,9 @@ from app.text.sentences import join_sentences
 from app.text.user_error import ErrorCode
 
 if TYPE_CHECKING:
+    from app.engine.reconnect import Reconnection
+    from app.procedures.lock import Locked
+    from app.safety.journal import Journal
     from app.terminal.trace import Trace
 
 OPENING_LIMIT_S: Final = 2.0
@@ -62,7 +62,7 @@ class OpenPort:
         self,
         interruption: Interruption,
         on_batch: Callable[[Batch], None] | None = None,
-        journal: Journal | None = None,
+        journal: "Journal | None" = None,
     ) -> None:
         """`journal`: of a command that activates, and so may owe LOCK."""
         self._interruption = interruption
@@ -75,7 +75,7 @@ class OpenPort:
             self._trace = trace.Trace(has_frames=verbosity() > 1)
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
-        self._reconnection = Reconnection()
+        self._reconnection: Reconnection | None = None  # where LOCK may be owed
         self._report: Report | None = None  # the newest of the procedure that runs; set in the worker's thread
         self._owed: Job[Locked] | None = None
         self.connection = Connection()
@@ -93,8 +93,10 @@ class OpenPort:
         adapter = ""
         if self._journal is not None:
             from app.engine.ports import list_ports
+            from app.engine.reconnect import Reconnection, address_of
 
             address = address_of(port, list_ports())
+            self._reconnection = Reconnection()
             self._reconnection.request(address)
             adapter = address.identity
         self._worker.open(port, baud_rate, adapter=adapter or port)
@@ -170,7 +172,7 @@ class OpenPort:
         self.drain()
         return self.owed_lock is not None or self._owed is not None
 
-    def pay_owed_lock(self) -> Locked | None:
+    def pay_owed_lock(self) -> "Locked | None":
         """Wait until a module answers on the same adapter, which then gets the LOCK that is owed. None where that has
         not come to an end in time."""
         ends_at = steady_time() + OWED_LIMIT_S
@@ -190,8 +192,10 @@ class OpenPort:
         self._worker.stop(limit_s)
         self.drain()
 
-    def _make_lock(self) -> Job[Locked]:
+    def _make_lock(self) -> "Job[Locked]":
         """In the worker's thread."""
+        from app.procedures.lock import lock
+
         self._owed = Job(lock(self._journal), outlives=True)
         return self._owed
 
@@ -200,7 +204,7 @@ class OpenPort:
         from app.engine.ports import list_ports
 
         now = steady_time()
-        if self._reconnection.is_due(now):
+        if self._reconnection is not None and self._reconnection.is_due(now):
             ports = list_ports() if self._reconnection.needs_ports else ()
             address = self._reconnection.poll(ports, now)
             if address is not None:
@@ -213,7 +217,8 @@ class OpenPort:
         self.owed_lock = batch.owed_lock
         if batch.link is not None:
             self.link = batch.link
-        self._reconnection.feed(batch.connection, batch.at)
+        if self._reconnection is not None:
+            self._reconnection.feed(batch.connection, batch.at)
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
         if self._trace is not None:
@@ -241,7 +246,7 @@ def connected(
     on_batch: Callable[[Batch], None] | None = None,
     is_greeted: bool = True,
     interruption: Interruption | None = None,
-    journal: Journal | None = None,
+    journal: "Journal | None" = None,
 ) -> Iterator[OpenPort]:
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
     Without `is_greeted` nobody is waited for. `interruption`: that of the main thread, if this is another one. Raises
@@ -285,11 +290,11 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
             raise NoLink(no_module_found(port))
         opened.bind()
         return
-    from app.diagnosis.causes import explain
-    from app.diagnosis.symptoms import PortEvidence
-
     silence = opened.run(await_module(), outlives=True)
     if silence is not None:
+        from app.diagnosis.causes import explain
+        from app.diagnosis.symptoms import PortEvidence
+
         seen = PortEvidence(port, baud_rate, silence=silence)
         why = explain(seen if opened.link is None else seen._replace(counters=opened.link.counters))
         raise NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)

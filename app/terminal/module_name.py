@@ -12,6 +12,7 @@ from app.text.messages import UserMessage, clean
 from app.text.sentences import join_names, join_sentences
 from app.text.user_error import ErrorCode, UserError
 from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers
+from app.trigger_records.kept import Visit
 
 
 def name_given(args: argparse.Namespace) -> str:
@@ -46,7 +47,7 @@ def store_visit(reading: TriggersReading, records: Records, args: argparse.Names
     store cannot be used. Errors are printed, never raised."""
     name = name_given(args)
 
-    def keep(facts: Facts) -> object:
+    def keep(facts: Facts) -> Visit | PossiblyOther:
         return file_triggers(
             facts,
             reading,

@@ -17,9 +17,10 @@ from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time
 from app.terminal.command_journal import adapter_of, opened_store
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, module_is_silent
-from app.terminal.console import note, notify
+from app.terminal.console import note
 from app.terminal.interruption import Signalled
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 from protocol.events import Ended, EndReason
 from protocol.translatable import marked
 
@@ -68,15 +69,8 @@ def stream(
 ) -> str | None:
     """Stream until the span or the user ends it; a sentence if the link was lost. `on_turn` is called at least ten
     times a second. Raises `Signalled`, and what keeps a conversation from beginning, if no status had come."""
-
-    def receive(batch: Batch) -> None:
-        on_batch(batch)
-        for event in batch.events:
-            if isinstance(event, Ended) and span.has_begun and event.reason not in _SAID_OTHERWISE:
-                _tell_end(event)
-
     try:
-        with _stream_memory(port) as memory, connected(port, baud_rate, on_batch=receive) as opened:
+        with _stream_memory(port) as memory, connected(port, baud_rate, on_batch=on_batch) as opened:
             watching = _Watching(opened, memory, reads_all=reads_all)
             try:
                 return _wait(opened, watching, port, span, on_turn)
@@ -93,10 +87,19 @@ def stream(
         return loss_sentence(error)
 
 
-def _tell_end(event: Ended) -> None:
-    """The mark between two conversations."""
-    why = reason_message(event.reason, event.contradiction).translated()
-    notify(f"{why} {tr('Another module may answer from now on.')}")
+def marks_in(batch: Batch) -> list[str]:
+    """What is to be said between two conversations. Not at once: nobody may read, and `on_batch` is also called while
+    the port is closed, when no alarm ends a line that is stuck."""
+    return [
+        join_sentences(
+            (
+                reason_message(event.reason, event.contradiction).translated(),
+                tr("Another module may answer from now on."),
+            )
+        )
+        for event in batch.events
+        if isinstance(event, Ended) and event.reason not in _SAID_OTHERWISE
+    ]
 
 
 class _Watching:

@@ -208,7 +208,7 @@ class _Run:
             return self.result
         if not job.has_ended:
             self._find("the job goes on")
-        rig.step_for(SETTLED_S)
+        rig.step_for(plan.silent_s + SETTLED_S)
         self._move()
         rig.step_for(plan.silent_s + SETTLED_S)
         self._judge(job)

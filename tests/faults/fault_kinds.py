@@ -53,7 +53,7 @@ class FaultKind:
     is_of_port: bool = False
     """The port is gone or unusable: the session ends with a `PortError`."""
     hides: frozenset[str] = frozenset()
-    """Keys that change in the module without a sign before the next heartbeat."""
+    """Keys of what the fault changes without a sign."""
 
 
 def _all_fail(make: Callable[[], Exception]) -> Begin:
@@ -203,7 +203,7 @@ def _second_writer(_cell: "Cell", port: FakePort) -> None:
 def _foreign_frames(_cell: "Cell", port: FakePort) -> None:
     """Valid frames that are not replies to the pending request."""
     for number in range(3):
-        port.inject(encode_reply(CHARGING.code, 0x01), after_s=0.4 * number)
+        port.inject(encode_reply(CHARGING.code, 0x01), after_s=0.3 * number)
 
 
 FAULTS: tuple[FaultKind, ...] = (
@@ -245,7 +245,12 @@ FAULTS: tuple[FaultKind, ...] = (
     FaultKind("clock leaps an hour", "the conversation ends, as after a sleep", _leap),
     FaultKind("a second program reads", "rejects incomplete frames", _second_reader),
     FaultKind("a second program asks", "ignores replies to the other program", _second_writer),
-    FaultKind("frames of another conversation", "ignores frames that it did not request", _foreign_frames),
+    FaultKind(
+        "frames of another conversation",
+        "ignores frames that it did not request",
+        _foreign_frames,
+        hides=frozenset({CHARGING.key}),  # asked in that very moment, it cannot be told apart
+    ),
     FaultKind("5 % of all bytes lost", "repeats the query", _change(lose=0.05)),
     FaultKind("2 % of all bytes corrupted", "repeats the query", _change(corrupt=0.02)),
 )

@@ -183,7 +183,7 @@ def _changes() -> list[SettingChange]:
 
 ROWS: tuple[Row, ...] = (
     Row("find.await_module", lambda _cell: await_module(), lambda _result, _cell: [], strikes_at=0, outlives=True,
-        baud_rate=9600),
+        begins=False),
     Row("read.who_is_there", lambda _cell: who_is_there(), lambda _result, _cell: []),
     Row("write.await_flags_free", lambda _cell: _trigger(), _no_trigger_lie),
     Row("write.await_flags_known", lambda _cell: _trigger(), _no_trigger_lie),

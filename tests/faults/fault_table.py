@@ -60,8 +60,8 @@ class Row:
     """Distinguishes the rows of one procedure."""
     outlives: bool = False
     """It is a job of the port."""
-    baud_rate: int = 115200
-    """Of the port at the beginning; at another one than the module's no conversation begins before."""
+    begins: bool = True
+    """In a conversation; else directly after the port was opened."""
 
     @property
     def title(self) -> str:
@@ -96,12 +96,12 @@ class Cell:
         self.clock = FakeClock()
         options = {"history": "2", "drain": "0", "uptime": "60", **row.options}
         self.bench = lying_bench(options, self.clock)
-        self.port = FakePort(self.bench, self.clock, baud_rate=row.baud_rate)
+        self.port = FakePort(self.bench, self.clock)
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
         self.line._gather = lambda gather_s: None  # type: ignore[method-assign]
         self.session = Session(self.line, self.clock)
         self.clock.now_s += INSTANT_S
-        end_s = self.clock.now_s + (BEGINS_S if row.baud_rate == 115200 else 0.0)
+        end_s = self.clock.now_s + (BEGINS_S if row.begins else 0.0)
         while not self.conversation.is_going and self.clock.now_s < end_s:
             self.session.step(MAX_STEP_S)
         self.first = len(self.port.requests)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
-
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.setup import parse_options

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.procedures.write import SettingChange
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.procedures.write import SettingChange
 from protocol.catalogue import LOCK, Request
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.truth import flag_in

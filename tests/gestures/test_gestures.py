@@ -8,7 +8,6 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from app.engine.conversation import Device
 from app.engine.run import Run
 from app.procedures.handshake import handshake
 from protocol.round_trips import Timing
@@ -16,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QToolButton
 
+from app.engine.conversation import Device
 from app.engine.procedure import LOCK_GAPS_S, MAX_LOCKS
 from app.engine.session import Session
 from app.procedures.lock import lock

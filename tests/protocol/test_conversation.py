@@ -293,6 +293,7 @@ def test_6_the_second_heartbeat_belongs_to_the_first(bench: Bench) -> None:
 def test_6_two_unasked_heartbeats_are_a_restart_even_soon_after_ours(bench: Bench) -> None:
     bench.ask(HEARTBEAT.query())
     bench.wait(0.5)
+    bench.is_there = False  # it answers nothing yet
     bench.hear(PULSE)
     assert bench.reasons == []
     bench.hear(PULSE, after_s=0.05)
@@ -346,6 +347,15 @@ def test_6_a_late_or_a_doubled_heartbeat_is_no_restart(bench: Bench) -> None:
     bench.ask(HEARTBEAT.query())
     bench.wait(0.12)
     bench.hear(PULSE, PULSE, PULSE)
+    bench.wait(1.0)
+    assert bench.reasons == []
+
+
+def test_6_two_copies_of_a_heartbeat_are_none_where_the_boot_count_is_the_same(bench: Bench) -> None:
+    """A bridge repeats what it passes on."""
+    bench.ask(HEARTBEAT.query())
+    bench.hear(PULSE, after_s=0.5)
+    bench.hear(PULSE, after_s=0.2)
     bench.wait(1.0)
     assert bench.reasons == []
 

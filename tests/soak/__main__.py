@@ -104,9 +104,7 @@ class Mistakes(logging.Handler):
 
 def _is_back(connector: Ports) -> bool:
     return (
-        connector.current.is_open
-        and connector.current.module.is_going
-        and connector.current.module.view.is_streaming
+        connector.current.is_open and connector.current.module.is_going and connector.current.module.view.is_streaming
     )
 
 

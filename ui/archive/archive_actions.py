@@ -12,7 +12,7 @@ from ui.services.context import Services
 from ui.shell.main_window import MainWindow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
-from ui.widgets.controls import named
+from ui.widgets.controls import control
 
 if TYPE_CHECKING:
     from ui.archive.archive_dialog import ArchiveDialog
@@ -29,7 +29,7 @@ class ArchiveActions(QObject):
         self._window = window
         self._services = services
         self.exchange = ArchiveExchange(services.storage, self)
-        self.line = named(QToolButton(), "archive_line", "quiet")
+        self.line = control(QToolButton(), "archive_line", says=tr("Archive"), tip=tr("Archive"), role="quiet")
         self.line.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.line.setMinimumWidth(SMALLEST_PX)
         self.line.hide()

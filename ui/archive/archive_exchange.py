@@ -1,6 +1,5 @@
 """Exchanges records in a background thread: by itself if a server is set, or on request."""
 
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -16,10 +15,7 @@ if TYPE_CHECKING:  # without a server none of it is loaded
     from app.archive.archive import Archive, Exchanged
     from app.archive.sync import Synced
 
-EVERY_MS: Final = 60_000
-"""Interval at which new records are looked for."""
-AT_LEAST_EVERY_S: Final = 300.0
-"""Interval at which records of other stations are fetched even if there is nothing to share."""
+EVERY_MS: Final = 300_000
 
 
 class _Ended(Exception):
@@ -57,7 +53,7 @@ class ArchiveExchange(QObject):
         self._storage = storage
         self._task: BackgroundTask[Seen] = BackgroundTask("dps-s archive", self)
         self._timer = QTimer(self, interval=EVERY_MS)
-        self._timer.timeout.connect(lambda: self.exchange(self.server, is_only_if_due=True))
+        self._timer.timeout.connect(lambda: self.exchange(self.server))
 
     @property
     def is_running(self) -> bool:
@@ -70,7 +66,7 @@ class ArchiveExchange(QObject):
         self.server = stored_server(self._storage.folder)
         if self.server is not None:
             self._timer.start()
-            self.exchange(self.server, is_only_if_due=True)
+            self.exchange(self.server)
 
     def use_server(self, text: str) -> None:
         """Store the address and exchange at once; "" removes it. Raises `UserError`."""
@@ -83,7 +79,7 @@ class ArchiveExchange(QObject):
             self._timer.start()
         self.exchange(text if self.server else None)
 
-    def exchange(self, place: str | None, *, is_only_if_due: bool = False) -> None:
+    def exchange(self, place: str | None) -> None:
         """With a server or a file, in both directions; None: count only what is not shared with the server."""
         if self.is_running:
             return
@@ -92,7 +88,7 @@ class ArchiveExchange(QObject):
         def work(running: Running) -> Seen:
             archive = archive_of(storage)
             seen = self.seen._replace(trouble=None)
-            if place is not None and not (is_only_if_due and not _is_due(archive, place)):
+            if place is not None:
                 try:
                     seen = seen._replace(done=_sync(archive, place, running))
                 except UserError as error:
@@ -132,11 +128,3 @@ def _sync(archive: "Archive", place: str, running: Running) -> "Synced":
             raise _Ended
 
     return sync(archive, place, on_page)
-
-
-def _is_due(archive: "Archive", server: str) -> bool:
-    exchanged = archive.exchanged(server)
-    if exchanged.last_at is None or exchanged.not_shared:
-        return True
-    age_s = (datetime.now(UTC) - datetime.fromisoformat(exchanged.last_at)).total_seconds()
-    return not 0 <= age_s < AT_LEAST_EVERY_S

@@ -7,7 +7,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QWidget
 
 from app.engine.conversation import How, Known
-from app.settings.setting_texts import DEFAULTS, value_text, what_is
+from app.settings.values import DEFAULTS, value_text, what_is
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command

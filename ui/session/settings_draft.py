@@ -21,9 +21,9 @@ from app.procedures.light import Band, CalibrationFault, Proposal, measure_light
 from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.write import SettingChange, WriteContext, WriteReport, risk_message, why_not_verified, write_all
 from app.safety.interlocks import Interlock, Refusal
-from app.settings.form import FORM_COMMANDS, FormRow, SettingsForm, is_confirmed
-from app.settings.profiles import Profile, ProfileRow, compare
-from app.settings.setting_texts import value_text
+from app.settings.form import FORM_COMMANDS, FormRow, ProfileRow, SettingsForm, compare, is_confirmed
+from app.settings.profiles import Profile
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
 from app.text.sentences import join_names, join_sentences

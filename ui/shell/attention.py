@@ -267,12 +267,7 @@ class Attention(QObject):
         if self._queued and (link is None or state.phase is Phase.CLOSED):
             notice, _ = next(iter(self._queued.values()))
             return notice if notice.choices else notice._replace(dismiss=self.dismiss_queued)
-        return (
-            link
-            or self._trigger_notice()
-            or self._name_question.notice()
-            or self._interruption_notice(port)
-        )
+        return link or self._trigger_notice() or self._name_question.notice() or self._interruption_notice(port)
 
     def _lock_notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
         """LOCK of the shown module, else that of others which do not report it; Fleet says it itself."""

@@ -23,7 +23,6 @@ from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
     WITH_PASSWORD,
-    WITHOUT_TLS,
     ArchiveServer,
     write_certificate,
 )
@@ -168,6 +167,25 @@ while True:
 
 
 @pytest.mark.promise("g")
+def test_a_connection_that_is_cut_is_one_sentence_and_nothing_is_missed(
+    stores: list[Store], server: ArchiveServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.archive.sync.PAGE_ROWS", 2)
+    one, other = stores
+    for number in range(5):
+        _say(one, f"M-{number}")
+
+    def cut(_done: Synced) -> None:
+        server.run("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()")
+
+    for store in stores:
+        with pytest.raises(UserError, match="cannot be used"):
+            sync(Archive(store), server.url(), cut)
+        _sync(store, server.url())
+    assert Archive(other).status().facts == 7
+
+
+@pytest.mark.promise("g")
 def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     stores: list[Store], server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
@@ -188,14 +206,6 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     passwords.chmod(0o600)
     monkeypatch.setenv("PGPASSFILE", str(passwords))
     _sync(one, plain)
-    monkeypatch.delenv("PGPASSFILE")
-    service = tmp_path / "services"
-    service.write_text(
-        f"[hangar]\nhost=127.0.0.1\nport={server.port}\nuser=guarded\ndbname=archive\npassword={PASSWORD}\n",
-        encoding="utf-8",
-    )
-    monkeypatch.setenv("PGSERVICEFILE", str(service))
-    _sync(one, "postgresql:///?service=hangar")
     assert PASSWORD not in caplog.text
     assert all(PASSWORD.encode() not in path.read_bytes() for path in one.folder.rglob("*") if path.is_file())
 
@@ -221,21 +231,6 @@ def _is_encrypted(url: str) -> bool:
 
 
 @pytest.mark.promise("g")
-def test_a_server_is_trusted_by_the_root_that_the_address_names(
-    server: ArchiveServer, guarded: str, tmp_path: Path
-) -> None:
-    right = f"?sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"
-    assert _is_encrypted(guarded + right)
-    with pytest.raises(UserError, match=r"does not match host name .localhost.$"):
-        PostgresPlace(guarded.replace("127.0.0.1", "localhost") + right)
-    write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
-    with pytest.raises(UserError, match=r"cannot be used: SSL error: certificate verify failed$"):
-        PostgresPlace(f"{guarded}?sslmode=verify-full&sslrootcert={tmp_path / 'other.crt'}")
-    with pytest.raises(UserError, match=r"root certificate file .* does not exist$"):
-        PostgresPlace(f"{guarded}?sslmode=verify-ca&sslrootcert={tmp_path / 'none'}")
-
-
-@pytest.mark.promise("g")
 def test_the_systems_roots_are_found(
     server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -254,11 +249,6 @@ def test_the_systems_roots_are_found(
 def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None:
     assert _is_encrypted(f"{guarded}?sslmode=require")
     assert not _is_encrypted(f"{guarded}?sslmode=disable")
-    without = server.tcp_url(WITHOUT_TLS, PASSWORD)
-    assert not _is_encrypted(without)
-    for options in ("sslmode=require", f"sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"):
-        with pytest.raises(UserError, match="rejects connection"):
-            PostgresPlace(f"{without}?{options}")
 
 
 def test_the_command_exchanges_and_says_what_was_altered(

@@ -94,6 +94,13 @@ def test_an_exchange_that_is_broken_off_goes_on_where_it_was(
     assert Archive(one).exchanged(str(stick)).not_shared == 1
 
 
+def test_an_act_never_waits_for_a_page_of_an_exchange(stores: list[Store]) -> None:
+    with Archive(stores[0]).opened() as here:
+        here.execute("BEGIN IMMEDIATE")
+        say(stores[0], "M-07")
+        here.execute("ROLLBACK")
+
+
 def test_the_file_of_the_others_may_be_lost(stores: list[Store], stick: Path) -> None:
     one, other, _third = stores
     say(one, "M-07")
@@ -131,8 +138,9 @@ def test_a_row_that_is_no_fact_is_left_out_and_named_once(
     first = sync(Archive(stores[0]), str(stick))
     assert first.left_out_count == 1
     assert [one.id for one in first.left_out] == [row(**changed)[0]]
+    put(stick, tuple(make_row("said_new", '{"is_new":true}', module="M-67", station=STRANGER, at=NOW)))
     again = sync(Archive(stores[0]), str(stick))
-    assert (again.left_out, again.left_out_count, again.received) == ([], 1, 0)
+    assert (again.left_out, again.left_out_count, again.received) == ([], 1, 1)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,10 @@ def test_all_errors_of_a_profile_are_said_and_nothing_is_sent(
     path = tmp_path / "H6.toml"
     path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n", encoding="utf-8")
     printed = dps_s(["set", "--profile", str(path), "--port", port], 2)
-    assert [line.partition(":")[0] for line in printed.err.splitlines()] == ["Line 2", "Line 3"]
+    assert printed.err.splitlines() == [
+        "settings.freefall_acceleration_g: 0.55: the nearest steps are 0.5 g and 0.6 g.",
+        "“settings.freefall_tme_s” is unknown.",
+    ]
     assert wire == []
     path.write_text('name = "empty"\n', encoding="utf-8")
     assert program.main(["set", "--profile", str(path), "--port", port]) == 2

@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 import pytest
-from app.engine.device import StaleReason
 
 from app.diagnosis.adapter_facts import (
     PORT_GRABBERS,
@@ -17,9 +16,6 @@ from app.diagnosis.adapter_facts import (
     running,
 )
 from app.engine.ports import PortInfo
-from app.engine.procedure import Ask, Cancelled, Procedure
-from protocol.catalogue import BY_NAME
-from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
 
@@ -172,37 +168,3 @@ def test_the_rule_precedes_uaccess_and_every_goto_has_a_label() -> None:
     text = RULES.read_text(encoding="ascii")
     assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
     assert "brltty" in text
-
-
-# Regressions found by the table of faults
-
-
-THRESHOLD = BY_NAME["attitude_threshold"]
-
-
-def ask(*requests: Ask) -> Procedure[list[object]]:
-    outcomes: list[object] = []
-    for request in requests:
-        outcome = yield request
-        outcomes.append(outcome)
-    return outcomes
-
-
-@pytest.mark.parametrize(("is_sent", "reason"), [(True, StaleReason.WRITE_UNCONFIRMED), (False, None)])
-def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
-    is_sent: bool, reason: StaleReason | None
-) -> None:
-    rig = Rig()
-    rig.run(ask(Ask(THRESHOLD.query())))
-    rig.bench.change(mute=not is_sent)
-    run = rig.started(ask(Ask(THRESHOLD.set(75))))
-    rig.session.step()
-    if is_sent:
-        rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)
-    run.cancel()
-    rig.step_until(lambda: run.is_done)
-    assert isinstance(run.error, Cancelled) is is_sent  # else the procedure knew in time that nothing is sent
-    assert (THRESHOLD.set(75) in rig.line.requests) is is_sent
-    known = rig.session.device.view(rig.clock()).values.get(THRESHOLD.key)
-    assert known is not None
-    assert known.stale_reason is reason

@@ -7,23 +7,22 @@ from functools import partial
 from typing import Any
 
 import pytest
-from app.procedures.handshake import Silence, handshake
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose, explain
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, EvidenceCollector, PortEvidence
+from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Procedure
 from app.engine.reconnect import Absence
-from app.engine.session import Run
 from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
+from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import temporary_language
 from protocol.catalogue import BY_NAME
-from protocol.events import Counters, Role
+from protocol.events import Counters, Ended, EndReason, Role
 from protocol.frame import Reason
-from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
@@ -132,6 +131,9 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("it sends and does not answer", opened(
         bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.STREAMED: 10})}
     ), Cause.DEAF),
+    ("it answers too late", opened(
+        bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.LATE: 10})}
+    ), Cause.TOO_SLOW),
     ("it was there before", opened(was_online=True), Cause.FELL_SILENT),
     ("its rate was changed", opened(was_online=True, bytes_received=50, counters=rejected(50)), Cause.WRONG_RATE),
     ("a long latency timer", with_facts(online(), latency_ms=16, latency_path="/sys/x/latency_timer"),
@@ -197,7 +199,14 @@ def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidenc
 @pytest.mark.promise("l")
 def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Phase, language: str) -> None:
     state = LinkState(
-        phase, PORT, 115200, since=0.0, off_at=0.0, silence=Silence.NOTHING, absence=Absence.AWAY, was_active=True
+        phase,
+        PORT,
+        115200,
+        ended=Ended(EndReason.SILENT, 0.0),
+        off_at=0.0,
+        silence=Silence.NOTHING,
+        absence=Absence.AWAY,
+        was_active=True,
     )
     with temporary_language(language):
         said = link_text(state, 9.0)
@@ -264,20 +273,15 @@ class Watched:
 
     def tell(self, connection: Connection | None = None) -> None:
         session, now = self.rig.session, self.rig.clock.now_s
-        is_open = connection is None
         self.evidence_collector.on_batch(
             Batch(
                 now,
                 connection or Connection(PortState.OPEN, PORT, 115200),
-                session.device.view(now),
-                session.link_view() if is_open else None,
+                session.conversation_view(now),
+                session.link_view() if connection is None else None,
                 events=tuple(session.take_events()),
             )
         )
-
-    def run(self, procedure: Procedure[Any]) -> None:
-        self.rig.session.run(Run(procedure))
-        self.wait(4.0)
 
     def wait(self, seconds: float) -> None:
         end_s = self.rig.clock.now_s + seconds
@@ -290,16 +294,14 @@ class Watched:
         return None if found is None else found.cause
 
 
-def greeted(greetings: int = 1, wait_s: float = 0.0, **options: str) -> Watched:
+def opened_for(seconds: float, **options: str) -> Watched:
     watched = Watched(options)
-    for _ in range(greetings):
-        watched.run(handshake())
-    watched.wait(wait_s)
+    watched.wait(seconds)
     return watched
 
 
 def rate_changed_later() -> Watched:
-    watched = greeted()
+    watched = opened_for(3.0)
     watched.rig.bench.module.baud_rate = 19200
     watched.rig.bench.module.start_stream(watched.rig.clock.now_s)
     watched.wait(20)
@@ -307,19 +309,19 @@ def rate_changed_later() -> Watched:
 
 
 def pulled_from_the_adapter() -> Watched:
-    watched = greeted()
+    watched = opened_for(3.0)
     watched.rig.bench.change(mute=True)
     watched.wait(20)
     return watched
 
 
 def shut_down() -> Watched:
-    watched = greeted()
+    watched = opened_for(3.0)
 
     def act() -> Procedure[None]:
         yield Ask(BY_NAME["shutdown"].set(True), is_deliberate=True)
 
-    watched.run(act())
+    watched.rig.job(act())
     watched.wait(20)
     return watched
 
@@ -327,15 +329,16 @@ def shut_down() -> Watched:
 @pytest.mark.parametrize(
     ("make", "cause"),
     [
-        (partial(greeted, mute="yes"), Cause.NOTHING),
-        (partial(greeted, mute="yes", echo="yes"), Cause.ECHO),
-        (partial(greeted, baud="9600", stream_at_boot="yes"), Cause.WRONG_RATE),
+        (partial(opened_for, 4.0, mute="yes"), Cause.NOTHING),
+        (partial(opened_for, 4.0, mute="yes", echo="yes"), Cause.ECHO),
+        (partial(opened_for, 4.0, baud="9600", stream_at_boot="yes"), Cause.WRONG_RATE),
         (rate_changed_later, Cause.WRONG_RATE),
-        (partial(greeted, 1, 5.0, corrupt="0.05", rate="200", stream_at_boot="yes", uptime="60"), Cause.BAD_LINE),
+        (partial(opened_for, 9.0, corrupt="0.05", rate="200", stream_at_boot="yes", uptime="60"), Cause.BAD_LINE),
         (pulled_from_the_adapter, Cause.FELL_SILENT),
         (shut_down, Cause.SHUT_DOWN),
-        (partial(greeted, 5, delay_ms="15"), Cause.SLOW_ADAPTER),
-        (partial(greeted, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), Cause.DEAF),
+        (partial(opened_for, 9.0, delay_ms="15"), Cause.SLOW_ADAPTER),
+        (partial(opened_for, 6.0, delay_ms="1400"), Cause.TOO_SLOW),
+        (partial(opened_for, 4.0, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), Cause.DEAF),
     ],
 )
 def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: Cause) -> None:
@@ -350,7 +353,7 @@ def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
     assert not watched.evidence_collector.evidence().was_shut_down
 
 
-@pytest.mark.parametrize("make", [greeted, pulled_from_the_adapter])
+@pytest.mark.parametrize("make", [partial(opened_for, 3.0), pulled_from_the_adapter])
 def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[[], Watched]) -> None:
     watched = make()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
@@ -361,20 +364,11 @@ def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[
     assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
 
 
-def test_another_module_on_the_same_port_begins_without_the_evidence_of_the_first() -> None:
-    """It was counted from the first one's totals: it fell silent, and nothing was said of that."""
-    watched = greeted(20, garbage="0.3")
-    assert watched.evidence_collector.evidence().noise
-    end_faults(watched.rig.bench)
-    watched.rig.session.treat_as_new(is_named=False)
-    watched.evidence_collector.begin(PORT)
-    assert not watched.evidence_collector.evidence().noise
-    watched.run(handshake())
-    watched.rig.bench.change(mute=True)
-    watched.wait(20)
-    assert watched.cause() is Cause.FELL_SILENT
-    counters = watched.evidence_collector.evidence().counters
-    assert counters.sent >= counters.time_outs > 0
+@pytest.mark.parametrize("reason", EndReason)
+def test_an_end_of_a_conversation_is_said_with_what_to_do(reason: EndReason) -> None:
+    said = explain(Interrupted(reason))
+    assert said.what == Interrupted(reason).sentence
+    assert said.next_step.endswith("again.")
 
 
 def test_stored_noise_is_bounded() -> None:

@@ -6,12 +6,12 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from app.engine.device import DeviceView, How, Known
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.text import TimedLines
 from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
+from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
@@ -28,7 +28,7 @@ QUERY = STATUS.query()
 
 
 def batch(at: float, link: LinkView | None = None, *events: Event, connection: Connection = OPEN) -> Batch:
-    return Batch(at, connection, DeviceView(), link, events=events)
+    return Batch(at, connection, ConversationView(), link, events=events)
 
 
 def view(byte_count: int = 0, **counted: int) -> LinkView:
@@ -106,9 +106,9 @@ def test_the_seconds_are_bounded_even_when_the_clock_jumps() -> None:
 
 def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
     rig = Rig({"corrupt": "0.02", "drop": "0.05", "seed": "5"})
-    run = rig.started(read_everything())
+    job = rig.job(read_everything())
     figures = LinkStatistics()
-    while not run.is_done:
+    while not job.has_ended:
         rig.session.step()
         figures.on_batch(batch(rig.clock.now_s, rig.session.link_view(), *rig.session.take_events()))
     counted = rig.session.link_view().counters
@@ -149,7 +149,7 @@ CONTENTS = Contents(
         115200,
         PortError(PortTrouble.BUSY, "/dev/ttyUSB0", "held by Wolfgang", PortHolder("minicom", 7)),
     ),
-    device=DeviceView({"tilt_deg": Known(7, How.STREAMED, 10.0)}),
+    conversation=ConversationView(number=1, values={"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     now=12.0,
     statistics=LinkStatistics(),
     preferences={"language": "zh_CN", "last": "C:\\Users\\wolfgang\\x.toml"},

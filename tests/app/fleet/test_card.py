@@ -25,7 +25,8 @@ from app.records.record import make_record
 from app.records.report_files import document_in
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
-from app.settings.profiles import NO_PROFILE, ManualLine, Match, Profile
+from app.settings.form import Match
+from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError

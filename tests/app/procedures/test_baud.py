@@ -73,7 +73,7 @@ def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
 
 def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
     """A serial server passes whole bytes on, however late; found by the stateful test."""
-    rig = Rig({"baud": 57600, "delay_ms": 700.0})
+    rig = Rig({"baud": 57600, "delay_ms": 450.0})
     at_each_frame(rig.bench, lambda _request: rig.bench.change(drop=1.0 if len(rig.line.requests) <= 2 else 0.0))
     assert find(rig, 57600, 115200) == 57600
     assert rig.line.baud_rate == 57600

@@ -18,8 +18,8 @@ pytest_plugins = ["tests.support.cli_fixtures"]
 
 def library_of(folder: Path, *days: float) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
-    for number, before in enumerate(days):
-        written_at_once(folder, 1000 + number, days=before, number=len(days) - number)
+    for number, before in enumerate(sorted(days, reverse=True), start=1):
+        written_at_once(folder, 1000 + number, days=before, number=number)
     return RecordingLibrary(folder, max_bytes=1 << 40)
 
 

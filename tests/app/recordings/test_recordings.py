@@ -4,6 +4,7 @@ import json
 import os
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -332,10 +333,13 @@ def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
         bench.feed(batch(1000.0, report(1000.0)))
         writer = bench.recorder._writer
         assert writer is not None
-        writer.note(1000.0, "unheard of", more=[1])
-        writer.note(1000.0, "reading", cell_voltage_v="3", pressure_bar=1.0)
-        writer.note(1000.0, "limits", light_v="2")
-        writer.note(1000.0, "reading", light_v=10**400)
+        for event, values in (
+            ("unheard of", {"more": [1]}),
+            ("reading", {"cell_voltage_v": "3", "pressure_bar": 1.0}),
+            ("limits", {"light_v": "2"}),
+            ("reading", {"light_v": 10**400}),
+        ):
+            bench.recorder._put(partial(writer.note, 1000.0, event, **values))  # in the recorder's thread
         bench.settle()
         recording = opened(bench.path)
         assert [marker.kind for marker in recording.markers] == [MarkerKind.CONNECTED]

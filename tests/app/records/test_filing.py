@@ -16,7 +16,7 @@ from app.records.filing import Filed, file_check
 from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
-from app.settings.setting_texts import DEFAULTS
+from app.settings.values import DEFAULTS
 from app.stations.station import KEY_FILE
 from app.store.fact_store import Facts, Store
 from app.store.kinds import ModuleVisited, PreflightCheck
@@ -141,6 +141,15 @@ def test_what_a_check_read_is_remembered_under_the_name_unless_it_speaks_against
         assert known is not None
         assert (known.boot_count, known.settings["freefall_time_s"]) == (37, 1.6)
         assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.PASS
+
+
+def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        file_one(store, "M-07")
+        keep_evidence(store, "M-07", (50, {}))
+        for is_same_module, visits in ((False, 1), (True, 2)):
+            file_one(store, "M-07", is_same_module=is_same_module)
+            assert len(store.read(lambda facts: facts.of_module(ModuleVisited, "M-07"))) == visits
 
 
 def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_path: Path) -> None:

@@ -12,8 +12,7 @@ from app.procedures.stream import StreamSwitch
 from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFault, Written, write_all
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.setting_texts import DEFAULTS
-from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
+from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS

@@ -102,6 +102,19 @@ def test_a_piece_of_work_is_kept_whole_or_not_at_all_and_its_fault_is_told_as_wh
         assert said(store) == []
 
 
+def test_a_fault_of_the_program_while_it_opens_is_told_too_and_nobody_waits(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_facts: Facts) -> None:
+        raise TypeError("a fault of the program")
+
+    monkeypatch.setattr("app.store.fact_store._introduce", fail)
+    with opened(folder) as store:
+        for future in (store.opened, store.add(INTENT)):
+            with pytest.raises(TypeError, match="a fault of the program"):
+                future.result(PATIENCE_S)
+
+
 def test_an_intent_that_is_taken_back_in_time_is_never_written(folder: Path) -> None:
     go_on = threading.Event()
     with opened(folder) as store:
@@ -172,6 +185,14 @@ def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
         copied(folder, NOON + timedelta(days=day, hours=1))
     names = [copy.name for copy in copies_of(folder / FILE_NAME, NOON + timedelta(days=9))]
     assert names == [f"dps-s.202601{day:02}.sqlite" for day in range(10, 3, -1)]
+
+
+def test_a_copy_of_a_clock_that_was_ahead_comes_last(folder: Path) -> None:
+    (folder / COPIES).mkdir(parents=True)
+    for day in ("20260101", "20260102", "20990101"):
+        (folder / COPIES / f"dps-s.{day}.sqlite").touch()
+    days = [copy.name.split(".")[1] for copy in copies_of(folder / FILE_NAME, NOON)]
+    assert days == ["20260102", "20260101", "20990101"]
 
 
 def damage(path: Path) -> None:

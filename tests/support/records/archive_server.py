@@ -22,8 +22,8 @@ from cryptography.x509.oid import NameOID
 OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
 ROOT_CERTIFICATE = "root.crt"
-WITH_PASSWORD, WITHOUT_TLS = "guarded", "plain"
-"""Roles that need `PASSWORD` over TCP; the second may only connect without TLS."""
+WITH_PASSWORD = "guarded"
+"""A role that needs `PASSWORD` over TCP."""
 
 
 def server_programs() -> Path | None:
@@ -88,9 +88,7 @@ def archive_server() -> Iterator[ArchiveServer]:
             check=True, **quiet,
         )  # type: ignore[call-overload]  # fmt: skip
         (data / "pg_hba.conf").write_text(
-            f"local all all trust\nhostnossl all {WITHOUT_TLS} 127.0.0.1/32 scram-sha-256\n"
-            f"hostssl all {WITHOUT_TLS} 127.0.0.1/32 reject\nhost all all 127.0.0.1/32 scram-sha-256\n",
-            encoding="utf-8",
+            "local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n", encoding="utf-8"
         )
         key = write_certificate(folder / ROOT_CERTIFICATE, data / "server.key")
         if who:
@@ -107,8 +105,8 @@ def archive_server() -> Iterator[ArchiveServer]:
             wait = [programs / "pg_isready", "-h", folder, "-p", str(port), "-t", "1"]
             while subprocess.run(wait, check=False, **quiet).returncode != 0:  # type: ignore[call-overload]
                 assert server.poll() is None, "the server ended"
-            roles = (f"CREATE ROLE {one} LOGIN SUPERUSER PASSWORD '{PASSWORD}'" for one in (WITH_PASSWORD, WITHOUT_TLS))
-            found.run("CREATE DATABASE archive", *roles, database="postgres")
+            role = f"CREATE ROLE {WITH_PASSWORD} LOGIN SUPERUSER PASSWORD '{PASSWORD}'"
+            found.run("CREATE DATABASE archive", role, database="postgres")
             yield found
         finally:
             server.terminate()  # a smart shutdown: the tests have closed their sessions

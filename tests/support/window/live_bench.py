@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from app.engine.conversation import How, Known, StatusSample
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import How, Known, StatusSample
 from app.engine.worker import Connection, PortState
 from protocol.fields import Value
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, show_alone

@@ -9,7 +9,7 @@ from PySide6.QtCore import QLocale
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
 from pytestqt.qtbot import QtBot
 
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.system.wall_clock import DAY, local_time
 from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr

@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.settings.setting_texts import what_is
+from app.settings.values import what_is
 from app.text.i18n import CHINESE
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, window

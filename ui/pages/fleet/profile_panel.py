@@ -9,8 +9,8 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.fleet.profile_table import Applied, AppliedProfile, Column, settings_in
-from app.settings.profiles import Match, ProfileRow
-from app.settings.setting_texts import value_text
+from app.settings.form import Match, ProfileRow
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from protocol.catalogue import Command

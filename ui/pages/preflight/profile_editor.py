@@ -232,7 +232,7 @@ class ProfileEditor(QWidget):
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
-            return tuple(fault.message.translated() for fault in refusal.faults)
+            return refusal.sentences
         return ()
 
     def _wrong_numbers(self) -> list[OptionalNumber]:

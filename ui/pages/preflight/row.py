@@ -14,7 +14,7 @@ from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult, Perso
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
-from app.settings.setting_texts import DEFAULTS
+from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.fields import Value

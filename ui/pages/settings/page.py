@@ -19,7 +19,7 @@ from app.settings.fingerprint import fingerprint
 from app.settings.form import RowState
 from app.settings.profile_file import save_profile
 from app.settings.profiles import Profile
-from app.settings.setting_texts import DEFAULTS
+from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, SETTINGS

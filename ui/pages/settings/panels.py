@@ -6,9 +6,8 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
 from app.procedures.light import CalibrationFault, Proposal
-from app.settings.form import FORM_COMMANDS
-from app.settings.profiles import Match, ProfileRow
-from app.settings.setting_texts import value_text
+from app.settings.form import FORM_COMMANDS, Match, ProfileRow
+from app.settings.values import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, Command

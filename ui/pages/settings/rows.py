@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QFrame, QGridLayout, QLabel, QToo
 from app.engine.conversation import How
 from app.safety.consequences import Weight
 from app.settings.form import FORM_COMMANDS, FormRow, RowState
-from app.settings.setting_texts import DEFAULTS, advice_text, value_text
+from app.settings.values import DEFAULTS, advice_text, value_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, labelled, with_units
 from protocol.catalogue import Command

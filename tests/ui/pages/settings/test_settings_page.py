@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import How, Known
 from app.settings.form import FormRow, RowState
-from app.settings.setting_texts import value_text
+from app.settings.values import value_text
 from app.text.i18n import CHINESE, ENGLISH, tr
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
 from tests.support.pseudo_language import PSEUDO
