@@ -161,6 +161,7 @@ class RitualWidget(QFrame):
         self._focus_cancel()
         self._job.dismiss()
         self._begin_watching()
+        self._show()
 
     def _arm(self) -> None:
         self.ritual.arm(self._ports.clock())

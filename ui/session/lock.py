@@ -92,8 +92,8 @@ class PortLock(QObject):
         return Job(lock(self._find_journal()), outlives=True)
 
     def give_up(self) -> None:
-        """Stop repeating LOCK: the module is being activated on purpose."""
-        self.failed = None
+        """Stop repeating LOCK: the module is being activated on purpose, and what was confirmed before says nothing."""
+        self.failed = self.confirmed = None
         if self._job is not None:
             self._job.cancel()
 

@@ -1,6 +1,5 @@
 """The Commands page through real clicks and keys. The frames at the module are counted: never one too many."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -214,24 +213,14 @@ def test_whatever_becomes_of_the_module_disarms(active: Desk) -> None:
         release(active)
 
 
-def test_every_report_is_a_look_at_what_may_disarm(active: Desk) -> None:
-    ritual = arm(active)
-    ritual._timer.stop()
-    ritual._services.armed.act = None  # by an error in another thread
-    active.until(lambda: ritual.ritual.stage is Stage.IDLE)
-
-
 def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(active: Desk) -> None:
-    """Its clock stood still meanwhile: to the ritual the hold has gone on without a gap."""
-    leap = {"s": 0.0}
-    active.commands.ritual.clock_with_sleep = lambda: time.monotonic() + leap["s"]
     ritual = arm(active)
     press(active)
     active.wait(0.3)
-    leap["s"] = 60.0
-    wait_disarmed(active, ritual)
-    assert active.commands.ritual._services.armed.act is None
-    assert "computer slept" in outcome(active)
+    active.clock.now_s += 60.0
+    active.until(lambda: ritual.ritual.stage is Stage.IDLE)
+    assert ritual._services.armed.act is None
+    assert "Disarmed" in outcome(active)
     stays_quiet(active, HELD_MS)
 
 
@@ -302,11 +291,11 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
         one.until(lambda: row.notice_bar.notice is None)
 
 
-def test_a_restart_of_the_module_is_shown_on_every_page(full_desk: Desk) -> None:
+def test_a_restart_of_an_active_module_is_shown_on_every_page_until_a_person_closes_it(full_desk: Desk) -> None:
     full_desk.go_to("commands")
     bar = full_desk.assembly.window.notice_bar
     full_desk.bench.restart()
-    full_desk.until(lambda: "The module restarted" in notice_text(bar))
-    notice_ = given(bar.notice)
-    given(notice_.dismiss)()
+    for text in ("may have fired before the restart", "Interrupted at"):
+        full_desk.until(lambda text=text: text in notice_text(bar))  # type: ignore[misc]
+        given(given(bar.notice).dismiss)()
     full_desk.until(lambda: bar.notice is None)

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionButton, QVBoxLay
 from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
-from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.session.check import Standing
@@ -200,15 +199,6 @@ def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QAp
         assert page.work.standing is Standing.CHECKING
         bench.wait(8.0)
         assert [one.encode()[2:5].hex() for one in bench.sent] == ["170200", "160200"]
-
-
-@pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down
-@pytest.mark.promise("d", "i")
-def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> None:
-    """A few minutes of what `make gestures` does for hours."""
-    report = run(qapp, 10, 7)
-    assert report.faults == []
-    assert report.events > 50
 
 
 class PaintedWidget(StepButton):

@@ -23,9 +23,8 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
 
 STEPS = {
-    "another_module", "delete_recordings", "discard", "drop_edits", "identity_new",
-    "identity_same", "leave_active", "left_active_here", "left_active_locked", "same_module", "unlock_once",
-    "write_anyway",
+    "another_module", "delete_recordings", "discard", "drop_edits", "leave_active", "left_active_locked", "name_same",
+    "same_module", "unlock_once", "write_anyway",
 }  # fmt: skip
 """What a notice offers and nobody can undo: it is never the second half of a double click."""
 
