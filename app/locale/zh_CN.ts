@@ -2889,7 +2889,7 @@
     </message>
     <message>
         <source>Take over</source>
-        <translation>接手</translation>
+        <translation>采用</translation>
     </message>
     <message>
         <source>Take the rotors off.</source>

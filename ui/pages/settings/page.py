@@ -237,7 +237,7 @@ class SettingsPage(Page):
         self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
         # A notice below the table takes height, and must not make the rows narrower.
         self.scroll_area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
-        bar = self.scroll_area.verticalScrollBar()
+        bar = named(self.scroll_area.verticalScrollBar(), "settings_scroll_bar", "idle")
         bar.rangeChanged.connect(lambda low, high: set_role(bar, "" if high > low else "idle"))
         self.scroll_area.setMinimumHeight(1)  # the foot and what is asked stay in sight
         head = in_column(header, margins=(Space.M, 0))

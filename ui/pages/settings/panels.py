@@ -23,6 +23,15 @@ from ui.widgets.layouts import in_column, in_row, scroll_area
 _HEADS: Final = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
 
 
+def _lay_out(panel: QWidget, parts: tuple[QWidget, ...], buttons: tuple[QWidget, ...]) -> None:
+    """Only the parts scroll."""
+    content = QWidget()
+    in_column(*parts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
+    scroll = scroll_area(content, f"{panel.objectName()}_scroll", panel.accessibleName(), is_vertical=True)
+    foot = in_row(1, *buttons, spacing=Space.S, margins=(Space.M, Space.S))
+    in_column((scroll, 1), foot, of=panel, spacing=0, margins=0)
+
+
 class ComparePanel(QWidget):
     """What is ticked can be written."""
 
@@ -32,6 +41,7 @@ class ComparePanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("profile_compare")
+        self.setAccessibleName(tr("Profile"))
         self.title = text_label("profile_title", "title")
         self.about = text_label("profile_about", "small")
         note = text_label("profile_note", "small")
@@ -47,11 +57,7 @@ class ComparePanel(QWidget):
         self.rows = {command.key: _CompareRow(grid, command) for command in (*FORM_COMMANDS, BAUD_RATE)}
         for key, row in self.rows.items():
             row.tick.clicked.connect(lambda is_ticked, key=key: self.ticked.emit(key, is_ticked))
-        content = named(QWidget(), "profile_content")
-        in_column(self.title, self.about, table, note, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
-        scroll = scroll_area(content, "profile_scroll", tr("Profile"), is_vertical=True)
-        foot = in_row(1, self.back, self.apply, spacing=Space.S, margins=(Space.M, Space.S))
-        in_column((scroll, 1), foot, of=self, spacing=0, margins=0)
+        _lay_out(self, (self.title, self.about, table, note), (self.back, self.apply))
 
     def show_comparison(self, work: SettingsDraft, comparison: Comparison) -> None:
         profile = comparison.profile
@@ -111,9 +117,10 @@ class CalibrationPanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setObjectName("calibration_panel")
+        self.setObjectName("calibration")
+        self.setAccessibleName(tr("Measure the light threshold"))
         title = text_label("calibration_title", "title")
-        title.setText(tr("Measure the light threshold"))
+        title.setText(self.accessibleName())
         intro = text_label("calibration_intro", "muted")
         intro.setText(tr("Measure in the light of the flight day, with no hand over the sensor."))
         self.texts: dict[Side, QLabel] = {}
@@ -136,10 +143,7 @@ class CalibrationPanel(QWidget):
         self.detail = text_label("calibration_detail", "small")
         self.take = control(QPushButton(tr("Use this threshold")), "calibration_take", role="primary")
         self.back = control(QPushButton(tr("Back")), "calibration_back", key="Esc")
-        foot = in_row(1, self.back, self.take, spacing=Space.S)
-        in_column(
-            title, intro, card, self.result, self.detail, 1, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
-        )
+        _lay_out(self, (title, intro, card, self.result, self.detail), (self.back, self.take))
 
     def show_calibration(self, work: SettingsDraft) -> None:
         for side in Side:
