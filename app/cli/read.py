@@ -184,10 +184,8 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     reply = command.reply
     if isinstance(value, bool):
-        if (key, value) in _WORDS:
-            text = tr(_WORDS[key, value])
-        else:
-            text = tr("yes") if value else tr("no")
+        word = marked("yes") if value else marked("no")
+        text = tr(_WORDS.get((key, value), word))
     elif isinstance(reply, Quantity):
         text = reply.text(reply.encode(value))
     elif isinstance(reply, Choice):
