@@ -184,9 +184,9 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     reply = command.reply
     if isinstance(value, bool):
-        text = tr("yes") if value else tr("no")
-        if (key, value) in _WORDS:
-            text = tr(_WORDS[key, value])
+        usual = marked("yes") if value else marked("no")
+        word = _WORDS.get((key, value), usual)
+        text = tr(word)
     elif isinstance(reply, Quantity):
         text = reply.text(reply.encode(value))
     elif isinstance(reply, Choice):
