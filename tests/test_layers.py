@@ -52,6 +52,9 @@ ROOMS = (
     "ui/widgets",
     "ui/forms",
     "ui/services",
+    "ui/session",
+    "ui/services/page.py",  # knows the module that is shown
+    "ui/services/context.py",
     "ui/files",
     "ui/plots",
     "ui/acts",
@@ -78,7 +81,7 @@ ROOMS = (
 
 
 class Import(NamedTuple):
-    """One imported module, where, and whether it is inside a function."""
+    """One imported module, where, and whether it is inside a function or for types only."""
 
     module: str
     line: int
@@ -102,7 +105,12 @@ def _imports(node: ast.AST, passed_over: type | tuple[()], *, is_in_function: bo
             for name in _imported_names(child):
                 yield Import(name, getattr(child, "lineno", 0), is_in_function)
             is_function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-            yield from _imports(child, passed_over, is_in_function=is_in_function or is_function)
+            is_later = is_in_function or is_function or _is_for_types(child)
+            yield from _imports(child, passed_over, is_in_function=is_later)
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def _imported_names(node: ast.AST) -> list[str]:
@@ -237,11 +245,11 @@ def test_packaging_is_no_package() -> None:
         ("protocol/link.py", "import struct, time"),
         ("protocol/link.py", "import asyncio.queues"),
         ("protocol/link.py", "from importlib import import_module\nclock = import_module('time')"),
-        ("app/engine/device.py", "from PySide6.QtCore import QObject"),
-        ("app/engine/device.py", "if True:\n    import pyqtgraph as pg"),
-        ("app/engine/device.py", "def show():\n    import ui.main"),
-        ("app/engine/device.py", "from app.safety.permit import Permit"),
-        ("app/engine/device.py", "def check():\n    from app.preflight import run"),
+        ("app/engine/conversation.py", "from PySide6.QtCore import QObject"),
+        ("app/engine/conversation.py", "if True:\n    import pyqtgraph as pg"),
+        ("app/engine/conversation.py", "def show():\n    import ui.main"),
+        ("app/engine/conversation.py", "from app.safety.permit import Permit"),
+        ("app/engine/conversation.py", "def check():\n    from app.preflight import run"),
         ("app/text/i18n.py", "from app import __main__"),
         ("app/stray.py", "from app.text import i18n"),
         ("app/new_room/thing.py", "from app.text import i18n"),
@@ -252,7 +260,7 @@ def test_packaging_is_no_package() -> None:
         ("ui/core/bridge.py", "from ui.shell.main_window import MainWindow"),
         ("ui/pages/live/page.py", "from serial.tools import list_ports"),
         ("ui/pages/live/page.py", "import importlib\nimportlib.import_module('serial')"),
-        ("ui/pages/live/page.py", "from ui.pages.settings.row import SettingsRow"),
+        ("ui/pages/live/page.py", "from ui.pages.settings.rows import SettingsRow"),
         ("app/simulator/answers.py", "from tests.doubles import Clock"),
     ],
 )
@@ -264,8 +272,8 @@ def test_a_forbidden_import_is_found(path: str, source: str) -> None:
     ("path", "source"),
     [
         ("protocol/frame.py", "import struct\nfrom protocol.catalogue import COMMANDS\nfrom . import text"),
-        ("app/engine/device.py", "import time, threading, numpy, serial\nfrom protocol import frame"),
-        ("app/preflight/run.py", "from app import version\nfrom app.engine.conversation import Device"),
+        ("app/engine/conversation.py", "import time, threading, numpy, serial\nfrom protocol import frame"),
+        ("app/preflight/run.py", "from app import version\nfrom app.engine.conversation import Conversation"),
         ("app/__main__.py", "def gui():\n    from ui.main import show\n    show()"),
         ("ui/core/bridge.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
         ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.lanes import Mark"),

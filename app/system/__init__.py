@@ -1,1 +1,1 @@
-"""The computer: atomic files, log files, sleep detection, wall clock."""
+"""The computer: atomic files, log files, clocks."""

@@ -86,8 +86,11 @@ def run(program: Path, home: Path, *words: str) -> str:
 
 def test_the_page_has_all_its_pieces() -> None:
     assert [piece.path for piece in pieces()] == [
-        "protocol/catalogue.py", "protocol/catalogue.py", "app/simulator/memory.py"
-    ]  # fmt: skip
+        "protocol/catalogue.py",
+        "protocol/catalogue.py",
+        "app/simulator/memory.py",
+        "app/preflight/reading_object.py",
+    ]
 
 
 def test_it_is_decoded(program: Path, tmp_path: Path) -> None:

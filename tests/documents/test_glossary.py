@@ -24,6 +24,7 @@ OTHER_SENSE: Final = {
 UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")
 ALWAYS_SEVERAL: Final = {
     "Damaged frames: {rejected} of {bytes} bytes are invalid.",
+    "Interrupted {count} times since {time}, last: {why}",
     "The adapter at {port} disconnected {visits} times.",
     "no reply within {seconds:.1f} s, asked {attempts} times",
     "{count} of {total} logs",

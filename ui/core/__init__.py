@@ -1,1 +1,1 @@
-"""The Qt side without widgets: bridge, connection, preferences, what a page is given."""
+"""The Qt side without widgets: bridge, list of the ports, preferences, work in the background."""

@@ -1,1 +1,1 @@
-"""What the pages are given: storage, recordings, the module's name."""
+"""What the pages are given: storage, recordings, the notice of a job."""

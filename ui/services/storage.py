@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from PySide6.QtCore import QObject, Signal
 
@@ -19,9 +19,6 @@ from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder
 from ui.services.recording_jobs import RecordingJobs
 
-if TYPE_CHECKING:
-    from ui.session.recording import SessionRecording
-
 _log = logging.getLogger(__name__)
 
 
@@ -30,6 +27,10 @@ RECORDINGS = "recordings"
 """The folder beside the store."""
 RECORDER_LIMIT_S = 0.1
 """For the last lines of a recording, when the window closes."""
+
+
+class Recording(Protocol):
+    def stop(self, deadline_s: float) -> bool: ...
 
 
 class Storage(QObject):
@@ -43,7 +44,7 @@ class Storage(QObject):
         self.left_active: tuple[LeftActive, ...] = ()
         """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
-        self._recorded: list[SessionRecording] = []
+        self._recorded: list[Recording] = []
         self.recordings = RecordingJobs(None if folder is None else folder / RECORDINGS)
         self._opening: Store | None = None
         self._lock = threading.Lock()
@@ -81,7 +82,7 @@ class Storage(QObject):
         notice = store.opened.result()
         return None if notice is None else notice.translated()
 
-    def note_recording(self, recording: "SessionRecording") -> None:
+    def note_recording(self, recording: Recording) -> None:
         """Of one more port; ended by `close`."""
         self._recorded.append(recording)
 
