@@ -134,7 +134,8 @@ def _steer(stream: _Stream, view: EngineView) -> Procedure[None]:
 def _find_left_on(stream: _Stream, view: EngineView) -> None:
     """Whether this is the module of which the stream was left on: on the same start, by its boot count."""
     memory, conversation = stream.memory, view.conversation
-    if stream.on_at is not None or not memory.was_left_on:
+    is_ours = stream.on_at is not None or stream.intent is not None
+    if is_ours or not memory.was_left_on:
         return
     if memory.boot_count is not None and memory.boot_count != conversation.boot_count:
         memory.clear()  # another module's, or before a restart: the stream was not switched on here

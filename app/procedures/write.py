@@ -314,7 +314,7 @@ class _Writing:
             if written.is_sent and command.reads_back:
                 self.results[command] = _after_last_reading(written, last.values.get(command.key))
             elif written.is_fine and command in TRIGGER_FLAGS:
-                self.results[command] = _afternot_sent(written, view)
+                self.results[command] = _after_copies(written, view)
         # Whatever else reads otherwise now has ended the conversation.
         sent = [command for command, written in self.results.items() if written.is_sent]
         unread = tuple(command for command in last.unread if command not in sent and command.key in self.before)
@@ -458,7 +458,7 @@ def _after_last_reading(written: Written, last: Value | None) -> Written:
     return written
 
 
-def _afternot_sent(written: Written, view: EngineView) -> Written:
+def _after_copies(written: Written, view: EngineView) -> Written:
     """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
     if view.conversation.fresh(written.command.key, view.now) == written.target:
         return written

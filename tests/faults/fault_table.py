@@ -249,7 +249,7 @@ def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
         "boot_count": module.memory.boot_count,
         "active": module.state.is_active,
         "triggered": module.is_triggered,
-        "tilt_deg": round(module.tilt_deg(now_s)),
+        "tilt_deg": round(module.measure(now_s).tilt_deg),
         "acceleration_g": 1.0,
         "charging": module.world.has_external_power,
         "cell_voltage_v": CELL_VOLT.decode(module.voltage(now_s)),

@@ -7,9 +7,8 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
-from app.engine.run import Run
-from app.store.modules import modules, register_module
 
+from app.modules.names import modules, remember
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
@@ -45,7 +44,7 @@ def held(store: Store) -> Iterator[threading.Event]:
 
 
 def locked_by(rig: Rig, journal: StoreJournal) -> Locked:
-    return rig.end(rig.started(lock(journal), is_urgent=True))
+    return rig.end(rig.job(lock(journal), is_urgent=True, outlives=True))
 
 
 @pytest.mark.promise("j")
@@ -64,11 +63,10 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
 @pytest.mark.promise("j")
 def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store) -> None:
     rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
-    acting = Run(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
     with held(store):
-        rig.session.run(acting)
+        acting = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
         rig.step_for(0.5)
-        assert not acting.is_done
+        assert not acting.has_ended
         assert locked_by(rig, journal).is_locked
     store.write(lambda _facts: None).result(LIMIT_S)
     assert rig.end(acting).refusals
@@ -79,10 +77,10 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
 def test_an_intent_that_is_not_durable_within_a_second_is_taken_back(store: Store) -> None:
     rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
     with held(store):
-        acting = rig.started(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
+        acting = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
         rig.step_for(5.0)
-        assert acting.result is not None
-        assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.INTENT_DURABLE]
+        assert acting.has_ended
+        assert [refusal.condition for refusal in acting.outcome().refusals] == [Interlock.INTENT_DURABLE]
     assert audit(store) == ()
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
 
@@ -93,10 +91,10 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert locked_by(rig, journal).is_locked
-        acting = rig.started(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
+        acting = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
         rig.step_for(5.0)
-        assert acting.result is not None
-        assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.INTENT_DURABLE]
+        assert acting.has_ended
+        assert [refusal.condition for refusal in acting.outcome().refusals] == [Interlock.INTENT_DURABLE]
         other.execute("ROLLBACK")
     journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)
     assert Act.ACTIVATE not in [entry.act for entry in audit(store)]
@@ -108,7 +106,7 @@ def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
     inside, release = threading.Event(), threading.Event()
 
     def write_slowly(facts: Facts) -> None:
-        register_module(facts, "M-08")
+        remember(facts, "M-08")
         inside.set()
         release.wait(LIMIT_S)
 

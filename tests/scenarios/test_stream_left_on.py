@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
+from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.fact_store import Store
 from app.store.stream_memory import StreamMemory
 from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
-from tests.support.line.sim_line import Rig, end_watch, settled_rig
+from tests.support.line.sim_line import Rig
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, ran, run_module, running
 from tests.support.records.stored import open_store
@@ -30,16 +30,18 @@ def store(tmp_path: Path) -> Iterator[Store]:
         yield made
 
 
-def streaming_rig(**options: object) -> Rig:
-    """On a module that streams already."""
-    rig = settled_rig(**options)
-    rig.bench.module.state.serial_output_is_on = True
-    rig.bench.module.start_stream(rig.clock.now_s)
-    return rig
+def watched(memory: StreamMemory, *, is_wanted: bool = True, **options: object) -> Rig:
+    """In its first conversation."""
+    switch = StreamSwitch(is_wanted=is_wanted)
+    return Rig({"uptime": 60, "noise": 0} | options, background=lambda: watch(switch, memory=memory)).begin()
 
 
-def watched(rig: Rig, memory: StreamMemory, *, is_wanted: bool = True) -> None:
-    rig.session.run_in_background(watch(StreamSwitch(is_wanted=is_wanted), memory=memory))
+def end_watch(rig: Rig) -> None:
+    """As at the end of a session."""
+    background = rig.session._background
+    assert background is not None
+    background.cancel()
+    rig.step_until(lambda: background.has_ended, limit_s=5)
 
 
 def changes(rig: Rig) -> list[Request]:
@@ -73,9 +75,9 @@ class Slow(StreamMemory):
 
 @pytest.mark.promise("c")
 def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
-    rig, memory = settled_rig(), Slow()
-    watched(rig, memory)
-    rig.step_for(LISTEN_FIRST_S + 5)
+    memory = Slow()
+    rig = watched(memory)
+    rig.step_for(LISTEN_S + 5)
     assert changes(rig) == []
     memory.done.set_result(None)
     rig.step_for(1)
@@ -83,8 +85,7 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
 
 
 def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
-    rig = settled_rig()
-    watched(rig, remembered(store))
+    rig = watched(remembered(store))
     deadline = time.monotonic() + PATIENCE_S
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
@@ -102,14 +103,14 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
 @pytest.mark.promise("c")
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
-    rig, memory = streaming_rig(), remembered(store)
-    watched(rig, memory, is_wanted=is_wanted)
-    rig.step_for(LISTEN_FIRST_S + 3)
+    memory = remembered(store)
+    rig = watched(memory, is_wanted=is_wanted, stream_at_boot="yes")
+    rig.step_for(LISTEN_S + 3)
     assert memory.is_taken_over
     assert changes(rig) == ([] if is_wanted else [OFF])
     end_watch(rig)
     assert changes(rig) == [OFF]
-    assert not rig.bench.module.state.serial_output_is_on
+    assert not rig.bench.module.is_streaming
     wait_stored(store, is_on=False)
     assert not memory.was_left_on
 
@@ -118,30 +119,21 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 @pytest.mark.promise("c")
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
-    rig, memory = streaming_rig(boots=boots), remembered(store)
-    watched(rig, memory, is_wanted=False)
-    rig.step_for(LISTEN_FIRST_S + 30)
+    memory = remembered(store)
+    rig = watched(memory, is_wanted=False, boots=boots, stream_at_boot="yes")
+    rig.step_for(LISTEN_S + 30)
     end_watch(rig)
     assert not memory.is_taken_over
     assert changes(rig) == []
-    assert rig.bench.module.state.serial_output_is_on
+    assert rig.bench.module.is_streaming
     wait_stored(store, is_on=False)
-
-
-def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
-    rig = streaming_rig()
-    watched(rig, remembered(store))
-    rig.step_for(LISTEN_FIRST_S + 3)
-    end_watch(rig)
-    assert changes(rig) == []
-    assert rig.bench.module.state.serial_output_is_on
 
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
-    rig, memory = settled_rig(), remembered(store)
-    watched(rig, memory, is_wanted=False)
-    rig.step_for(LISTEN_FIRST_S + 1)
+    memory = remembered(store)
+    rig = watched(memory, is_wanted=False)
+    rig.step_for(LISTEN_S + 1)
     assert not memory.is_taken_over
     wait_stored(store, is_on=False)
     assert changes(rig) == []
@@ -158,7 +150,7 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
                 while store.state(f"stream:{module.port}") is None:
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
-            while json.loads(first.out.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
+            while json.loads(first.out.readline())["t_s"] < LISTEN_S + 1.5:
                 pass  # what came before the module was told is read, too
         again = ran(*words, "--seconds", "4")
         assert again.returncode == 0
