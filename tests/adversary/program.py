@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -17,7 +17,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Job
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts, Store
-from app.terminal.connection import link_trouble
+from app.terminal.connection import LOST
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 
@@ -27,6 +27,15 @@ LIMIT_S: Final = 300.0
 IDLE_S: Final = 0.01
 STEPS_AT_MOST: Final = 400_000
 """The most rounds of the worker without progress of the clock."""
+CLOCKED: Final = (
+    "app.terminal.connection",
+    "app.terminal.streaming",
+    "app.cli.act",
+    "app.cli.monitor",
+    "app.cli.preflight",
+    "app.cli.settings.set",
+)
+"""Where the program's clock is read."""
 
 
 class Hang(BaseException):
@@ -108,7 +117,7 @@ class Stage:
         return WatchedLine(self.truth, self.clock, self.bench, baud_rate)
 
     def _explain(self, words: Sequence[str], error: Exception) -> int:
-        if link_trouble(error) is None:
+        if not isinstance(error, LOST):
             self._mishaps.append(error)
         return _explain(words, error)
 
@@ -117,8 +126,10 @@ class Stage:
         stage = self
 
         class Turned(ThreadlessWorker):
-            def __init__(self, callback: Callable[[Any], None]) -> None:
-                super().__init__(callback, stage.clock)
+            def __init__(
+                self, callback: Callable[[Any], None], *, make_lock: Callable[[], Job[Any]] | None = None
+            ) -> None:
+                super().__init__(callback, stage.clock, make_lock)
                 stage._worker = self
 
         class Queue(TurnedQueue):
@@ -137,7 +148,10 @@ class Stage:
             mock.patch.object(program, "_explain", self._explain),
             mock.patch.dict("os.environ", home_variables(self.home)),
             mock.patch.object(time, "monotonic", self.clock),
+            ExitStack() as clocks,
         ):
+            for module in CLOCKED:
+                clocks.enter_context(mock.patch(f"{module}.steady_time", self.clock))
             yield
 
 

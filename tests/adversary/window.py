@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.preflight.reread import REREAD_EVERY_S
 from PySide6.QtTest import QTest
 
 from app.preflight.findings import Person
-from app.procedures.act import Performed
+from app.preflight.verdict import REREAD_EVERY_S
+from app.procedures.act import Armed, Performed
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.form import FormRow, RowState
@@ -71,7 +71,7 @@ class Session:
     def look(self) -> None:
         """Compare every value that is shown as certain."""
         case, view, now = self.case, self.bench.device, self.bench.clock()
-        is_linked = self.bench.assembly.ports.current.is_open and view.presence is not Presence.OFFLINE
+        is_linked = self.bench.assembly.ports.current.is_open and view.is_going
         for row in self.rows():
             if row.state not in SURE or row.module_value is None:
                 continue
@@ -114,9 +114,14 @@ def watch(session: Session) -> None:
 def write(session: Session) -> None:
     session.connect()
     work = session.bench.settings.work
-    work.edit(lambda: work.form.fill(DRAFTS))
-    changes = work.form.changes(session.bench.device, session.bench.clock())
-    work.write(accepted=frozenset(changes))
+    work.fill(DRAFTS)
+    work.write(Armed())
+    while work.job.is_running:
+        session.wait(0.1)
+    asked = work.notice()
+    for choice in () if asked is None else asked.choices:
+        if choice.key == "write_anyway" and choice.is_shown:
+            choice.act()
     while work.job.is_running:
         session.wait(0.1)
     for row in session.rows():

@@ -77,23 +77,22 @@ def test_a_repeated_run_is_identical(desk: Desk) -> None:
 
 
 def no_last_reading(patch: pytest.MonkeyPatch) -> None:
-    def skipped(course: Any, *_: Any) -> Procedure[Any]:
-        from app.procedures.write import WriteReport
+    def skipped(writing: Any) -> Procedure[None]:
+        from app.procedures.write import _set_all
 
-        yield Inspect()
-        return WriteReport(results=tuple(course.results))
+        yield from _set_all(writing)
 
-    patch.setattr("app.procedures.write._last_reading", skipped)
+    patch.setattr("app.procedures.write._write_and_read_again", skipped)
 
 
 def no_reading_back(patch: pytest.MonkeyPatch) -> None:
-    from app.procedures.write import ReadBack
+    from protocol.messages import Reading
 
-    def believed(command: Any) -> Procedure[ReadBack]:
+    def believed(command: Any) -> Procedure[Reading]:
         yield Inspect()
-        return ReadBack(70)
+        return Reading(command, 70)
 
-    patch.setattr("app.procedures.write.read_back", believed)
+    patch.setattr("app.procedures.write.read_twice", believed)
     no_last_reading(patch)
 
 
@@ -113,8 +112,9 @@ def always_ready(patch: pytest.MonkeyPatch) -> None:
 
 
 def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("ui.services.port_check.void_reason", lambda *_args, **_more: None)
-    patch.setattr("ui.services.port_check.void_of_reading", lambda *_args: None)
+    patch.setattr("protocol.contradictions.ToldValues.contradicted", lambda *_args, **_more: None)
+    patch.setattr("ui.session.check.void_reason", lambda *_args, **_more: None)
+    patch.setattr("ui.session.check.void_of_reading", lambda *_args: None)
 
 
 def one_pass(patch: pytest.MonkeyPatch) -> None:
@@ -131,11 +131,11 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
 
 
 def zero_first(patch: pytest.MonkeyPatch) -> None:
-    from app.procedures.read import read_everything
+    from app.procedures.read import Everything, read_everything
 
-    def zeroing() -> Procedure[Any]:
+    def zeroing(everything: Everything) -> Procedure[Everything]:
         yield Ask(BY_NAME["zero_sensor"].query(), is_deliberate=True)
-        return (yield from read_everything())
+        return (yield from read_everything(everything))
 
     patch.setattr("app.cli.read.read_everything", zeroing)
 
@@ -161,15 +161,20 @@ def all_is_well(patch: pytest.MonkeyPatch) -> None:
 
 
 def acknowledged_is_done(patch: pytest.MonkeyPatch) -> None:
+    from app.procedures.act import _Observed
     from app.safety.journal import Outcome
 
-    patch.setattr("app.procedures.act._outcome", lambda _act, _after: Outcome.CONFIRMED)
+    def believed(_act: Any, _raw: Any) -> Procedure[_Observed]:
+        yield Inspect()
+        return _Observed(Outcome.CONFIRMED)
+
+    patch.setattr("app.procedures.act._observe", believed)
 
 
 def lock_is_believed(patch: pytest.MonkeyPatch) -> None:
     from app.safety.journal import Outcome
 
-    patch.setattr("app.procedures.lock._Reports.outcome", property(lambda _proof: Outcome.CONFIRMED))
+    patch.setattr("app.procedures.lock._Proof.outcome", property(lambda _proof: Outcome.CONFIRMED))
 
 
 @pytest.mark.parametrize(
