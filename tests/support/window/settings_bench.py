@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.settings.form import RowState
+from app.settings.form import FormRow, RowState
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
@@ -101,28 +102,41 @@ def type_into(one: Desk, name: str, text: str) -> None:
     one.qtbot.keyClicks(box, text)
 
 
+def pick(one: Desk, name: str, value: Value) -> None:
+    """Choose one of several values, by the keyboard."""
+    box = one.find(QComboBox, f"{name}_wanted")
+    one.until(box.isEnabled)
+    for _ in range(box.count()):
+        if box.currentData() != value:
+            key = Qt.Key.Key_Down if box.currentIndex() < box.findData(value) else Qt.Key.Key_Up
+            one.qtbot.keyClick(box, key)
+    assert box.currentData() == value
+
+
+def row(one: Desk, key: str) -> FormRow:
+    return next(row for row in one.settings.work.rows if row.command.key == key)
+
+
 def state(one: Desk, key: str) -> RowState:
-    one.settings.refresh()
-    row = given(one.settings.rows[key].row)
-    return row.state
+    return row(one, key).state
 
 
 def reason(one: Desk, key: str) -> str:
-    """The whole of it, also where the row elides it."""
-    label = one.settings.rows[key].reason
-    return label.toolTip() or label.text()
+    one.settings.refresh()
+    return one.settings.rows[key].reason.text()
 
 
 def write(one: Desk) -> None:
-    """Click Write once the job before it has ended, which reads all settings again."""
+    """Click Write once the job before it has ended."""
     one.until(lambda: not one.settings.work.job.is_running)
-
-    def may_write() -> bool:
-        one.settings.refresh()
-        return one.settings.write.isEnabled()
-
-    one.until(may_write)  # on a bad line the settings are read again first
+    one.settings.refresh()
     one.click("settings_write")
+
+
+def written(one: Desk) -> None:
+    """The same, until it has ended."""
+    write(one)
+    one.until(lambda: not one.settings.work.job.is_running)
 
 
 def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
@@ -142,3 +156,9 @@ def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
 def notice(one: Desk) -> str:
     one.settings.refresh()
     return notice_text(one.settings.strip)
+
+
+def say_name(one: Desk, name: str) -> None:
+    """A person says which module it is, once everything was read."""
+    one.until(lambda: one.assembly.ports.module.is_read)
+    one.assembly.ports.module.say_name(name)

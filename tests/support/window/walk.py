@@ -106,25 +106,25 @@ class Walk(Rig):
 
     def _on_settings(self) -> Iterator[Stop]:
         page = self.find(SettingsPage)
-        self.until(page.work.can_edit.__bool__)
-        page.refresh()
-        page.work.edit(lambda: page.work.form.choose("attitude_threshold_deg", 30))
+        self.until(lambda: page.work.can_edit)
+        page.work.choose("attitude_threshold_deg", 30)
         page.refresh()
         yield self._stop("settings, edited")
         page.scroll_area.verticalScrollBar().setValue(page.scroll_area.verticalScrollBar().maximum())
         yield self._stop("settings, end")
-        page.work.edit(page.work.form.revert)
+        page.work.revert()
         profile = self.folder / "H6.toml"
         profile.write_text(PROFILE, encoding="utf-8")
         page.open_file(profile)
         yield self._stop("settings, profile")
+        page.work.close_panels()
         profile.write_text("format = 1\nname = 3\n[settings]\nx = 1\n", encoding="utf-8")
         page.open_file(profile)
         yield self._stop("settings, no profile")
-        page.show_form()
-        self.find(QPushButton, "light_threshold_measure").click()
+        page.files.dismiss()
+        page.measure.click()
         yield self._stop("settings, measuring")
-        page.show_form()
+        page.work.close_panels()
 
     def _on_triggers(self) -> Iterator[Stop]:
         page = self.find(TriggersPage)

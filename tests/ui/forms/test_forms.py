@@ -57,10 +57,10 @@ def test_a_number_may_be_typed_in_many_ways(
     editor, chosen = made
     commit = QInputMethodEvent()  # as an input method hands over what was typed
     commit.setCommitString(typed)
-    qapp.sendEvent(editor.line, commit)
-    assert editor.line.text() == typed
+    qapp.sendEvent(editor, commit)
+    assert editor.text() == typed
     assert chosen[-1:] == [1.2]
-    assert not editor.line.is_wrong
+    assert not editor.is_wrong
 
 
 @pytest.mark.parametrize("typed", ["16", "2.56", "256", "-1", "six", "0.555", "1.2 V", "1e0", "1.2.3", "nan", "9" * 60])
@@ -71,25 +71,25 @@ def test_what_cannot_be_sent_stays_as_typed_in_red(
     editor, _chosen = made
     said: list[str] = []
     editor.mistyped.connect(said.append)
-    qtbot.keyClicks(editor.line, typed)
-    assert editor.line.text() == typed
-    assert editor.line.property("role") == "wrong"
+    qtbot.keyClicks(editor, typed)
+    assert editor.text() == typed
+    assert editor.property("role") == "wrong"
     assert said[-1] == typed
-    qtbot.keyClick(editor.line, Qt.Key.Key_Up)  # an arrow key does not correct it either
-    assert editor.line.text() == typed
+    qtbot.keyClick(editor, Qt.Key.Key_Up)  # an arrow key does not correct it either
+    assert editor.text() == typed
 
 
 def test_what_is_typed_is_not_completed_under_the_hand(qtbot: QtBot, made: tuple[NumberEditor, list[Value]]) -> None:
     editor, chosen = made
     editor.show_value(None, 1.6)
-    assert (editor.line.text(), editor.line.property("role")) == ("1.60", "muted")
-    editor.line.selectAll()
-    qtbot.keyClicks(editor.line, "2.")
+    assert (editor.text(), editor.property("role")) == ("1.60", "muted")
+    editor.selectAll()
+    qtbot.keyClicks(editor, "2.")
     editor.show_value(chosen[-1], 1.6)
-    assert (editor.line.text(), editor.line.property("role"), chosen) == ("2.", "", [2.0, 2.0])
+    assert (editor.text(), editor.property("role"), chosen) == ("2.", "", [2.0, 2.0])
     editor.show_value(None, None)  # nothing is known: nothing that looks like a value
-    assert editor.line.text() == ""
-    qtbot.keyClick(editor.line, Qt.Key.Key_Up)
+    assert editor.text() == ""
+    qtbot.keyClick(editor, Qt.Key.Key_Up)
     assert chosen[-1] == 1.61  # from the vendor's default
 
 
@@ -99,8 +99,8 @@ def test_the_arrow_keys_stay_within_the_range(
 ) -> None:
     editor, _chosen = made
     editor.show_value(None, 2.54)
-    qtbot.keyClick(editor.line, key)
-    assert editor.line.text() == number
+    qtbot.keyClick(editor, key)
+    assert editor.text() == number
 
 
 @pytest.mark.parametrize("command", [command for command in SETTINGS if isinstance(command.write, Quantity)])

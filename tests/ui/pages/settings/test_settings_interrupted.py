@@ -1,0 +1,322 @@
+"""What becomes of edits, writes and panels when the conversation ends, when the user leaves, or when another module is
+shown."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.settings.form import RowState
+from protocol.catalogue import BY_NAME
+from protocol.events import Ended, EndReason
+from tests.support.line.odd_module import end_faults
+from tests.support.window.fake_ports import fake_services, show_alone
+from tests.support.window.settings_bench import (
+    Desk,
+    choose,
+    desk,
+    notice,
+    pick,
+    say_name,
+    state,
+    type_into,
+    write,
+    written,
+)
+from tests.support.window.steps import given, notice_text
+from ui.pages.settings.page import SettingsPage
+from ui.session.interruptions import RemainderKind
+from ui.shell.attention import AGAIN_S
+
+TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
+
+
+def restart(one: Desk) -> None:
+    """Until all of it was read again."""
+    ports = one.assembly.ports
+    number = ports.module.number
+    one.bench.restart()
+    one.until(lambda: ports.module.number > number and ports.module.is_going and ports.module.is_read)
+
+
+def foot(one: Desk) -> str:
+    one.assembly.window.attention.refresh()
+    return notice_text(one.assembly.window.notice_bar)
+
+
+def take_over(one: Desk) -> QPushButton:
+    one.assembly.window.attention.refresh()
+    return given(one.assembly.window.notice_bar.button("take_over"))
+
+
+# Edits
+
+
+def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds_now(one: Desk) -> None:
+    say_name(one, "M-07")
+    type_into(one, "freefall_time", "1.2")
+    one.bench.module.memory.freefall_time = 150
+    restart(one)
+    assert one.settings.work.form.edited == {}, "the next conversation begins without edits"
+    one.settings.refresh()
+    assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.50"
+    say_name(one, "M-07")
+    assert "M-07" in foot(one)
+    assert "not written: Free-fall time 1.50 s → 1.20 s." in foot(one)
+    one.click(take_over(one))
+    assert one.settings.work.form.edited == {TIME: 1.2}
+    assert one.assembly.window.notice_bar.button("take_over") is None
+    written(one)
+    assert state(one, TIME) is RowState.VERIFIED
+    assert len(one.changes()) == 1
+
+
+def test_edits_of_a_named_module_are_taken_over_by_none_that_is_not_said_to_be_it(one: Desk) -> None:
+    say_name(one, "M-07")
+    type_into(one, "freefall_time", "1.2")
+    restart(one)
+    choose(one, "name_other", one.assembly.window.notice_bar)
+    assert "First say that it is M-07." in foot(one)
+    assert not take_over(one).isEnabled()
+    say_name(one, "M-08")
+    assert not take_over(one).isEnabled()
+    say_name(one, "M-07")
+    assert take_over(one).isEnabled()
+
+
+def test_edits_of_an_unnamed_module_wait_until_all_is_read(one: Desk) -> None:
+    type_into(one, "freefall_time", "1.2")
+    one.bench.unplug()
+    port = one.assembly.ports.current
+    one.until(lambda: port.interruptions.remainders)
+    one.bench.plug()
+    one.until(lambda: port.module.is_going)
+    if not port.module.is_read:
+        assert not take_over(one).isEnabled()
+    one.until(lambda: port.module.is_read)
+    assert take_over(one).isEnabled()
+
+
+def test_a_risk_that_was_accepted_does_not_come_over(one: Desk) -> None:
+    one.bench.change(refuses=True)
+    type_into(one, "attitude_threshold", "40")
+    written(one)
+    choose(one, "write_anyway")
+    one.until(lambda: state(one, TILT) is RowState.FAILED)
+    one.bench.change(refuses=False)
+    restart(one)
+    one.click(take_over(one))
+    before = len(one.changes())
+    written(one)
+    assert "55° or more" in notice(one)
+    assert len(one.changes()) == before
+
+
+def test_what_the_module_has_already_is_no_edit_that_is_offered(one: Desk) -> None:
+    type_into(one, "freefall_time", "1.60")
+    type_into(one, "attitude_threshold", "70")
+    restart(one)
+    (remainder,) = one.assembly.ports.current.interruptions.remainders
+    assert remainder.drafts == {TILT: 70}
+
+
+def test_nothing_is_edited_or_sent_after_the_end(one: Desk) -> None:
+    type_into(one, "freefall_time", "1.2")
+    one.bench.unplug()
+    one.until(lambda: not one.assembly.ports.module.is_going)
+    page = one.settings
+    page.refresh()
+    assert not one.find(QLineEdit, "freefall_time_wanted").isEnabled()
+    assert not page.write.isEnabled()
+    assert (page.code.text(), one.find(QLineEdit, "freefall_time_wanted").text()) == ("Settings code: —", "1.2")
+    assert state(one, TILT) is RowState.STALE
+    work = page.work
+    work.choose(TILT, 70)
+    work.write(one.assembly.armed)
+    assert work.form.edited == {TIME: 1.2}
+    assert not one.changes()
+
+
+def test_an_end_and_the_next_begin_in_one_batch_lose_no_edits(qtbot: QtBot, qapp: QApplication) -> None:
+    """The line is fast enough for both between two batches: the view of the ended conversation never comes."""
+    with fake_services(qapp) as (ports, services):
+        page = SettingsPage(services)
+        show_alone(qtbot, services, page, 876, 500)
+        port, worker = ports.plug_in("/dev/port0")
+        qapp.processEvents()
+        port.module.settings.choose(TIME, 1.2)
+        page.refresh()
+        assert page.write.isEnabled()
+        worker.number += 1
+        worker.hand_over(events=(Ended(EndReason.SILENT, ports.now_s),))
+        qapp.processEvents()
+        assert [remainder.drafts for remainder in port.interruptions.remainders] == [{TIME: 1.2}]
+        assert port.interruptions.count == 1
+        assert port.module.number == 2
+        page.refresh()
+        assert not page.write.isEnabled()
+
+
+# A write
+
+
+def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Desk) -> None:
+    for name, text in (("light_threshold", "1.9"), ("attitude_threshold", "70"), ("freefall_time", "1.2")):
+        type_into(one, name, text)
+    one.bench.change(mute_codes=frozenset((BY_NAME["attitude_threshold"].code,)))
+    write(one)
+    one.until(lambda: len(one.changes()) == 2)  # the second one is not answered
+    one.bench.unplug()
+    kept = one.assembly.ports.current.interruptions
+    one.until(lambda: kept.remainders)
+    kinds = [remainder.kind for remainder in kept.remainders]
+    assert kinds == [RemainderKind.REPORT, RemainderKind.DRAFTS]
+    report = given(kept.remainders[0].text).translated()
+    assert "Light threshold: verified then" in report
+    assert "Attitude threshold: unknown" in report
+    assert "Free-fall time: not sent" in report
+    assert kept.remainders[1].drafts == {TILT: 70, TIME: 1.2}
+    one.bench.change(mute_codes=frozenset())
+    one.bench.plug()
+    one.until(lambda: one.assembly.ports.module.is_going and one.assembly.ports.module.is_read)
+    one.wait(3.0)
+    assert len(one.changes()) == 2, "in the next conversation nothing goes on by itself"
+
+
+# Leaving
+
+
+def test_losing_edits_is_confirmed(one: Desk) -> None:
+    ports, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
+    type_into(one, "freefall_time", "1.2")
+    window.disconnect_port()
+    assert "Settings not written: 1" in notice_text(bar)
+    choose(one, "stay", bar)
+    opening = ports.current.connection.opening
+    window._connect_again()
+    assert "Settings not written: 1" in notice_text(bar)
+    choose(one, "stay", bar)
+    assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
+    assert one.settings.work.form.edited == {TIME: 1.2}
+    window.close()
+    assert window.isVisible()
+    window._connect_again()
+    choose(one, "drop_edits", bar)
+    one.until(lambda: ports.current.connection.opening > opening and ports.module.is_read)
+    type_into(one, "freefall_time", "1.2")
+    window.disconnect_port()
+    choose(one, "drop_edits", bar)
+    one.until(lambda: not ports.current.is_open)
+    assert not ports.current.interruptions.remainders, "nobody has to be told of what was discarded"
+    assert not one.changes()
+
+
+def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one: Desk) -> None:
+    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    type_into(one, "freefall_time", "1.2")
+    restart(one)
+    window.close()
+    assert window.isVisible()
+    assert "Settings not written: 1" in notice_text(bar)
+    choose(one, "drop_edits", bar)
+    one.until(lambda: not window.isVisible())
+
+
+def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
+        window, bar = one.assembly.window, one.assembly.window.notice_bar
+        type_into(one, "freefall_time", "1.2")
+        window.close()
+        assert bar.button("drop_edits") is not None
+        one.wait(AGAIN_S)
+        window.close()  # a second attempt is an answer to the first question, not to the next
+        assert window.isVisible()
+        assert bar.button("lock_and_leave") is not None
+        choose(one, "stay", bar)
+        window.close()
+        choose(one, "drop_edits", bar)
+        assert window.isVisible()
+        choose(one, "leave_active", bar)
+        one.until(lambda: not window.isVisible())
+        assert one.changes() == []
+
+
+def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
+    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    one.bench.change(delay_ms=100.0)
+    type_into(one, "freefall_time", "1.2")
+    write(one)
+    one.until(lambda: one.settings.work.form.is_writing)
+    window.close()
+    assert window.isVisible()
+    assert "Settings not written: 1" in notice_text(bar)
+    one.settings.refresh()
+    assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
+    end_faults(one.bench)
+    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+    one.until(lambda: bar.notice is None)
+    assert window.isVisible()
+    window.close()
+    assert not window.isVisible()
+
+
+# Another module
+
+
+def test_edits_stay_with_their_module_while_another_one_is_shown(qtbot: QtBot, qapp: QApplication) -> None:
+    with fake_services(qapp) as (ports, services):
+        page = SettingsPage(services)
+        show_alone(qtbot, services, page, 876, 500)
+        first, _worker = ports.plug_in("/dev/port0")
+        qapp.processEvents()
+        first.module.settings.choose(TIME, 1.2)
+        second, _worker = ports.plug_in("/dev/port1")
+        services.ports.choose(second)
+        qapp.processEvents()
+        page.refresh()
+        assert page.work.form.edited == {}
+        assert not page.write.isEnabled()
+        services.ports.choose(first)
+        page.refresh()
+        assert page.work.form.edited == {TIME: 1.2}
+        assert page.write.isEnabled()
+
+
+@pytest.mark.parametrize("is_lost", [False, True])
+def test_the_light_of_two_conversations_is_no_threshold(is_lost: bool, one: Desk) -> None:
+    """Another module may have taken the place of the first between the two measurements."""
+    one.settings.refresh()
+    one.click("light_threshold_measure")
+    one.click("calibration_closed_measure")
+    one.until(lambda: not one.settings.work.measure_job.is_running)
+    ports = one.assembly.ports
+    if is_lost:
+        one.bench.unplug()
+        one.until(lambda: not ports.module.is_going)
+        one.bench.plug()
+        one.until(lambda: ports.module.is_going)
+    else:
+        restart(one)
+    one.settings.refresh()
+    assert one.settings.work.bands is None
+    assert one.settings.write.isVisible(), "the table is shown again"
+
+
+@pytest.mark.parametrize("is_sent", [False, True])
+def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: bool, one: Desk) -> None:
+    ports = one.assembly.ports
+    pick(one, "baud_rate", 9600)
+    one.settings.refresh()
+    one.ask(one.settings.baud.confirm)
+    codes = frozenset((BY_NAME["baud_rate"].code,))
+    one.bench.change(**({"mute_codes": codes} if is_sent else {"mute": True}))
+    one.click(one.settings.baud.confirm.go)
+    if is_sent:
+        one.until(lambda: one.changes("baud_rate"))
+    one.bench.unplug()
+    one.until(lambda: not ports.current.is_open and not ports.current.is_changing_rate)
+    kept = ports.current.interruptions.remainders
+    report = given(kept[-1].text).translated()
+    assert ("maybe at 9600 baud" if is_sent else "Nothing was sent") in report
+    assert len(one.changes("baud_rate")) == is_sent
