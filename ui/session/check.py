@@ -219,6 +219,7 @@ class ModuleCheck(QObject):
             self.set_void(fired)
         if self._job is not None:
             self.evidence.listen(batch.events)
+        self.poll()  # also what no page shows, and what is over by the next look
 
     @property
     def _is_known_to_be_triggered(self) -> bool:
@@ -281,6 +282,8 @@ class ModuleCheck(QObject):
         if job is not self._job:
             return
         self._job, evidence = None, self.evidence
+        if job.error is not None:
+            evidence.note_error(job.error)  # it may not even have begun
         if self.void is not None and evidence.void is None:
             evidence.void = self.void
         if evidence.history is not None and evidence.history.is_confirmed:

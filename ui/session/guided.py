@@ -69,6 +69,8 @@ class Guided(QObject):
         """Who tests."""
         self.steps = PersonSteps()
         self.outcome: GuidedResult | UserError | None = None
+        self.tested_as = ""
+        """The name under which the last result was measured."""
         self.trouble: str | None = None
         """Says why a result was not kept."""
         self.owes_lock = False
@@ -264,7 +266,8 @@ class Guided(QObject):
         return target is not None and target.is_simulated
 
     def _keep_result(self, result: GuidedResult) -> None:
-        store, target, name = self._storage.store, self._module.target, self._module.name
+        store, target = self._storage.store, self._module.target
+        name = self.tested_as = self._module.name
         if not isinstance(store, Store):
             self.trouble = not_kept(store, name)
             return

@@ -103,6 +103,7 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
         pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
         for page in pages.values():
             row.addWidget(page)
+            page.show_module(services.ports.module)
         show_alone(qtbot, services, shown, 876 * len(kinds), 500)
         alone = pages.get
         desk = Desk(qtbot, storage, alone(RecordingsPage), alone(LivePage))  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import How, Known, StatusSample
 from app.engine.worker import Connection, PortState
 from protocol.fields import Value
-from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, show_alone
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_services, show_alone
 from tests.support.window.steps import Driver
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
@@ -41,6 +41,10 @@ class Bench(Driver):
         return self.ports.ports
 
     @property
+    def worker(self) -> FakeWorker:
+        return self.ports.workers[0]
+
+    @property
     def now_s(self) -> float:
         return self.ports.now_s
 
@@ -64,11 +68,9 @@ class Bench(Driver):
         self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value
     ) -> None:
         """Hand over a batch with these values, and with a sample of them unless samples are given."""
-        known, worker = (
-            {key: value for key, value in (KNOWN | values).items() if key != leave_out},
-            self.ports.workers[0],
-        )
-        worker.connection, worker.presence = OPEN, Presence.ONLINE
+        known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
+        worker = self.worker
+        worker.connection, worker.number, worker.ended = OPEN, max(1, worker.number), None
         worker.values = {key: Known(value, How.READ, self.now_s) for key, value in known.items()}
         worker.stream_hz = self.stream_hz if is_streaming else 0.0
         state = known.get("triggered") is True, known.get("active") is True
@@ -86,7 +88,6 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     """Show a Live page with a fake worker."""
     with fake_services(qapp) as (ports, services):
         page = LivePage(services)
-        ports.ports.batch.connect(page.on_batch)
         show_alone(qtbot, services, page, 876, 500)
         yield Bench(qtbot, page, ports, services)
         qtbot.waitUntil(lambda: not page.save.note.job.is_writing)

@@ -127,6 +127,7 @@ def said(bench: OnBench) -> str:
 
 def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:
     edit = bench.find(QLineEdit, f"{page}_module_edit")
+    bench.until(edit.isEnabled)
     edit.setFocus()
     edit.clear()
     bench.qtbot.keyClicks(edit, name)
@@ -134,11 +135,12 @@ def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:
 
 
 def confirm_name(bench: OnBench) -> None:
-    """Press "It is …" once the window asks which module it is."""
+    """Press "It is …" once the window asks which module it is, and again where something speaks against it."""
     bar = bench.assembly.window.notice_bar
-    bench.until(lambda: bar.button("name_same") is not None)
-    press(bench.qtbot, bar.button("name_same"))
-    bench.until(lambda: bool(bench.assembly.ports.current.module.name))
+    while not bench.assembly.ports.module.name:
+        bench.until(lambda: bar.button("name_same") is not None)
+        press(bench.qtbot, bar.button("name_same"))
+        bench.wait(0.5)
 
 
 NOBODY: Final = StationNames(None)

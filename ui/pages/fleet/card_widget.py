@@ -27,6 +27,8 @@ CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""
 CARD_HEIGHT_PX: Final = 256
 _STRIPE_PX: Final = 5
+_SHOWN: Final = ("triggered", "active", "cell_voltage_v", "charging")
+"""What a card shows of the conversation; stale, with an age that ticks."""
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
@@ -92,10 +94,14 @@ class CardWidget(QFrame):
         if ended_at is not None and not card.is_checking:
             age = tr("{time} ago", time=duration(now - ended_at))
         link = link_text(card.link, now).word
-        shown = (card, need, age, link, tr("Activation"))
-        if shown == self._shown and card.conversation.is_going:
+        self.card = card
+        known = [card.conversation.known(key, now) for key in _SHOWN]
+        values = [None if one is None else (one.value, one.is_stale) for one in known]
+        has_age = any(one is not None and one.is_stale for one in known)
+        shown = (card, need, age, link, *values)
+        if shown == self._shown and not has_age:
             return
-        self._shown, self.card = shown, card
+        self._shown = shown
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
         self.verdict.set_caption(tr("Verdict"))

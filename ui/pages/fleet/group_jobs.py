@@ -143,11 +143,11 @@ class GroupProfile(QObject):
 
     def foreseen(self, connection: Port) -> AppliedProfile | None:
         """Why nothing may be written to this module now; None where it may be, or where nothing differs."""
-        if not self.column(connection).changes:
-            return None
         module = connection.module
         if not module.is_going:
             return AppliedProfile(Applied.UNREACHABLE)
+        if not self.column(connection).changes:
+            return None
         if not module.activation.may_fire:
             return None
         unmet = refusals(Act.WRITE, inputs_at(module.view, module.now_s))

@@ -122,8 +122,8 @@ def _result(row: _Row) -> tuple[str, Meaning | None]:
     applied = row.applied
     if applied is None:
         return "", None
-    text = tr(applied.state.value)
-    return f"{text}: {applied.why}" if applied.why else text, _RESULT_MEANINGS[applied.state]
+    text, why = tr(applied.state.value), applied.sentence
+    return labelled(text, why) if why else text, _RESULT_MEANINGS[applied.state]
 
 
 _MODULE: Final = TableColumn[_Row](marked("Module"), _module)

@@ -120,6 +120,8 @@ class LiveData(Measured):
             if known is None or known.is_stale:
                 continue
             last = series.last
+            if last is None and device.ended is not None:
+                continue  # it was read before these curves began
             if last is None or known.at > last.time_s:
                 series.append(known.at, float(known.value))
 

@@ -56,6 +56,10 @@ class PreflightController:
         return self._ports.module.is_going
 
     @property
+    def is_open(self) -> bool:
+        return self._ports.current.is_open
+
+    @property
     def link_sentence(self) -> str:
         """In the language in use."""
         return link_text(self._ports.current.state, self._ports.clock()).what

@@ -72,11 +72,13 @@ def _not_checked(work: PreflightController) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
     head = tr("Connect or choose a module.")
     if work.can_check:
-        head = tr("Start the check.") if work.is_answering else work.link_sentence
+        head = tr("Start the check.")
+    elif work.is_open:
+        head = work.link_sentence
     lines = [tr("Set the aircraft level and do not touch it.")]
     if work.can_check and work.reported_active:
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
-    elif work.can_check and work.may_fire:
+    elif work.may_fire:
         lines = [tr(LAST_HEARD_ACTIVE), keep_away()]
     elif work.can_enable and not work.are_triggers_known:
         head = tr("Enable triggers and check")

@@ -252,8 +252,10 @@ class TestsPage(Page):
             return Notice(Meaning.ATTENTION, work.trouble)
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
-        if not self.module.name:
+        if not work.tested_as:
             return Notice(Meaning.ATTENTION, tr("Without a name the result counts for no check."))
+        if work.tested_as != self.module.name:
+            return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
         return None
 
     # What a person does

@@ -89,6 +89,8 @@ class TriggersPage(Page):
     def refresh(self) -> None:
         work = self.work
         self.list.show_rows(work.rows)
+        for shown in (self.list, self.detail):
+            shown.setEnabled(self.module.is_going or self.module.end is None)
         has_rows = bool(work.rows)
         self._beside.setVisible(has_rows)
         if has_rows and self._is_review_wanted and work.reading is not None:

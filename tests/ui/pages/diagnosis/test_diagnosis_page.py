@@ -27,6 +27,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
 from app.safety.acts import Act
+from app.system.clock import steady_time
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Role, Sent
@@ -154,7 +155,7 @@ def test_a_command_is_shown_and_copied(
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
         refused = assembly.ports.current.connection._replace(trouble=denied)
-        assembly.ports.current._on_batch(Batch(time.monotonic(), refused, ConversationView(), None))
+        assembly.ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
@@ -178,7 +179,7 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
 
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts()
-    with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
+    with diagnosis(qtbot, qapp, tmp_path, listed=ports) as (assembly, page):
         qtbot.waitUntil(lambda: assembly.watcher.has_listed)
         for present in ([ADAPTER], [], [ADAPTER], []):
             ports.now = list(present)
@@ -208,7 +209,7 @@ def test_bytes_at_another_rate_do_not_count() -> None:
     evidence_collector.on_batch(Batch(4.0, found, ConversationView(), link(garbage + Counters(bytes_received=2000))))
     answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
     answered.by_role[Role.ANSWER] = 1
-    online = ConversationView(presence=Presence.ONLINE)
+    online = ConversationView(number=1)
     evidence_collector.on_batch(Batch(5.0, found, online, link(answered + Counters(bytes_received=2006))))
     evidence = evidence_collector.evidence()
     assert evidence.is_answering
@@ -221,7 +222,7 @@ def test_never_more_requests_time_out_than_were_sent() -> None:
     """One request was pending when the module last answered."""
     collector = EvidenceCollector()
     collector.begin("sim://x")
-    opened, online = Connection(PortState.OPEN, "sim://x", 115200), ConversationView(presence=Presence.ONLINE)
+    opened, online = Connection(PortState.OPEN, "sim://x", 115200), ConversationView(number=1)
     collector.on_batch(Batch(1.0, opened, online, link(Counters())))
     answered = Counters(sent=11)
     answered.by_role[Role.ANSWER] = 10
@@ -245,7 +246,7 @@ def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
 
 def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        statistics = assembly.ports.current.kept.statistics
+        statistics = assembly.ports.module.statistics
         now = assembly.ports.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         statistics.on_batch(Batch(now - 2, opened, ConversationView(), link(Counters()), events=()))
@@ -378,13 +379,13 @@ def test_the_support_bundle_in_sight_is_made_again_for_another_module(
     with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         connect(qtbot, assembly, "sim://former")
         port, bundle = assembly.ports.current, page.bundle
-        qtbot.waitUntil(lambda: "boot_count" in port.device.values, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "boot_count" in port.module.view.values, timeout=WAIT_MS)
         page.go_to("bundle")
         qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
         former = given(bundle.bundle)
         bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
         assert "boot_count" in bundle.text.toPlainText()
-        port.module.treat_as_new()
+        port.treat_as_another()
         for row in (0, bundle.parts.count() - 1):  # chosen while the next one is being made
             bundle.parts.setCurrentRow(row)
         assert (bundle.text.toPlainText(), bundle.save.isEnabled()) == ("", False)

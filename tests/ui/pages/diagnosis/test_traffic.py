@@ -12,7 +12,7 @@ from app.engine.conversation import ConversationView
 from app.engine.worker import Batch, Connection
 from app.text import i18n
 from protocol.catalogue import BY_NAME, HEARTBEAT
-from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered
+from protocol.events import Ended, EndReason, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
@@ -92,7 +92,7 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
         (Unanswered(HEARTBEAT.query(), 3, 1.0, 1.0), "no reply"),
         (Unanswered(HEARTBEAT.query(), 0, 1.0, 1.0), "not sent"),
         (OutcomeUnknown(BY_NAME["activation"].set(False), 1.0, 1.0), "may have been carried out"),
-        (Restarted(True, 1.0), "restarted"),
+        (Ended(EndReason.RESTARTED, 1.0), "restarted"),
     ],
 )
 def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str) -> None:
@@ -252,7 +252,7 @@ def test_another_module_ends_a_pause_and_a_search(qtbot: QtBot, qapp: QApplicati
         traffic.search.field.setText("nowhere")
         traffic.search.find_next()
         qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
-        assembly.ports.invalidated.emit()
+        assembly.ports.choose(assembly.ports.add())
         assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
 
 

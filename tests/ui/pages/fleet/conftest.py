@@ -48,6 +48,7 @@ class Desk:
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     with fake_services(qapp, Storage(tmp_path)) as (ports, services):
         page = FleetPage(services)
+        page.leave_wanted.connect(lambda _port, leave: leave())  # as where the window has nothing to ask
         show_alone(qtbot, services, page, 1000, 700)
         yield Desk(qtbot, ports, page, services)
         page.hide()

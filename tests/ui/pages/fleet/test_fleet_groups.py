@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.engine.identity import Identity, Trust
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.engine.procedure import Cancelled, Procedure
@@ -28,6 +27,7 @@ from app.settings.profiles import NO_PROFILE, Profile
 from app.store.kinds import PreflightCheck
 from app.store.trouble import StoreFault, StoreTrouble
 from app.trigger_records.kept import KeptTriggers
+from protocol.events import EndReason
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import modules_in
 from tests.support.window.fake_ports import FakeWorker
@@ -36,7 +36,6 @@ from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.files.file_dialogs import ThenPath
 from ui.session.check import ENTRIES
-from ui.session.port import Port
 from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
@@ -45,8 +44,6 @@ from ui.widgets.notice_bar import NoticeBar
 def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
     """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
     desk.plug_in(3)
-    desk.modules[1][1].hand_over(identity=Identity(Trust.REFUTED))
-    desk.settle()
     desk.click(desk.page.check)
     assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the handshake, and the check
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
@@ -60,7 +57,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert {result.verdict for result in results.values()} <= {None}
     assert len(results) == 3
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
-    desk.page.profile.apply(desk.page.members.all)
+    desk.page.profile.apply(desk.page.members.connections)
     states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
     assert states == [Applied.UNREACHABLE, Applied.WRITING, Applied.WRITING]
     desk.modules[1][1].unplug()
@@ -68,7 +65,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
     shown = desk.page.panel.table.filter.index(1, 2)
-    assert shown.data() == "FAILED: Link lost: the rest is unknown."
+    assert shown.data() == "FAILED: The port was lost."
     desk.modules[1][1].open("/dev/port1", 115200)
     desk.modules[1][1].say(attitude_threshold_deg=60)
     desk.settle()
@@ -89,7 +86,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
         profile = desk.page.profile.profile
         assert (None if profile is None else profile.name) == name
         assert (desk.page.notice_bar.notice is not None) is said
-    desk.page.profile.apply(desk.page.members.all)
+    desk.page.profile.apply(desk.page.members.connections)
     assert desk.page.profile.applied[desk.modules[0][0]].state is Applied.NOTHING_TO_DO
     assert desk.page.panel.write.text() == "No changes"
     shown = desk.page.panel.table.filter.index(0, 2)
@@ -115,7 +112,7 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
         begun.append(options["is_enabling"])
         return run_preflight(evidence, **options)
 
-    monkeypatch.setattr("ui.services.port_check.run_preflight", noted)
+    monkeypatch.setattr("ui.session.check.run_preflight", noted)
     desk.plug_in(2)
     if is_enabling:
         desk.page.enable.trigger()
@@ -128,16 +125,18 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
 def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
     desk.plug_in(2)
     second, worker = desk.modules[1]
-    second.begin_check(NO_PROFILE, Person(), is_enabling=True)
-    desk.page.checks.check(desk.page.members.all)
+    second.module.begin_check(NO_PROFILE, Person(), is_enabling=True)
+    desk.page.checks.check(desk.page.members.connections)
     desk.settle()
     assert not desk.page.check.isEnabled()
     assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
     card = given(desk.page._widgets[second].card)
     assert card.is_checking
-    second.module.treat_as_new()
-    assert second.check is None
-    assert worker.jobs[-1][0].run.is_cancelled  # it asks, and enables, nothing of another module
+    worker.end(EndReason.SILENT)
+    worker.begin()
+    desk.settle()
+    assert second.module.check is None
+    assert worker.jobs[-1][0].is_done  # it asks, and enables, nothing of another module
 
 
 @pytest.mark.promise("g")
@@ -170,10 +169,10 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
     """ "Write (4)" was followed by "2 written, 1 refused" where one was ACTIVE and one was off."""
     desk.plug_in(4, attitude_threshold_deg=60)
     for number, (port, _worker) in enumerate(desk.modules):
-        port.module.choose(f"M-0{number}")
+        port.module.say_name(f"M-0{number}")
     desk.modules[1][1].say(active=True, attitude_threshold_deg=60)
-    desk.modules[2][1].presence = Presence.OFFLINE
-    desk.modules[2][1].hand_over()
+    desk.modules[2][1].end(EndReason.SILENT)
+    desk.settle()
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
     desk.settle()
     assert desk.page.panel.write.text() == "Write (2)"
@@ -181,7 +180,7 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
     assert [bool(text) for text in shown] == [False, True, True, False]  # before anything is written
     assert "ACTIVE" in shown[1]
     asked = [len(worker.jobs) for _, worker in desk.modules]
-    desk.page.profile.apply(desk.page.members.all)
+    desk.page.profile.apply(desk.page.members.connections)
     assert [len(worker.jobs) for _, worker in desk.modules] == [asked[0] + 1, asked[1], asked[2], asked[3] + 1]
     for number in (0, 3):
         desk.modules[number][1].end_jobs(Cancelled())
@@ -204,7 +203,7 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
     desk.plug_in(1, attitude_threshold_deg=60)
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
     for is_first in (True, False):
-        desk.page.profile.apply(desk.page.members.all)
+        desk.page.profile.apply(desk.page.members.connections)
         keep = contexts[-1].store_snapshot
         assert (keep is not None) is is_first
         if keep is not None:
@@ -227,32 +226,32 @@ def test_a_check_that_could_not_be_stored_says_why(
     if not has_store:
         monkeypatch.setattr(type(desk.services.storage), "begun", None)
         monkeypatch.setattr(type(desk.services.storage), "store", full)
-    monkeypatch.setattr("ui.services.port_check.file_check", lambda *_, **__: filed)
+    monkeypatch.setattr("ui.session.check.file_check", lambda *_, **__: filed)
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
     desk.click(desk.page.check)
-    assert connection.check is not None
-    connection.check.evidence.began_at = 0.0
+    assert connection.module.check is not None
+    connection.module.check.evidence.began_at = 0.0
     worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.checks.is_running)
     assert desk.page.checks.results[connection].trouble == full.message
-    assert connection.check.filed is filed
+    assert connection.module.check.filed is filed
 
 
 def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk) -> None:
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
-    connection.module.choose("M-1")
+    connection.module.say_name("M-1")
     desk.click(desk.page.check)
-    assert connection.check is not None
-    evidence = connection.check.evidence
+    assert connection.module.check is not None
+    evidence = connection.module.check.evidence
     evidence.began_at, evidence.ended_at = desk.ports.now_s, desk.ports.now_s
-    connection.module.choose("M-2")
+    connection.module.say_name("M-2")
     worker.end_jobs()
     desk.wait(lambda: not desk.page.checks.is_running)
     member = desk.page.checks.results[connection]
     assert (member.name, member.verdict, member.trouble) == ("M-1", None, ENTRIES.message)  # void, as its card says
-    assert connection.check.void == ENTRIES
+    assert connection.module.check.void == ENTRIES
     store = store_of(desk.services.storage)
     assert store.read(lambda facts: facts.of_kind(PreflightCheck)) == []
 
@@ -285,7 +284,8 @@ def test_what_was_said_of_a_set_ends_with_any_of_its_modules(desk: Desk, change:
     port, worker = desk.modules[1]
     assert port is not desk.services.ports.current
     if change == "another module":
-        port.module.treat_as_new()
+        worker.end(EndReason.ANOTHER)
+        worker.begin()
     else:
         desk.page.members.disconnect_port(port)
     worker.hand_over()
@@ -333,8 +333,8 @@ def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]
         connector, bar, acts={}, pending_edits=desk.services.pending_edits, go_to=lambda _page: None,
         shown_page=lambda: page, is_choosing=lambda: False, find_left=lambda: None, parent=desk.page,
     )  # fmt: skip
-    connector.before_new = attention.leave_edits
-    connector.before_leaving = lambda port, act: attention.leave_port(act, port=port)
+    desk.page.leave_wanted.disconnect()
+    desk.page.leave_wanted.connect(lambda port, act: attention.leave_port(act, port=port))
     return attention, bar
 
 
@@ -344,10 +344,11 @@ def press(bar: NoticeBar, key: str) -> None:
     button.click()
 
 
-def lock_reported(desk: Desk, port: Port, worker: FakeWorker) -> None:
-    """LOCK of this port has ended: the module says so."""
-    worker.say(active=False)
-    port.lock._finish(Locked(outcome=Outcome.CONFIRMED, sent=1))
+def lock_ended(desk: Desk, worker: FakeWorker, outcome: Outcome = Outcome.CONFIRMED) -> None:
+    """LOCK that was pressed has ended so."""
+    if outcome is Outcome.CONFIRMED:
+        worker.say(active=False)
+    worker.finish(worker.wanted(is_urgent=True)[-1], Locked(outcome=outcome, sent=50))
     desk.settle()
 
 
@@ -355,9 +356,7 @@ def test_disconnecting_a_card_asks_before_edits_are_lost(desk: Desk) -> None:
     desk.plug_in(2)
     _, bar = attention_of(desk)
     (first, _), (second, _) = desk.modules
-    edits = [1]
-    desk.services.pending_edits.count = lambda: len(edits)
-    desk.services.pending_edits.discard = edits.clear
+    first.module.settings.choose("freefall_time_s", 1.2)
     desk.page._widgets[first].disconnect_action.trigger()
     desk.settle()
     assert desk.ports.ports.current is first
@@ -365,23 +364,7 @@ def test_disconnecting_a_card_asks_before_edits_are_lost(desk: Desk) -> None:
     assert bar.notice.text == "Settings not written: 1."
     bar.notice.choices[1].act()
     desk.settle()
-    assert desk.page.members.all == (second,)
-    assert not edits
-
-
-def test_another_module_on_a_card_asks_about_no_edits_of_the_shown_one(desk: Desk) -> None:
-    desk.plug_in(2)
-    _, bar = attention_of(desk)
-    (first, _), (second, worker) = desk.modules
-    desk.services.pending_edits.count = lambda: 1
-    worker.hand_over(identity=Identity(Trust.UNPROVEN))
-    desk.settle()
-    opening = second.view.opening
-    desk.page._widgets[second].new.chosen.emit()
-    assert second.view.opening == opening + 1
-    assert bar.notice is None
-    first.module.treat_as_new()
-    assert notice_text(bar) == "Settings not written: 1."
+    assert desk.page.members.connections == (second,)
 
 
 def test_disconnecting_the_card_of_an_active_module_asks_first(desk: Desk) -> None:
@@ -392,12 +375,12 @@ def test_disconnecting_the_card_of_an_active_module_asks_first(desk: Desk) -> No
     desk.settle()
     desk.page._widgets[second].disconnect_action.trigger()
     desk.settle()
-    assert desk.page.members.all == (first, second)
+    assert desk.page.members.connections == (first, second)
     assert notice_text(bar) == "/dev/port1: The module is ACTIVE: it fires also without this program."
     press(bar, "lock_and_leave")
     assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 1]
-    lock_reported(desk, second, worker)
-    assert desk.page.members.all == (first,)
+    lock_ended(desk, worker)
+    assert desk.page.members.connections == (first,)
 
 
 def test_leaving_that_was_cancelled_is_not_done_when_lock_is_confirmed(desk: Desk) -> None:
@@ -407,7 +390,7 @@ def test_leaving_that_was_cancelled_is_not_done_when_lock_is_confirmed(desk: Des
     desk.page._widgets[port].disconnect_action.trigger()
     press(bar, "lock_and_leave")
     attention.stay()
-    lock_reported(desk, port, worker)
+    lock_ended(desk, worker)
     assert port.is_requested
 
 
@@ -428,11 +411,12 @@ def test_a_lock_that_another_port_does_not_confirm_is_said_on_every_page(desk: D
     desk.plug_in(2, active=True)
     _, bar = attention_of(desk, page="live")
     (_, first), (second, worker) = desk.modules
-    second.module.choose("M-02")
-    second.lock._finish(Locked(outcome=Outcome.UNKNOWN, sent=50))
+    second.module.say_name("M-02")
+    second.lock.press()
+    lock_ended(desk, worker, Outcome.UNKNOWN)
     assert bar.notice is not None
     assert bar.notice.text == "NOT reported, treat as ACTIVE: M-02"
     press(bar, "lock_others")
-    assert [len(one.wanted(is_urgent=True)) for one in (first, worker)] == [0, 1]
-    lock_reported(desk, second, worker)
+    assert [len(one.wanted(is_urgent=True)) for one in (first, worker)] == [0, 2]
+    lock_ended(desk, worker)
     assert bar.notice is None

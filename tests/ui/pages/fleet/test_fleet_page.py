@@ -7,12 +7,11 @@ from datetime import timedelta
 from functools import partial
 
 import pytest
-from app.engine.identity import Identity, Trust
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication
 
 from app.engine.target import Target
-from app.fleet.card import Need
+from app.fleet.card import Card, Need
 from app.modules.service import ServiceKind, service_due, serviced
 from app.preflight.findings import Person
 from app.preflight.verdict import assess
@@ -21,9 +20,10 @@ from app.records.record import make_record
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import NO_PROFILE
+from protocol.events import EndReason
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
-from tests.support.window.fake_ports import VALUES, stand
+from tests.support.window.fake_ports import SETTINGS, VALUES, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, store_of
 from tests.support.window.steps import given, let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
@@ -63,6 +63,10 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
     """Values, losses, returns, LOCKs and choices in any order: every card is its own module's, and of now."""
     source = random.Random(seed)
     desk.plug_in(6)
+
+    def fresh(card: Card, key: str) -> object:
+        return card.conversation.fresh(key, desk.ports.now_s)
+
     said: dict[Port, dict[str, object]] = {one: dict(VALUES) for one, _ in desk.modules}
     plugged = {one for one, _ in desk.modules}
     was_active: set[Port] = set()
@@ -95,21 +99,23 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
             card = given(desk.page._widgets[one].card)
             assert card.port == f"port{place}"
             if one not in plugged:
-                assert (card.tilt_deg, card.cell_v) == (None, None)
+                assert fresh(card, "tilt_deg") is fresh(card, "cell_voltage_v") is None
                 assert card.need in (Need.LINK, Need.WAS_ACTIVE, Need.NOT_LOCKED)
                 assert (one in was_active) <= card.activation.may_fire
             else:
-                assert card.tilt_deg in (None, said[one]["tilt_deg"])
+                assert fresh(card, "tilt_deg") in (None, said[one]["tilt_deg"])
                 if card.activation.state is Activation.LOCKED:
                     assert said[one]["active"] is False
         shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
-        assert [card.port for card in shown] == [desk.ports.ports.current.adapter_key.removeprefix("/dev/")]
+        assert [card.port for card in shown] == [desk.ports.ports.current.key.removeprefix("/dev/")]
 
 
 def filed(desk: Desk) -> Filed:
     """A check that ended now, of which everything that a fake module reports still holds."""
     case = check().assessment.case
-    assessment = assess(replace(case, evidence=replace(case.evidence, flags={}, ended_at=desk.ports.now_s)))
+    values = case.evidence.values | {key: value for key, value in VALUES.items() if key in case.evidence.values}
+    evidence = replace(case.evidence, flags={}, ended_at=desk.ports.now_s, values=values | SETTINGS)
+    assessment = assess(replace(case, evidence=evidence))
     return Filed(assessment, make_record(assessment, at=local_now()), None)
 
 
@@ -118,20 +124,20 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
     desk.plug_in(2)
     connection, worker = desk.modules[1]
     desk.page.hide()
-    stand(connection.begin_check(NO_PROFILE, Person(), is_enabling=False), filed(desk))
+    stand(connection.module.begin_check(NO_PROFILE, Person(), is_enabling=False), filed(desk))
     for light_v in (9.0, 0.3):
         worker.say(light_v=light_v)
         QApplication.processEvents()
     desk.page.show()
     card = given(desk.page._widgets[connection].card)
-    assert card.next_step(desk.ports.now_s) == "Check again: changed: Light"
+    assert card.next_step(desk.ports.now_s) == "Check again: Changed: Light."
 
 
 @pytest.mark.promise("l")
 def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
     connection, _ = desk.modules[0]
-    checked = connection.begin_check(NO_PROFILE, Person(), is_enabling=False)
+    checked = connection.module.begin_check(NO_PROFILE, Person(), is_enabling=False)
     needs = []
     for happens in (lambda: stand(checked, filed(desk)), lambda: checked.set_void(ENTRIES)):
         happens()
@@ -145,19 +151,21 @@ def test_what_is_void_of_a_set_is_neither_said_nor_exported_any_more(desk: Desk)
     desk.plug_in(3)
     desk.click(desk.page.check)
     for connection, _ in desk.modules:
-        stand(given(connection.check), filed(desk))
+        stand(given(connection.module.check), filed(desk))
     desk.settle()
     (_, worker), (second, _), (third, _) = desk.modules
     assert given(desk.page.notice_bar.notice).text == "3 NO-GO"
-    worker.breaks += 1  # another module may answer
-    worker.say()
-    third.begin_check(NO_PROFILE, Person(), is_enabling=False)
+    third.module.begin_check(NO_PROFILE, Person(), is_enabling=False)
     desk.settle()
-    assert given(desk.page.notice_bar.notice).text == "1 NO-GO, 2 not checked"
-    second.module.treat_as_new()
+    assert given(desk.page.notice_bar.notice).text == "2 NO-GO, 1 not checked"
+    worker.end(EndReason.SILENT)
+    worker.begin()  # perhaps another module
+    second.treat_as_another()
     desk.settle()
+    assert desk.page.notice_bar.notice is None
     shown = [(member.verdict, member.why) for member in desk.page.checks.results.values()]
-    assert shown == [(None, "no reply for a moment"), (None, "port lost"), (None, "changed: checked again")]
+    assert [verdict for verdict, _ in shown] == [None] * 3
+    assert all(why for _, why in shown), shown
 
 
 @pytest.mark.promise("l")
@@ -184,19 +192,16 @@ def test_lock_on_a_card_is_for_that_module_alone_and_chooses_nothing(desk: Desk)
     assert worker.opened == ["/dev/port2"]
 
 
-def test_a_click_on_a_card_shows_that_module_and_asks_where_edits_would_be_lost(desk: Desk) -> None:
+def test_a_click_on_a_card_shows_that_module_and_what_was_edited_stays_with_the_former(desk: Desk) -> None:
     desk.plug_in(3)
-    second, third = desk.modules[1][0], desk.modules[2][0]
+    (first, _), (second, _), (third, _) = desk.modules
+    first.module.settings.choose("freefall_time_s", 1.2)
     desk.qtbot.mouseClick(desk.page._widgets[second].title, Qt.MouseButton.LeftButton)
     assert desk.ports.ports.current is second
-    asked: list[Callable[[], object]] = []
-    desk.ports.ports.before_new = asked.append  # the window's question, of which the answer is awaited
     desk.page._widgets[third].setFocus()
     desk.qtbot.keyClick(desk.page._widgets[third], Qt.Key.Key_Return)
-    assert desk.ports.ports.current is second
-    (leave,) = asked
-    leave()
     assert desk.ports.ports.current is third
+    assert (first.module.count_unsent(), third.module.count_unsent()) == (1, 0)
 
 
 def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: Desk) -> None:
@@ -253,7 +258,7 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
     desk.page.add.menu().aboutToShow.emit()
     desk.page.add.menu().actions()[-1].trigger()
     desk.settle()
-    (connection,) = desk.page.members.all
+    (connection,) = desk.page.members.connections
     assert given(connection.target).device == "socket://10.0.0.7:4001"
     said = desk.page._widgets[connection].port.text()
     assert said.endswith(" · socket://10.0.0.7:4001")  # its end may be elided, but not the state of the link before it
@@ -273,7 +278,7 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
         desk.settle()
     menu.aboutToShow.emit()
     assert menu.actions()[0].text() == "Simulated module"
-    targets = [connection.target for connection in desk.page.members.all]
+    targets = [connection.target for connection in desk.page.members.connections]
     assert targets == [target_of(port) for port in (SECOND_ADAPTER, ADAPTER, THIRD_ADAPTER)]
 
 
@@ -314,25 +319,25 @@ def test_the_last_card_that_is_disconnected_leaves_its_port_and_another_takes_th
     desk.page.members.disconnect_port(first)
     desk.settle()
     assert desk.ports.ports.current is second
-    assert desk.page.members.all == (second,)
+    assert desk.page.members.connections == (second,)
     desk.page.members.disconnect_port(second)
     worker.hand_over()
     desk.settle()
-    assert desk.page.members.all == ()
+    assert desk.page.members.connections == ()
     assert desk.page.stack.currentWidget() is desk.page.empty
 
 
 def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
     desk.plug_in(2)
     assert desk.page.members.connect_port(Target("/dev/port1", 115200)) is desk.modules[1][0]
-    assert len(desk.page.members.all) == 2
+    assert len(desk.page.members.connections) == 2
 
 
 @pytest.mark.promise("l")
 def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(desk: Desk) -> None:
     desk.plug_in(2, active=True)
     second, _ = desk.modules[1]
-    second.module.choose("M-02")
+    second.module.say_name("M-02")
     ritual = RitualWidget(desk.services)
     desk.qtbot.addWidget(ritual)
     ritual.show()
@@ -341,40 +346,27 @@ def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(de
     assert ritual.is_under_way
     desk.ports.ports.choose(second)
     assert not ritual.is_under_way
-    assert ritual.ritual.ended_by is Input.LINK_LOST
+    assert ritual.ritual.ended_by is Input.INTERRUPTED
     ritual.refresh()
     assert "M-02" in ritual._title.text()
     assert "port1" in ritual._title.text()
 
 
-def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a module that the other pages do not show; about the shown one the window asks."""
-    desk.plug_in(3)
-    (first, shown), (port, worker), _ = desk.modules
-    card, other = desk.page._widgets[port], desk.page._widgets[first]
-    port.module.choose("M-07")
+def test_a_name_never_survives_an_interruption_and_its_card_asks_for_it_again(desk: Desk) -> None:
+    desk.plug_in(2)
+    port, worker = desk.modules[1]
+    card = desk.page._widgets[port]
+    port.module.say_name("M-07")
     desk.settle()
-    assert not card.question.isVisible()
-    doubt = Identity(Trust.UNPROVEN, is_named=True)
-    worker.hand_over(identity=doubt)
+    assert card.title.text() == "M-07"
+    worker.end(EndReason.SILENT)
+    worker.begin(**VALUES)
     desk.settle()
-    assert (card.need.text(), card.same.text(), card.new.text()) == (
-        "M-07? Read its label.", "It is M-07", "New module"
-    )  # fmt: skip
-    assert card.same.isVisible()
-    assert not other.question.isVisible()
-    confirmed: list[Identity | None] = []
-    monkeypatch.setattr(worker, "confirm_identity", lambda seen=None, **_: confirmed.append(seen))
-    card.same.chosen.emit()
-    assert confirmed == [doubt]
-    assert desk.ports.ports.current is first  # a press on the button chooses no module
-    opening = port.view.opening
-    card.new.chosen.emit()
-    assert port.view.opening == opening + 1
-    shown.hand_over(identity=doubt)
+    assert card.title.text() == "Unnamed"
+    assert card.need.text() == "M-07 again? Read its label."
+    port.module.say_name("M-07")
     desk.settle()
-    assert (card.question.isVisible(), other.question.isVisible()) == (False, False)
-    assert other.need.text() == "This may be another module: link lost."
+    assert card.title.text() == "M-07"
 
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
@@ -385,7 +377,7 @@ def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Des
         store.add(service, name).result()
     desk.plug_in(3)
     for (connection, _), name in zip(desk.modules, ("M-01", "M-02"), strict=False):
-        connection.module.choose(name)
+        connection.module.say_name(name)
     desk.settle()
     cards = [desk.page._widgets[connection] for connection, _ in desk.modules]
 

@@ -1,6 +1,5 @@
 """What is outside its limit is marked in the window, with its limit."""
 
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,9 +7,10 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.procedure import LinkView
+from app.engine.worker import Batch
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
 from protocol.events import Counters
-from protocol.frame import Reason
 from tests.support.records.recordings_desk import made, record
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
@@ -74,25 +74,21 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         connect(qtbot, assembly, "sim://weak")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         assert top.cell.meaning is None
-        bench.set_cell(3.5)
+        bench.set_world(cell_v=3.5)
         qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low")
         assert top.cell.meaning is Meaning.ATTENTION
         assert "limit 3.80 V" in top.cell.accessibleName()
-        last = connector.current.last
-        assert last is not None
-        assert last.link is not None
-        statistics = connector.current.kept.statistics
+        port, now = connector.current, connector.clock()
+        link = LinkView(Counters(), 0.02, 0.02)
+        sound = Batch(now, port.connection, port.module.view, link)
+        statistics = port.module.statistics
         statistics.last_invalid_at = None
-        sound = last._replace(at=connector.clock(), link=last.link._replace(lag_s=0.1, round_trip_median_s=0.02))
-        assert sound.link is not None
         line.on_batch(sound)
         assert line.fault.isHidden()
-        counters = last.link.counters + Counters(rejected_bytes=Counter({Reason.CHECKSUM: 7}))
-        damaged = sound._replace(link=sound.link._replace(counters=counters))
-        statistics.on_batch(damaged)
-        line.on_batch(damaged)
+        statistics.last_invalid_at = now
+        line.on_batch(sound)
         assert not line.fault.isHidden()
         assert line.fault.text() == "invalid bytes"
         assert not line.sign.pixmap().isNull()
-        line.on_batch(damaged._replace(at=connector.clock() + 11))
+        line.on_batch(sound._replace(at=now + 11))
         assert line.fault.isHidden()

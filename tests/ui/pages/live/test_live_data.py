@@ -6,21 +6,19 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import pytest
-from app.engine.identity import Identity, Trust
 
-from app.engine.conversation import ConversationView, StaleReason
+from app.engine.conversation import ConversationView
 from app.engine.worker import Batch, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
 from app.recordings.export import write_parts
 from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Series
-from protocol.events import FellSilent, Restarted
-from tests.support.records.recordings_made import LOST, OPEN, batch, device, received, report
+from protocol.events import Began, Ended, EndReason
+from tests.support.records.recordings_made import LOST, OPEN, batch, report, talk
 from tests.support.window.steps import given
 from ui.pages.live.data import LiveData, live_lanes
 from ui.plots.lanes import Mark
@@ -28,12 +26,8 @@ from ui.plots.lanes import Mark
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
 
 
-def doubted(view: ConversationView) -> ConversationView:
-    return view._replace(
-        values=MappingProxyType(
-            {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
-        ),
-    )
+def over(view: ConversationView, reason: EndReason = EndReason.SILENT) -> ConversationView:
+    return view._replace(ended=Ended(reason, 9.0))
 
 
 def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
@@ -69,8 +63,8 @@ def test_a_recording_does_not_change_with_what_comes_later() -> None:
 
 def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
     data = LiveData()
-    one, other = device(1.0, cell_voltage_v=3.9, light_v=0.3), device(2.0, cell_voltage_v=3.92, light_v=0.3)
-    take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=doubted(other)))
+    one, other = talk(1.0, cell_voltage_v=3.9, light_v=0.3), talk(2.0, cell_voltage_v=3.92, light_v=0.3)
+    take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=over(other)))
     assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
     assert len(data.light) == 2
 
@@ -84,14 +78,14 @@ def test_the_rate_counts_reports_streamed_or_polled() -> None:
 
 def test_another_module_starts_over() -> None:
     data = LiveData()
-    view = device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
+    view = talk(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
     take(data, batch(1.0, report(1.0, active=True), view=view))
     data.reset()
     assert not data.has_samples
     assert (len(data.tilt), len(data.cell), list(data.markers)) == (0, 0, [])
     assert data.fires.between(0.0, 9.0) == []
     # What was of the old one is no change of the new one, nor is its time a bound.
-    assert take(data, batch(0.5, report(0.5, active=False), view=doubted(view))) == []
+    assert take(data, batch(0.5, report(0.5, active=False), view=over(view))) == []
     assert data.excerpt(0.0, 9.0).tilt.time_s.tolist() == [0.5]
     assert len(data.cell) == 0
 
@@ -107,18 +101,18 @@ def test_a_limit_is_never_a_default() -> None:
 
 def test_limits_follow_the_settings_until_they_are_stale() -> None:
     data = LiveData()
-    sixty = device(0.0, attitude_threshold_deg=60, freefall_acceleration_g=0.5)
-    take(data, batch(1.0, view=sixty), batch(2.0, view=device(0.0, attitude_threshold_deg=70)), batch(3.0, view=sixty))
+    sixty = talk(0.0, attitude_threshold_deg=60, freefall_acceleration_g=0.5)
+    take(data, batch(1.0, view=sixty), batch(2.0, view=talk(0.0, attitude_threshold_deg=70)), batch(3.0, view=sixty))
     assert [change.value for change in data.fires.between(0, 9)] == [60, 70, 60]
     assert [change.value for change in data.rearms.between(0, 9)] == [50, 60, 50]
     assert [change.value for change in data.falls.between(0, 9)] == [0.5, None, 0.5]
-    take(data, batch(4.0, view=doubted(sixty)))
+    take(data, batch(4.0, view=over(sixty)))
     assert (data.fires.value, data.falls.value) == (None, None)
 
 
 def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
     data = LiveData()
-    off = device(
+    off = talk(
         0.0, attitude_threshold_deg=60, attitude_trigger=False, freefall_acceleration_g=0.5, freefall_trigger=True
     )
     take(data, batch(1.0, view=off))
@@ -143,16 +137,16 @@ def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
 ) -> None:
     """ "60° fires" was drawn with unknown flags."""
     data = LiveData()
-    take(data, batch(1.0, view=device(0.0, **VALUES, **flags)))
+    take(data, batch(1.0, view=talk(0.0, **VALUES, **flags)))
     drawn = live_lanes(data, LimitsInUse())
     assert tuple(lane.limits[0].steps.value for lane in drawn[:2]) == acting
     assert tuple(given(lane.limits[0].stale).value for lane in drawn[:2]) == unproven
 
 
-def test_a_flag_in_doubt_makes_no_limit_act() -> None:
+def test_when_the_conversation_is_over_no_limit_acts() -> None:
     data = LiveData()
-    view = device(0.0, **VALUES, **ON)
-    take(data, batch(1.0, view=view), batch(2.0, view=doubted(view)))
+    view = talk(0.0, **VALUES, **ON)
+    take(data, batch(1.0, view=view), batch(2.0, view=over(view)))
     tilt = live_lanes(data, LimitsInUse())[0].limits[0]
     assert (tilt.steps.value, given(tilt.stale).value) == (None, 60)
 
@@ -183,92 +177,42 @@ def test_each_change_is_marked_where_it_was_seen() -> None:
     assert marks == [(2.0, "activated"), (2.5, "triggered"), (3.0, "trigger ended"), (4.0, "locked")]
 
 
-@pytest.mark.parametrize(("heard_at", "marked_at"), [(1.97, 1.97), (None, 2.0)])
-def test_a_restart_is_marked_once_with_its_time_or_when_the_boot_count_told(
-    heard_at: float | None, marked_at: float
-) -> None:
-    again, heard = device(0.0)._replace(restarts=1), () if heard_at is None else (Restarted(True, heard_at),)
-    batches = batch(1.0), batch(2.0, view=again, events=heard), batch(3.0, view=again)
-    assert take(LiveData(), *batches) == [(marked_at, "restarted")]
+@pytest.mark.parametrize(
+    ("reason", "word"),
+    [
+        (EndReason.RESTARTED, "restarted"),
+        (EndReason.SILENT, "silent"),
+        (EndReason.CONTRADICTED, "two modules?"),
+        (EndReason.ANOTHER, "another module"),
+    ],
+)
+def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(reason: EndReason, word: str) -> None:
+    data = LiveData()
+    first, second = talk(0.5, **VALUES), talk(4.0, number=2)
+    marks = take(
+        data,
+        batch(1.0, report(1.0, 3, active=True), view=first),
+        batch(2.0, view=first._replace(ended=Ended(reason, 2.0)), events=(Ended(reason, 2.0),)),
+        batch(4.0, report(4.0, 40), view=second, events=(Began(8, 4.0),)),
+    )
+    # The next one may be another module: that it is locked is no news.
+    assert marks == [(2.0, word), (4.0, "answers again")]
+    assert (data.at().fires_deg, data.acting.fires.value) == (None, None)
+    rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 5.0), wall_offset_s=NOON)))
+    assert [row["tilt_deg"] or row["event"] for row in rows] == [
+        "3",
+        f"connected: {OPEN.port}",
+        word,
+        "40",
+        "answers again",
+    ]
 
 
 @pytest.mark.parametrize("port", [OPEN.port, "/dev/ttyUSB1"])
 def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
-    """An adapter that returns by another name is the same module."""
-    data, returned = LiveData(), OPEN._replace(port=port)
-    marks = take(
-        data,
-        batch(1.0, report(1.0, active=True)),
-        batch(2.0, connection=LOST, view=doubted(device(0.0))),
-        batch(3.0, connection=returned._replace(state=PortState.OPENING), view=doubted(device(0.0))),
-        batch(4.0, view=device(0.0)._replace(presence=Presence.UNKNOWN), connection=returned),
-        batch(5.0, report(5.0), view=device(4.9), connection=returned),
-    )
-    # It comes back locked: that is news, for it is the same port.
-    assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
-
-
-def test_offline_and_back_is_marked() -> None:
-    data = LiveData()
-    away, back = device(7.0)._replace(presence=Presence.OFFLINE), device(9.0)
-    assert take(data, batch(1.0), batch(8.0, view=away), batch(9.1, view=back)) == [
-        (7.0, "offline"),
-        (9.0, "reconnected"),
-    ]
-
-
-def test_another_port_is_another_module() -> None:
-    data = LiveData()
-    other = OPEN._replace(port="/dev/ttyUSB1")
-    closed = OPEN._replace(state=PortState.CLOSED)
-    marks = take(
-        data,
-        batch(1.0, report(1.0, active=True)),
-        batch(2.0, connection=closed),
-        batch(3.0, report(3.0), connection=other),
-    )
-    assert marks == [(3.0, "connected")]
-    assert [(marker.kind, marker.port) for marker in data.markers] == [
-        (MarkerKind.CONNECTED, "/dev/ttyUSB0"),
-        (MarkerKind.CONNECTED, "/dev/ttyUSB1"),
-    ]
-
-
-def test_where_another_module_may_answer_is_marked_and_written() -> None:
-    """Until a person has said whose they are, values of two modules may stand in one span."""
-    data, doubt = LiveData(), Identity(Trust.OPEN)
-    silence = batch(2.5)._replace(events=(FellSilent(2.4, 0.3),), identity=doubt)
-    other = batch(3.0, report(2.9, 40))._replace(identity=doubt)
-    named = batch(1.0, report(1.0, 3))._replace(identity=Identity(Trust.PROVEN, is_named=True))
-    other = other._replace(events=(received(other.samples[0]),))
-    late = batch(5.0, report(5.0, 41))._replace(identity=doubt)
-    late = late._replace(events=(received(late.samples[0]),))
-    silent_again = batch(4.5)._replace(events=(FellSilent(4.0, 0.5), FellSilent(4.5, 1.0)), identity=doubt)
-    marks = take(data, batch(0.5)._replace(identity=doubt), named, silence, other, silent_again, late)
-    assert marks == [(2.1, "another module?"), (3.5, "another module?")]
-    lost = take(data, batch(5.6, connection=LOST), batch(6.0)._replace(identity=doubt))
-    assert lost[:2] == [(5.6, "port lost"), (5.6, "another module?")]
-    rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 5.2), wall_offset_s=NOON)))
-    assert [row["tilt_deg"] or row["event"] for row in rows] == ["3", "another module?", "40", "another module?", "41"]
-
-
-def test_in_doubt_a_boot_count_that_differs_is_a_break_and_older_limits_are_nobodys() -> None:
-    data, doubt = LiveData(), Identity(Trust.UNPROVEN)
-    first = device(1.0, boot_count=7, attitude_threshold_deg=60)
-    data.on_batch(batch(1.0, view=first)._replace(identity=Identity(Trust.PROVEN)))
-    silence = batch(3.0, view=first)._replace(events=(FellSilent(3.0, 0.5),), identity=doubt)
-    assert take(data, silence) == [(2.5, "another module?")]
-    assert (first.fresh("attitude_threshold_deg", 3.0), data.at().fires_deg) == (60, None)
-    heard = batch(4.0, report(4.0), view=first)._replace(identity=doubt, events=(received(report(4.0)),))
-    third = batch(5.0, view=device(5.0, boot_count=9)._replace(restarts=1))._replace(identity=doubt)
-    assert take(data, heard, third, third._replace(at=5.1))[-2:] == [(5.0, "restarted"), (5.0, "another module?")]
-
-
-def test_a_reading_that_refutes_tells_of_the_silence_before_it() -> None:
-    fell, refuted = batch(2.0)._replace(events=(FellSilent(1.9, 0.4),)), Identity(Trust.REFUTED)
-    read, late = batch(50.5, view=device(50.0, boot_count=7)), batch(60.0)._replace(identity=refuted)
-    assert take(LiveData(), batch(1.0), fell, batch(2.3)._replace(identity=refuted)) == [(1.5, "another module?")]
-    assert take(LiveData(), batch(1.0), fell, read, late) == [(50.0, "another module?")]
+    data, back = LiveData(), OPEN._replace(port=port)
+    marks = take(data, batch(1.0), batch(2.0, connection=LOST, view=over(talk(0.0))), batch(5.0, connection=back))
+    assert marks == [(2.0, "port lost"), (5.0, "connected")]
 
 
 def test_a_port_that_does_not_open_is_not_called_lost() -> None:
@@ -278,8 +222,8 @@ def test_a_port_that_does_not_open_is_not_called_lost() -> None:
 
 def test_the_charger_is_marked_when_it_comes_and_goes() -> None:
     data = LiveData()
-    views = [device(at, charging=2.0 <= at < 3.0) for at in (1.0, 1.5, 2.0, 2.5, 3.0)]
-    assert take(data, *(batch(view.presence_since or 0.0, view=view) for view in views)) == [
+    times = (1.0, 1.5, 2.0, 2.5, 3.0)
+    assert take(data, *(batch(at, view=talk(at, charging=2.0 <= at < 3.0)) for at in times)) == [
         (2.0, "charger connected"),
         (3.0, "charger removed"),
     ]
@@ -298,7 +242,7 @@ def filled() -> LiveData:
     take(
         data,
         batch(0.5),
-        batch(1.0, report(1.0, 3), view=device(1.1, cell_voltage_v=3.94, light_v=0.3)),
+        batch(1.0, report(1.0, 3), view=talk(1.1, cell_voltage_v=3.94, light_v=0.3)),
         batch(2.0, report(1.5, 61, active=True), report(2.0, 62, triggered=True, active=True)),
     )
     return data
@@ -318,31 +262,13 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
     assert datetime.fromisoformat(rows[0]["time_utc"] + "+00:00").timestamp() == pytest.approx(NOON + 1)
 
 
-def test_csv_begins_with_what_holds_since_before_its_span() -> None:
-    data = filled()
-    data.markers.extend([Marker(0.6, MarkerKind.CONNECTED, "sim://a"), Marker(0.7, MarkerKind.DOUBTED)])
-    rows = rows_of(b"".join(csv_parts(data.excerpt(1.0, 1.1), wall_offset_s=NOON)))
-    assert [(row["elapsed_s"], row["event"]) for row in rows if row["event"]] == [
-        ("0.000", "another module?"),
-        ("0.000", "connected: sim://a (simulated)"),
-    ]
-
-
-def test_csv_does_not_begin_with_a_doubt_that_a_person_has_ended() -> None:
-    data, doubt, settled = LiveData(), Identity(Trust.OPEN), Identity(Trust.PROVEN)
-    silence = batch(2.0)._replace(events=(FellSilent(2.0, 0.5),), identity=doubt)
-    take(data, batch(1.0)._replace(identity=settled), silence, batch(3.0)._replace(identity=settled))
-    assert [marker.kind for marker in data.excerpt(2.5, 4.0).markers] == [MarkerKind.DOUBTED]
-    assert data.excerpt(3.5, 4.0).markers == ()
-
-
 def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
     data = filled()
-    data.markers.append(Marker(1.2, MarkerKind.RECONNECTED, 'socket://a,"b"'))
+    data.markers.append(Marker(1.2, MarkerKind.PORT_LOST, 'socket://a,"b"'))
     rows = rows_of(b"".join(csv_parts(data.excerpt(0.0, 9.0), wall_offset_s=NOON)))
     assert [row["event"] for row in rows if row["event"]] == [
         "connected: /dev/ttyUSB0",
-        'reconnected: socket://a,"b"',
+        'port lost: socket://a,"b"',
         "activated",
         "triggered",
     ]

@@ -11,11 +11,12 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import StatusSample
 from app.procedures.light import LightDirection
 from app.text.i18n import CHINESE, ENGLISH
+from protocol.events import EndReason
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, given, let_lay_out, notice_text
+from tests.support.window.steps import await_child, given, let_lay_out
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView
 from ui.style.painted_widget import Freshness, PaintedWidget
@@ -55,12 +56,6 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
         assert panel.isVisible()
         panel.hide()
         qtbot.waitUntil(page.empty.simulate.isVisible)
-        edits, bar = assembly.window._services.pending_edits, assembly.window.notice_bar
-        edits.count = lambda: 1  # for a module whose port cannot be opened
-        qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
-        assert (notice_text(bar), assembly.ports.current.target) == ("Settings not written: 1.", None)
-        edits.count = int
-        assembly.window.attention.stay()
         qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
         qtbot.waitUntil(lambda: not page.is_empty)
 
@@ -83,6 +78,25 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     live.pass_time(5.0)
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, 8 s ago"
     assert panel.boot_count.freshness is Freshness.FRESH  # changes only by a restart
+
+
+@pytest.mark.promise("a")
+def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(live: Bench) -> None:
+    live.say()
+    panel = live.page.panel
+    live.worker.end(EndReason.RESTARTED)
+    live.qtbot.waitUntil(lambda: live.connector.module.end is not None)
+    live.page.refresh()
+    shown = (panel.tilt, panel.acceleration, panel.light, panel.cell, panel.boot_count)
+    assert {readout.freshness for readout in shown} == {Freshness.STALE}
+    assert panel.tilt.accessibleName().startswith("Tilt: 12°")
+    live.worker.begin(cell_voltage_v=4.1)
+    live.qtbot.waitUntil(lambda: live.connector.module.is_going)
+    live.page.refresh()
+    assert panel.cell.accessibleName().startswith("Cell voltage: 4.10 V")
+    assert {readout.freshness for readout in shown if readout is not panel.cell} == {Freshness.UNKNOWN}
+    names = [readout.accessibleName() for readout in shown] + [panel.gauge.accessibleName()]
+    assert not [name for name in names for old in ("12°", "0.3 V", "3.94", "60°", "1.8 V") if old in name]
 
 
 @pytest.mark.parametrize(
@@ -133,7 +147,7 @@ def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(
 ) -> None:
     live.say()
     if direction is not None:
-        live.connector.current.keep_light_direction(direction)
+        live.connector.module.light_direction = direction
     live.say(light_v=light_v)
     assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
 
@@ -183,7 +197,7 @@ def test_values_marks_and_pause_go_with_their_module(live: Bench) -> None:
     live.click("time-plot-pause")
     plot = live.page.plot
     assert plot.canvas.marks
-    live.connector.invalidated.emit()
+    live.connector.choose(live.connector.add(live.ports.make))
     assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
     assert (live.page.is_empty, live.page.data.has_samples) == (True, False)
 

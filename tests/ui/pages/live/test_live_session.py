@@ -1,49 +1,47 @@
 """The automatic recording of sessions: start, end, content and indicator."""
 
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from app.engine.identity import Identity, Trust
 from PySide6.QtCore import QEvent
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.conversation import StatusSample
+from app.engine.conversation import ConversationView, StatusSample
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
-from app.recordings.markers import MarkerKind
 from app.recordings.recording import open_recording
-from protocol.events import FellSilent
-from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, device, opened, recorder_in, report
+from app.system.clock import steady_time
+from protocol.events import Began, Ended, EndReason
+from tests.support.records.recordings_made import (
+    CLOSED,
+    LOST,
+    OPEN,
+    WAIT_S,
+    batch,
+    opened,
+    received,
+    recorder_in,
+    report,
+)
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.panel import device_at
 from ui.services.recording_jobs import RecordingJobs
-from ui.services.storage import SessionRecording
+from ui.session.recording import SessionRecording
 from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
 
 OTHER = OPEN._replace(port="/dev/ttyACM0", opening=7)
 NEXT = OPEN._replace(opening=7)
-ELSEWHERE = OPEN._replace(port="/dev/ttyUSB1")
 
 
 # From the worker to the disk, without a window
-
-
-class Link:
-    """What the recording asks of the connector."""
-
-    connection = OPEN
-    stream = StreamSwitch(is_wanted=False)
 
 
 class Bench:
@@ -51,21 +49,18 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         self.handed_on: list[Batch] = []
-        self.link = Link()
         self.library = (jobs := RecordingJobs(folder)).library
-        self.sessions = SessionRecording(self.link, jobs)  # type: ignore[arg-type]
-        self.sessions.name_module("Left wing")
+        self.stream = StreamSwitch(is_wanted=False)
+        self.sessions = SessionRecording(self.stream, jobs)
         self.say = self.sessions.recorded(self.handed_on.append)
 
-    def show_next(self, connection: Connection) -> None:
-        """As a person chooses it; the former one is still recorded."""
-        self.link.connection = connection
-        self.sessions.name_module("")
+    def name(self, name: str, *, number: int = 1) -> None:
+        self.sessions.name_module(name, ConversationView(number=number))
 
-    def listed(self) -> list[tuple[str, str, int]]:
-        """Port, module and number of reports of all recordings, oldest first."""
+    def listed(self) -> list[tuple[str, tuple[str, ...], int]]:
+        """Port, modules and number of reports of all recordings, oldest first."""
         assert self.sessions._recorder is None or self.sessions._recorder.settle(WAIT_S)
-        return [(entry.port, entry.module, entry.sample_count) for entry in reversed(self.library.entries())]
+        return [(entry.port, entry.modules, entry.sample_count) for entry in reversed(self.library.entries())]
 
 
 @pytest.fixture
@@ -75,19 +70,28 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     assert one.sessions.stop(WAIT_S)
 
 
-def some(first_s: float, *, connection: Connection = OPEN, is_in_doubt: bool = False) -> Batch:
+def some(first_s: float, *, connection: Connection = OPEN, number: int = 1, begins: bool = False) -> Batch:
     """Three reports, by the clock of the recorder: a part that began a day ago ends."""
-    first_s += time.monotonic()
-    reports = batch(first_s + 0.3, *(report(first_s + n / 10, n) for n in range(3)), connection=connection)
-    return reports._replace(identity=Identity(Trust.OPEN)) if is_in_doubt else reports
+    first_s += steady_time()
+    reports = tuple(report(first_s + n / 10, n) for n in range(3))
+    events = ((Began(7, first_s),) if begins else ()) + tuple(map(received, reports))
+    view = ConversationView(number=number, began_at=first_s)
+    return batch(first_s + 0.3, *reports, connection=connection, view=view, events=events)
+
+
+def over(at_s: float, reason: EndReason, *, number: int = 1) -> Batch:
+    at_s += steady_time()
+    end = Ended(reason, at_s)
+    return batch(at_s, view=ConversationView(number=number, ended=end), events=(end,))
 
 
 def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
-    batches = [some(1.0), some(2.0), some(3.0, connection=CLOSED)]
+    batches = [some(1.0, begins=True), some(2.0), some(3.0, connection=CLOSED)]
     for one in batches:
         bench.say(one)
+        bench.name("Left wing")
     assert bench.handed_on == batches
-    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 9)]
+    assert bench.listed() == [("/dev/ttyUSB0", ("Left wing",), 9)]
     assert not bench.library.entries()[0].is_running
 
 
@@ -95,122 +99,35 @@ def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
     ("connections", "counts"),
     [
         ((OPEN, OPEN), [6]),
-        ((OPEN, CLOSED, OPEN), [6, 3]),  # closed by hand
-        ((OPEN, LOST, OPEN), [6, 3]),  # lost, and back: another module may be there
-        ((OPEN, LOST, LOST, ELSEWHERE), [6, 3]),
+        ((OPEN, CLOSED, NEXT), [6, 3]),  # closed by hand
+        ((OPEN, LOST, NEXT), [6, 3]),  # lost, and back
         ((OPEN, OPEN._replace(baud_rate=9600)), [6]),
-        ((OPEN, NEXT), [3, 3]),  # a person says that another module answers
-        ((OPEN, CLOSED, LOST, OPEN), [6, 3]),  # it could not be opened
+        ((OPEN, NEXT), [3, 3]),
     ],
 )
-def test_where_sessions_begin(bench: Bench, connections: tuple[Connection, ...], counts: list[int]) -> None:
+def test_one_opening_of_the_port_is_one_recording(
+    bench: Bench, connections: tuple[Connection, ...], counts: list[int]
+) -> None:
     for number, connection in enumerate(connections):
         bench.say(some(1.0 + number, connection=connection))
     assert [count for _, _, count in bench.listed()] == counts
 
 
-def test_the_file_is_that_of_this_conversation(bench: Bench) -> None:
-    bench.say(some(1.0))
-    bench.listed()
-    bench.say(some(2.0))
-    first, recorder = bench.sessions.path, bench.sessions._recorder
-    assert first is not None
-    assert recorder is not None
-    begin, may_begin = recorder._begin, threading.Event()
-
-    def held(*asked: Any) -> None:
-        may_begin.wait(WAIT_S)
-        begin(*asked)
-
-    recorder._begin = held  # type: ignore[method-assign, assignment]
-    for number in range(2):  # the disk is slow: the next file is not begun yet
-        bench.say(some(3.0 + number, connection=NEXT))
-        assert bench.sessions.path is None
-    may_begin.set()
-    bench.listed()
-    bench.say(some(5.0, connection=NEXT))
-    assert bench.sessions.path not in (None, first)
-    second = bench.sessions.path
-    bench.say(some(6.0, connection=CLOSED))
-    bench.listed()
-    assert bench.sessions.path == second  # it is shown until another one is connected
-
-
-def test_what_may_be_another_module_is_recorded_under_no_name(bench: Bench) -> None:
-    bench.say(some(1.0))
-    bench.say(some(2.0, is_in_doubt=True))
-    bench.sessions.name_module("Left wing")  # before the window knew of the doubt
-    bench.say(some(3.0, is_in_doubt=True))
-    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 3), ("/dev/ttyUSB0", "", 6)]
-    assert bench.handed_on[-1].identity.trust is Trust.OPEN
-
-
-def test_the_recording_says_from_where_on_it_may_be_of_another_module(bench: Bench) -> None:
-    """A silence too short to be noticed: only the boot count tells, which was read last before it."""
-    read_at = time.monotonic() + 1.5
-    bench.say(some(1.0)._replace(device=device(read_at, boot_count=7)))
-    bench.say(some(2.0)._replace(device=device(read_at, boot_count=7)))
-    bench.say(some(3.0, is_in_doubt=True)._replace(device=device(read_at + 2.0, boot_count=9)))
-    bench.listed()
-    named, in_doubt = (open_recording(entry) for entry in reversed(bench.library.entries()))
-    (since_s,) = (marker.time_s for marker in named.markers if marker.kind is MarkerKind.DOUBTED)
-    assert since_s == pytest.approx(read_at, abs=0.001)
-    assert MarkerKind.DOUBTED not in [marker.kind for marker in in_doubt.markers]
-    assert (len(named.tilt), len(in_doubt.tilt)) == (6, 3)
-
-
-def test_what_was_recorded_in_doubt_is_of_the_module_that_a_person_names(bench: Bench) -> None:
-    bench.say(some(1.0))
-    bench.sessions.name_module("")
-    bench.say(some(2.0, is_in_doubt=True))
-    bench.say(some(3.0))
-    bench.sessions.name_module("Left wing")
-    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 3), ("/dev/ttyUSB0", "Left wing", 6)]
-    bench.say(some(4.0, is_in_doubt=True))
-    bench.show_next(NEXT)
-    bench.say(some(5.0, connection=NEXT))
-    bench.sessions.name_module("Right wing")
-    assert bench.listed()[2:] == [("/dev/ttyUSB0", "Right wing", 6)]
-
-
-def broken(at_s: float) -> Batch:
-    """Nothing, as the module fell silent."""
-    at_s += time.monotonic()
-    return batch(at_s)._replace(events=(FellSilent(at_s, 0.3),))
-
-
-@pytest.mark.parametrize("is_in_doubt", [True, False])
-@pytest.mark.parametrize("silent_at_s", [3.0, 1.6])
-def test_a_name_is_of_what_one_unbroken_conversation_recorded(
-    bench: Bench, is_in_doubt: bool, silent_at_s: float
-) -> None:
-    """In doubt, and without a name, a third module may come unasked, also after one that was heard for a moment."""
-    bench.sessions.name_module("")
-    bench.say(some(1.0, is_in_doubt=is_in_doubt))
-    silence = broken(silent_at_s)
-    bench.say(silence._replace(identity=Identity(Trust.OPEN)) if is_in_doubt else silence)
-    bench.say(some(4.0, is_in_doubt=is_in_doubt))
-    bench.say(some(5.0))
-    bench.sessions.name_module("Left wing")
-    bench.say(some(6.0))
-    parts = [("Left wing", 9)] if is_in_doubt else [("Left wing", 3)]
-    assert [(module, count) for _, module, count in bench.listed()][1:] == parts
-    assert bench.listed()[0] == ("/dev/ttyUSB0", "", 3 if is_in_doubt else 9)
-
-
-def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
-    bench.say(some(1.0))
-    bench.sessions.name_module("Right wing")
-    bench.show_next(OTHER)
-    bench.sessions.name_module("Tail")  # while the first still closes
-    bench.say(some(2.0, connection=CLOSED))
-    bench.say(some(3.0, connection=OTHER))
-    assert [module for _, module, _ in bench.listed()] == ["Right wing", "Tail"]
+def test_a_name_is_of_one_conversation_and_no_other(bench: Bench) -> None:
+    bench.say(some(1.0, begins=True))
+    bench.name("Left wing")
+    bench.say(over(2.0, EndReason.SILENT))
+    bench.say(some(3.0, number=2, begins=True))
+    bench.name("Left wing")  # late, as the window did not know yet that it is over
+    assert bench.listed() == [("/dev/ttyUSB0", ("Left wing",), 6)]
+    recording = open_recording(bench.library.entries()[0])
+    times = [one.samples[0].at for one in bench.handed_on if one.samples]
+    assert [recording.module_at(at_s) for at_s in times] == ["Left wing", ""]
 
 
 def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
     (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
-    sign = RecordingSign(lambda: bench.sessions.sign)
+    sign = RecordingSign(lambda: bench.sessions.state)
     qtbot.addWidget(sign)
     told = QSignalSpy(sign.troubled)
     bench.say(some(1.0))
@@ -239,13 +156,13 @@ def test_an_error_in_the_recorder_does_not_reach_the_worker(
 
 
 def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
-    sign = RecordingSign(lambda: bench.sessions.sign)
+    sign = RecordingSign(lambda: bench.sessions.state)
     qtbot.addWidget(sign)
     assert sign.isHidden()
     bench.say(some(1.0))
     bench.listed()
     sign.refresh()
-    since = given(bench.sessions.sign.since)
+    since = given(bench.sessions.state.since)
     assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
     assert not sign.isHidden()
     assert _is_a_warning(sign) is False
@@ -290,7 +207,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
         assert not assembly.ports.current.stream.is_wanted
         assert assembly.ports.current.stream.is_recorded
         taken: list[StatusSample] = []
-        assembly.ports.batch.connect(lambda batch: taken.extend(batch.samples))
+        assembly.ports.current.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
         assembly.window.disconnect_port()
@@ -301,7 +218,7 @@ def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplicatio
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         library = assembly.storage.recordings.library
         connect(qtbot, assembly, "sim://closed")
-        qtbot.waitUntil(lambda: assembly.ports.current.recording.sign.since is not None)
+        qtbot.waitUntil(lambda: assembly.ports.current.recording.state.since is not None)
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
         assert [entry.was_cut_off for entry in library.entries()] == [False]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -12,7 +13,7 @@ from app.flights.judge import TriggerLimits
 from app.settings.form import RowState
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.line.frames import at_each_frame
-from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in
+from tests.support.records.recordings_made import HEADING, batch, opened, recorder_in, talk
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
 from tests.support.window.steps import await_child, find, given, notice_text
 from ui.pages.flights.controller import FlightRow
@@ -38,12 +39,14 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
     ):
         live = await_child(qtbot, assembly.window, LivePage)
         flights = await_child(qtbot, assembly.window, FlightsPage)
-        assert not live.try_out.isEnabled()
+        qtbot.waitUntil(lambda: not live.try_out.isEnabled())
         connect(qtbot, assembly, "sim://session")
         port = assembly.ports.current
-        qtbot.waitUntil(lambda: port.device.fresh("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(
+            lambda: port.module.is_read
+        )
         bench.set_world(tilt_deg=57)
-        qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 57, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: port.module.view.fresh("tilt_deg", assembly.ports.clock()) == 57, timeout=WAIT_MS)
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
         path = given(port.recording.path)
         qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
@@ -54,7 +57,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         flights.work.move([row.name], FlightGroup.MUST)
         assert flights.work.kept_lists == (f"MUST {path}",)
         bench.set_world(tilt_deg=80)
-        qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 80, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: port.module.view.fresh("tilt_deg", assembly.ports.clock()) == 80, timeout=WAIT_MS)
         assembly.window.go_to("live")
         live.try_out.click()
         again = tried(qtbot, flights, path)  # it has grown
@@ -66,7 +69,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
 def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with recorder_in(tmp_path / "made") as bench:
         bench.recorder.begin(*HEADING)
-        had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
+        had = talk(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
         tilts = [0] * 50 + [55] * 10 + [0] * 50
         samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
         bench.feed(batch(samples[-1].at, *samples, view=had))
@@ -96,23 +99,25 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
             pass
         connect(qtbot, assembly, "sim://fired")
         port = assembly.ports.current
-        qtbot.waitUntil(lambda: port.device.known("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(
+            lambda: port.module.is_read
+        )
         settings, flights = find(assembly.window, SettingsPage), find(assembly.window, FlightsPage)
-        settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))
-        settings.work.edit(lambda: settings.work.form.choose("freefall_trigger", False))
-        settings.try_out.trigger()
+        settings.work.choose("attitude_threshold_deg", 70)
+        settings.work.choose("freefall_trigger", False)
+        find(settings, QAction, "settings_try").trigger()
         qtbot.waitUntil(flights.isVisible)
         assert flights.work.limits == TriggerLimits(70, 0.5, 1.6)
         qtbot.waitUntil(lambda: notice_text(flights.strip) == "Judged as enabled: Free-fall trigger.")
         flights.work.choose(flights.work.limits._replace(attitude_threshold_deg=71))
         flights.proposal._use()
         qtbot.waitUntil(settings.isVisible)
-        rows = {row.command.key: row for row in settings.work.form.rows(port.device, port.clock())}
+        rows = {row.command.key: row for row in settings.work.rows}
         row = rows["attitude_threshold_deg"]
         assert (row.state, row.edited) == (RowState.EDITED, 71)
         changes = [one for one in requests if one.hazard is not Hazard.NONE]
         assert {one.command for one in changes} <= {SERIAL_OUTPUT}
-        settings.work.discard()
+        settings.work.revert()
         port.disconnect_port()
 
 

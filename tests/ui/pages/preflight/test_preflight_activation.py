@@ -17,7 +17,7 @@ from app.safety.acts import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
-from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, kept, name_module, on_bench
+from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
 from ui.style.theme import Space
@@ -90,20 +90,34 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
 def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(rereads: None, rig: OnBench) -> None:
     port, page = rig.assembly.ports.current, rig.preflight
     assert rig.check() is Standing.READY
-    check = port.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
-    assert page.banner.announcement.head == "Changed: checked again"
-    assert rig.assembly.ports.is_busy  # no page reads by itself beside it
+    first = rig.last
+    check = port.module.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
+    assert (first.standing, page.work.standing) == (Standing.VOID, Standing.CHECKING)
+    assert port.module.is_busy  # no page reads by itself beside it
     rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
-    assert page.work.standing is Standing.VOID
-    assert [check.held and check.held.verdict, page.work.signed] == [Verdict.READY, None]
+    assert rig.last is check
+    assert check.held is not None
+    assert check.held.verdict is Verdict.READY
     rig.bench.module.activate(is_active=True)
     rig.until(lambda: check.standing is Standing.GO)
     assert kept(rig) == ["GO", "READY", "READY"]
     rig.bench.module.memory.attitude_threshold = 70
-    rig.until(lambda: check.standing is Standing.VOID)
-    rig.check(is_enabling=False)
-    assert port.check is rig.last
+    rig.until(lambda: page.work.standing is Standing.NOT_CHECKED)  # with the conversation
+
+
+@pytest.mark.promise("f")
+def test_where_the_module_may_have_fired_before_a_restart_there_is_no_ready(rig: OnBench) -> None:
+    port, bar = rig.assembly.ports.current, rig.assembly.window.notice_bar
+    rig.bench.module.activate(is_active=True)
+    rig.until(lambda: port.is_active)
+    rig.restart()
+    assert port.firing_doubt.is_open
+    assert rig.check() is Standing.NO_GO
+    rig.until(lambda: "may have fired before the restart" in notice_text(bar))
+    given(given(bar.notice).dismiss)()
+    assert not port.firing_doubt.is_open, "the check has read the records"
+    assert rig.check() is Standing.READY
 
 
 def test_an_acknowledgement_alone_is_no_go(rig: OnBench) -> None:
@@ -167,32 +181,13 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
         assert bench.acts[-1] == REQUESTS[Act.ACTIVATE]
 
 
-@pytest.mark.parametrize("is_active", [False, True])
-def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(is_active: bool, rig: OnBench) -> None:
-    """The notice of the window says why; a check, which only asks, stays possible."""
-    name_module(rig, "M-07")
-    rig.restart()
-    rig.bench.module.activate(is_active=is_active)
-    bar, buttons = rig.assembly.window.notice_bar, rig.preflight.buttons
-    rig.until(lambda: bar.button("identity_same") is not None)
-    rig.until(lambda: rig.preflight.work.may_fire is is_active)
-    rig.wait(0.6)
-    assert "Module not proven: only queries are sent." in notice_text(bar)
-    assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
-    assert rig.preflight.banner.announcement.head == "Start the check."  # no button that cannot be pressed
-    assert rig.check(is_enabling=False) is Standing.NO_GO
-    assert not rig.preflight.list.rows["attitude_trigger"].act.isEnabled()
-    confirm_name(rig)
-    rig.until(buttons.enable.isEnabled)
-
-
 def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBench) -> None:
     page = rig.preflight
     rig.until(lambda: page.banner.announcement.head == "Enable triggers and check")
     rig.bench.power_off()
     rig.until(lambda: rig.assembly.ports.current.state.phase is Phase.OFFLINE)
     page.tick()
-    assert page.banner.announcement.head == "The module does not answer."
+    assert page.banner.announcement.head == "The module was silent for a moment."
 
 
 @pytest.mark.parametrize("is_said_new", [False, True])
@@ -208,7 +203,7 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
         bench.click(page.buttons.enable)
         bench.wait(0.5)
         if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
-            bench.assembly.ports.current.treat_as_new()
+            bench.assembly.ports.current.treat_as_another()
             hear_lock()
             bench.until(lambda: not bench.bench.module.state.is_active)
         bench.wait(1.0)
@@ -222,7 +217,7 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
 @pytest.fixture
 def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a verdict depends on, every 0.2 s."""
-    monkeypatch.setattr("ui.services.port_check.REREAD_EVERY_S", 0.2)
+    monkeypatch.setattr("ui.session.check.REREAD_EVERY_S", 0.2)
 
 
 def _set(name: str, raw: int) -> Callable[[OnBench], None]:
@@ -237,14 +232,14 @@ def _set(name: str, raw: int) -> Callable[[OnBench], None]:
 def test_other_settings_end_a_verdict_that_stands(
     rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
 ) -> None:
-    page = rig.preflight
     assert rig.check() is Standing.READY
     if is_active:
         activate(rig)
         rig.wait_standing(Standing.GO)
     change(rig)
-    rig.wait_standing(Standing.VOID)
-    assert what.split(":")[0] in page.banner.announcement.head
+    rig.wait_standing(Standing.VOID, Standing.NOT_CHECKED)
+    bar = rig.assembly.window.notice_bar
+    rig.until(lambda: what.split(":")[0] in notice_text(bar))
 
 
 def test_it_stands_while_nothing_changes(rereads: None, rig: OnBench) -> None:
@@ -259,4 +254,4 @@ def test_what_cannot_be_read_again_ends_it(rereads: None, rig: OnBench) -> None:
     assert rig.check() is Standing.READY
     rig.bench.change(mute_codes=frozenset((0x20,)))
     rig.wait_standing(Standing.VOID)
-    assert rig.preflight.banner.announcement.head in ("Not read again", "No reply for a moment")
+    assert rig.preflight.banner.announcement.head == "Not everything could be read again."

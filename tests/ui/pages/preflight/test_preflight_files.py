@@ -147,7 +147,8 @@ def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
     assert aircraft.text() == ""
     confirm_name(rig)
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-13", "H6-13")
-    rig.assembly.ports.current.module.treat_as_new()
+    rig.assembly.ports.current.treat_as_another()
+    rig.until(lambda: not rig.assembly.ports.module.name)
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
 
 

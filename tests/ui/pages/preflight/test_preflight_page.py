@@ -2,11 +2,9 @@
 
 import json
 import re
-import threading
 from pathlib import Path
 
 import pytest
-from app.engine.identity import evidence_of
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit
@@ -23,7 +21,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import page_entries, store_of, window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.preflight_window import (
     NOBODY,
     VERDICTS,
@@ -117,6 +115,15 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
 # What a person says
 
 
+def change_threshold(bench: OnBench) -> None:
+    """Nobody at this window did: what was known of the module is over."""
+    port = bench.assembly.ports.current
+    before = port.module.number
+    bench.until(lambda: port.module.is_read)
+    bench.bench.module.memory.attitude_threshold = 70
+    bench.until(lambda: port.module.number > before and port.module.is_read)
+
+
 def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(PROFILE, encoding="utf-8")
@@ -137,7 +144,8 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
     rig.click(other.bad)
     assert rig.check() is Standing.NO_GO
     assert other.chip.word == "Not OK"
-    rig.assembly.ports.clock = rig.assembly.ports.current.clock = lambda: rig.clock() + 1000.0
+    later = lambda: rig.clock() + 1000.0  # noqa: E731
+    rig.assembly.ports.clock = rig.assembly.ports.current._clock = later
     page.tick()  # a quarter of an hour later the ticks are of another flight
     assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
@@ -146,7 +154,7 @@ def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, full_rig: OnBe
     page = full_rig.preflight
     name_module(full_rig, "M-08")
     full_rig.click(page.buttons.enable)
-    full_rig.triggers.module.setFocus()
+    full_rig.triggers.name_field.setFocus()
     qtbot.keyClicks(full_rig.find(QLineEdit, "triggers_module_edit"), "M-09")
     qtbot.keyClick(full_rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
     full_rig.wait_standing(*VERDICTS)
@@ -180,7 +188,7 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
     with on_bench(qtbot, qapp, tmp_path, "refused", "preflight", is_connected=False) as bench:
         bench.preflight.form.ask_open = choosing(bad)
         bench.preflight.form.choose_file()
-        assert said(bench).startswith("bad.toml is not a profile: Line")
+        assert said(bench).startswith("bad.toml is not a profile: ")
         assert bench.preflight.form.profile is None
 
 
@@ -205,36 +213,20 @@ def test_records_and_boot_count_need_a_word_of_a_person(qtbot: QtBot, qapp: QApp
         assert (page.work.assessment and page.work.assessment.result("trigger_records")) is CheckResult.PASS
         bench.bench.module.memory.boot_count = 11
         bench.restart()
-        bench.wait_standing(Standing.VOID)
-        naming = bench.assembly.ports.current.module
-        bench.until(lambda: bench.assembly.ports.current.identity.is_for_a_person)
-        assert naming.name == ""
-
-        def is_vouched() -> bool:
-            """A word that was given while more was read of the module does not count: a person gives it again."""
-            if bench.assembly.ports.current.identity.is_for_a_person:
-                naming.confirm_identity()
-            return naming.name == "M-07"
-
-        bench.until(is_vouched)
-        assert bench.check() is Standing.NO_GO
-        row = page.list.rows["boot_count"]
-        assert row.measured.text() == "12: another module?"
-        assert "37" in row.limit.text()
-        page.list.ensureWidgetVisible(row.act)
-        bench.click(row.act)
-        bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert (page.work.assessment and page.work.assessment.result("boot_count")) is CheckResult.PASS
+        bench.wait_standing(Standing.NOT_CHECKED)
+        assert bench.assembly.ports.module.name == ""
+        confirm_name(bench)  # beside what speaks against it
+        assert bench.check() is Standing.READY
+        assert given(page.work.assessment).result("boot_count") is CheckResult.PASS
 
 
 def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBench) -> None:
     page = rig.preflight
     name_module(rig, "M-07")
     assert rig.check() is Standing.READY
-    rig.bench.module.memory.attitude_threshold = 70
-    rig.until(lambda: rig.assembly.ports.module.view.contradicted is not None)  # nobody set it
-    rig.until(lambda: "Two modules on this line?" in rig.assembly.window.status_bar.passing.text())
-    rig.wait(2.0)
+    change_threshold(rig)
+    last = given(rig.assembly.ports.current.interruptions.last).in_english()
+    assert "Two modules on this line?" in last
     name_module(rig, "M-07")
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
@@ -251,13 +243,12 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     profile = tmp_path / "hexa.toml"
     approved = 'approved_fingerprint = "JFKY-2WSC"  # in May\n[['
     profile.write_text(PROFILE.replace("[[", approved, 1), encoding="utf-8")
-    rig.bench.module.memory.attitude_threshold = 70
     page = rig.preflight
+    change_threshold(rig)
     page.form.ask_open = choosing(profile)
     page.form.choose_file()
     for item in page.list.manual:
         rig.click(item.done)
-    rig.until(lambda: rig.assembly.ports.module.view.contradicted is not None)  # nobody set it
     assert rig.check() is Standing.NO_GO
     row = page.list.rows["fingerprint"]
     code = row.measured.text()
@@ -339,28 +330,6 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
     assert (act and act.mend, act.words if act else "") == (mend, words)
     if act is not None and act.mend is Mend.WRITE and settings:
         assert act.values == settings
-
-
-def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
-        connector = bench.assembly.ports
-        bench.until(lambda: evidence_of(connector.current.module.view.values, is_fresh=True).is_complete)
-        store = store_of(bench.assembly.storage)
-        bench.beside_s = 0.05
-        disk = threading.Event()
-        store.write(lambda _facts: disk.wait(10))
-        name_module(bench, "M-07")
-        seen: list[object] = []
-        bench.assembly.ports.batch.connect(seen.append)
-        bench.until(lambda: len(seen) > 2)
-        bench.preflight._services.ports.current.module.remember_adapter()  # as when a check was filed
-        disk.set()
-    with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
-        confirm_name(bench)
-        edit = bench.find(QLineEdit, "preflight_module_edit")
-        bench.until(lambda: edit.text() == "M-07")
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(

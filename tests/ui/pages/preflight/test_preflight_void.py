@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from PySide6.QtCore import Qt
@@ -16,14 +15,11 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.worker import Batch
 from app.preflight.findings import CheckResult, Person
-from app.preflight.verdict import Verdict
 from app.safety.acts import REQUESTS, Act
 from app.simulator import bench as benches
 from app.store.fired import all_fired, note_triggered
 from app.trigger_records.history import Judgement
 from protocol.events import Sent
-from tests.support.line.sim_line import Rig
-from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
 from tests.support.window.screen_reader import announced
@@ -41,16 +37,19 @@ def type_another_name(bench: OnBench) -> None:
 
 def deploying(bench: OnBench) -> Batch:
     """A batch in which a deploy left the computer; the module says nothing of it."""
-    last, request = bench.assembly.ports.current.last, REQUESTS[Act.DEPLOY]
-    return last._replace(events=(Sent(request.encode(), request, 1, last.at),), samples=(), finished=())
+    port, request, at = bench.assembly.ports.current, REQUESTS[Act.DEPLOY], bench.clock()
+    return Batch(at, port.connection, port.module.view, None, events=(Sent(request.encode(), request, 1, at),))
 
 
 @pytest.mark.parametrize(
     ("act", "why"),
     [
-        (lambda bench: bench.bench.unplug(), "Port lost"),
-        (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging"),
-        (lambda bench: bench.assembly.ports.current.bridge.batch.emit(deploying(bench)), "Told to fire"),
+        (lambda bench: bench.bench.unplug(), "The port was lost."),
+        (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging."),
+        (
+            lambda bench: bench.assembly.ports.current.bridge.batch.emit(deploying(bench)),
+            "The module was told to fire, or reports TRIGGERED.",
+        ),
     ],
 )
 def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
@@ -69,7 +68,7 @@ def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench)
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
     assert page.work.signed is None
-    assert rig.assembly.ports.current.check is rig.last  # the card on Fleet says the same
+    assert rig.assembly.ports.module.check is rig.last  # the card on Fleet says the same
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
@@ -103,7 +102,7 @@ def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(rig: OnBenc
     store = store_of(rig.assembly.storage)
     connector = rig.assembly.ports
     rig.bench.module.activate(is_active=True)
-    rig.bench.set_tilt(90)
+    rig.bench.set_world(tilt_deg=90)
     rig.until(lambda: connector.current.module.view.reported[0] is True)
     name_module(rig, "M-08")
     rig.until(lambda: bool(store.read(partial(all_fired, module="M-08"))))
@@ -119,8 +118,8 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     assert full_rig.triggers.isVisible()
     full_rig.bench.set_world(bay_is_open=True)
     full_rig.until(lambda: page.work.standing is Standing.VOID)
-    assert spoken == ["VOID. Changed: Light"]
-    full_rig.bench.set_bay(is_open=False)
+    assert spoken == ["VOID. Changed: Light."]
+    full_rig.bench.set_world(bay_is_open=False)
     full_rig.until(lambda: full_rig.assembly.ports.module.view.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
     assert full_rig.preflight.banner.announcement.standing is Standing.VOID
@@ -132,7 +131,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
     rig.until(page.buttons.cancel.isVisible)
     rig.click(page.buttons.cancel)
     rig.wait_standing(Standing.VOID)
-    assert page.banner.announcement.head == "Interrupted"
+    assert page.banner.announcement.head == "It was cancelled."
     assert not page.buttons.print.isEnabled()
     assert kept(rig) == []
 
@@ -216,51 +215,3 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
             "false trigger",
             "reviewed",
         ]
-
-
-class Lie(NamedTuple):
-    """`named`: the check that stands against it."""
-
-    options: dict[str, str]
-    named: str
-
-
-LIES = {
-    "threshold moves 50 ms after it was read": Lie({"read_changes": "20:20=14@50"}, "read_twice"),
-    "threshold moves 500 ms after it was read": Lie({"read_changes": "20:20=14@500"}, "read_twice"),
-    "free-fall time moves when the light is read": Lie({"read_changes": "14:22=05"}, "read_twice"),
-    "enabling a trigger moves the threshold": Lie({"cross_talk": "16:20=14"}, "undisturbed"),
-    "the same, half a second later": Lie({"cross_talk": "17:20=14@500"}, "read_twice"),
-    "to a value that the advice allows": Lie({"cross_talk": "17:20=50@500"}, "read_twice"),
-    "restarts silently after a trigger was enabled": Lie({"silent_restart_ms": "30"}, "attitude_trigger"),
-    "restarts silently while it is measured": Lie({"uptime": "0", "restart_at_s": "3"}, "undisturbed"),
-}
-
-
-@pytest.mark.parametrize("name", LIES)
-@pytest.mark.promise("f")
-def test_what_moves_is_named(name: str) -> None:
-    lie = LIES[name]
-    checked = check(options=lie.options)
-    assert checked.assessment.verdict is Verdict.NO_GO
-    assert lie.named in checked.against
-    assert_only_questions(checked)
-
-
-def test_the_name_says_what_it_was_and_what_it_is() -> None:
-    checked = check(options={"read_changes": "20:20=14@50"})
-    finding = next(one.finding for one in checked.assessment.checks if one.check.id == "undisturbed")
-    assert finding.shown.in_english() == "Attitude threshold: 60°, then 20°. Two modules on this line?"
-
-
-@pytest.mark.parametrize("code", [0x20, 0x21, 0x22, 0x15, 0x23])
-@pytest.mark.promise("f")
-def test_what_is_answered_once_only_is_unknown(code: int) -> None:
-    """The setting is answered before the measuring and not after it."""
-
-    def silence(rig: Rig) -> None:
-        rig.bench.change(mute_codes=frozenset((code,)))
-
-    checked = check(Fault(frozenset(), arrange=on_request(0x33, 1, silence)))
-    assert checked.assessment.verdict is Verdict.NO_GO
-    assert "read_twice" in checked.against

@@ -15,6 +15,7 @@ from app.engine.target import Target
 from app.recordings.library import recordings_folder
 from app.recordings.recording import Recording
 from app.text.i18n import CHINESE, ENGLISH
+from tests.app.recordings.test_damage import chunks_in
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
@@ -152,13 +153,13 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
 
 # Damage
 
-_ZSTD_FRAME = b"\x28\xb5\x2f\xfd"
-
 
 def damage(path: Path) -> None:
-    """Changes one bit of the bytes on the line, at the beginning of a chunk in the middle."""
+    """Changes one bit in a chunk in the middle."""
     data = bytearray(path.read_bytes())
-    data[data.index(_ZSTD_FRAME, len(data) // 3) + 20] ^= 0x10
+    chunks = chunks_in(data)
+    start, end = chunks[len(chunks) // 2]
+    data[(start + end) // 2] ^= 0x10
     path.write_bytes(data)
 
 

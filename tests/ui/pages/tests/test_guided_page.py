@@ -7,7 +7,6 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
-from ui.pages.tests.controller import Stage
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
@@ -17,10 +16,10 @@ from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
-from tests.support.records.stored import modules_in
-from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
+from ui.session.guided import Stage
+from ui.session.interruptions import RemainderKind
 from ui.style.theme import Meaning
 from ui.widgets.step_button import bring_into_sight
 
@@ -34,7 +33,7 @@ def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
     bench.guided._services.preferences.who = "Li"
-    bench.guided._services.ports.current.module.choose("M-07")
+    bench.guided._services.ports.current.module.say_name("M-07")
     return bench
 
 
@@ -183,6 +182,7 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
     bench.bench.plug()
     bench.connect()
     bench.settle_module(is_active=False)
+    bench.guided.go_to("bay")  # which test was chosen was of the conversation before
     bench.until(bench.guided.primary.isEnabled)
     for kind in KINDS[1:3]:
         start(bench, kind)
@@ -251,15 +251,12 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
         bench.bench.set_world(tilt_deg=0)
 
 
-@pytest.mark.parametrize("is_forced", [False, True])
 @pytest.mark.promise("c")
-def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench, is_forced: bool) -> None:
-    """Also where what the page does on this port does not end in time."""
+def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench) -> None:
     activated(bench)
-    connector = bench.assembly.ports
-    connector.choose(connector.add())
-    if is_forced:
-        connector._switch()
+    ports, worker = bench.assembly.ports, bench.worker
+    ports.choose(ports.add())
+    bench.worker = worker  # that of the port that was left
     bench.wait(1.0)
     assert LOCK in bench.sent
     assert is_locked(bench)
@@ -306,37 +303,25 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ge
     bench.bench.change(drop=1.0, direction="both")
     bench.wait(8.0)
     assert said(bench) != reported
-    bench.bench.change(drop=0.0)
-    bench.until(lambda: said(bench) == reported)
 
 
 @pytest.mark.promise("c")
 def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
     activated(bench)
+    port = bench.assembly.ports.current
     bench.bench.unplug()
     bench.wait(1.0)
-    work = bench.guided.work
-    assert isinstance(work.outcome, UserError)
-    assert work.owes_lock
-    # The window looks for the port by itself meanwhile: while it tries, it says nothing of LOCK for a moment.
-    bench.until(lambda: "LOCK not sent" in said(bench))
+    assert isinstance(bench.guided.work.outcome, UserError)
+    bench.until(lambda: "LOCK not confirmed: treat the module as ACTIVE" in said(bench))
     assert LOCK not in bench.sent
+    (report,) = port.interruptions.remainders
+    assert (report.kind, report.module) == (RemainderKind.REPORT, "M-07")
     bench.bench.plug()
-    target = given(bench.assembly.ports.current.target)
-    bench.assembly.ports.connect_to(target)
+    bench.assembly.ports.connect_to(given(port.target))
     bench.until(lambda: is_locked(bench))
-    bench.until(lambda: not work.owes_lock)
-
-
-@pytest.mark.promise("c")
-def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
-    activated(bench)
-    bench.bench.unplug()
-    bench.wait(1.0)
-    assert bench.guided.work.owes_lock
-    bench.assembly.ports.current.treat_as_new()
-    bench.wait(0.5)
-    assert not bench.guided.work.owes_lock
+    bench.until(lambda: port.lock.owed is None)
+    assert (port.module.name, bench.guided.work.stage) == ("", Stage.READY)
+    assert port.interruptions.remainders == (report,), "until a person closes it"
 
 
 @pytest.mark.promise("c")
@@ -377,16 +362,14 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
 def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     bench: GestureBench, name: str, said: str, later: str
 ) -> None:
-    choose = bench.guided._services.ports.current.module.choose
-    choose(name)
+    say_name = bench.guided.module.say_name
+    say_name(name)
     run(bench, GuidedKind.LINK)
     if name:
         kept(bench, GuidedKind.LINK)
     bench.wait(0.3)
-    store = store_of(bench.guided._services.storage)
-    assert [module.name for module in modules_in(store)] == [name] * bool(name)
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
-    choose("M-08")
+    say_name("M-08")
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
-from ui.pages.tests.controller import Stage
 
 from app.engine.conversation import ConversationView
 from app.guided.catalogue import GUIDED_TESTS
@@ -21,6 +20,7 @@ from tests.support.window.steps import choosing, find, given, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.widgets import GuidedPicture, show_live
+from ui.session.guided import Stage
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, use
 from ui.widgets.step_button import is_in_sight
 
@@ -101,10 +101,10 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     bench.refresh()
     assert not page.export.isEnabled()
     bench.assembly.storage.open_store()
-    page._services.preferences.who = "Li"
-    page._services.ports.current.module.choose(name)
+    page.work.who = "Li"
+    page._services.ports.current.module.say_name(name)
     angle = MeasuredValue(UserMessage("Tilt"), UserMessage("61°"), UserMessage("≤ 62°"), passed_if(True))
-    page.work._store_result(GuidedResult(GuidedKind.TILT, (angle,)))
+    page.work._keep_result(GuidedResult(GuidedKind.TILT, (angle,)))
     bench.until(page.export.isEnabled, limit_s=10_000.0)
     (tmp_path / "check.json").write_text('{"format": "a record of a pre-flight check"}', encoding="utf-8")
     said = []
@@ -133,8 +133,8 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
         return "has triggered" in notice_text(bar)
 
     activated(bench)
-    bench.bench.set_tilt(70)
-    bench.until(lambda: bench.guided._connector.current.module.view.fresh("triggered", bench.clock.now_s))
+    bench.bench.set_world(tilt_deg=70)
+    bench.until(lambda: bench.guided._ports.current.module.view.fresh("triggered", bench.clock.now_s))
     bench.wait(1.0)
     assert bench.bench.module.is_triggered
     assert not is_said()

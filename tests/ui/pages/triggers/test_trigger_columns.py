@@ -2,11 +2,11 @@
 
 import pytest
 from PySide6.QtWidgets import QApplication
-from ui.pages.triggers.controller import TriggerRow
 
 from app.trigger_records.kept import SeenRecord
 from protocol.messages import TriggerRecord
 from ui.pages.triggers.model import COLUMNS, Column
+from ui.session.trigger_reading import TriggerRow
 
 RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
 
