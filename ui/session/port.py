@@ -104,6 +104,8 @@ class Port(QObject):
         self._interruptions = Interruptions(time.time, parent=self)
         self._firing_doubt = FiringDoubt()
         self.target: Target | None = None
+        self.key = ""
+        """Of the adapter or the port, as it was connected; the same when it comes back under another name."""
         self.connection = Connection()
         self.module = ShownModule(self, storage, ConversationView(), parent=self)
         self.last_name = ""
@@ -164,11 +166,6 @@ class Port(QObject):
         return self._changing_rate is not None
 
     @property
-    def key(self) -> str:
-        """Of the adapter or the port."""
-        return "" if self.target is None else self.target.key
-
-    @property
     def is_open(self) -> bool:
         return self.connection.state is PortState.OPEN
 
@@ -219,6 +216,7 @@ class Port(QObject):
         self._is_left_on_told = self._is_listing = False
         if target.key != self.key:
             self.last_name = ""
+        self.key = target.key
         self._return.request(Address(target.device, target.identity))
         self._former_number = max(self._former_number, self.module.number)
         self._show(ConversationView())
@@ -279,7 +277,7 @@ class Port(QObject):
         self._silence = self._finding = None
         self._stream_memory = self._storage.stream_memory(target)
         background = partial(watch, self.stream, memory=self._stream_memory)
-        self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=target.key)
+        self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=self.key)
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
         _log.info("Port: %s", self.connection)
         if target.finds_rate:

@@ -5,7 +5,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -17,14 +16,13 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
 from tests.support.processes import ran
-from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find, given, let_lay_out
 from tests.support.x_server import x_server
 from ui.archive.service_form import ServiceForm
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
-from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
 from ui.shell.lock_filter import LOCK_KEYS
 
@@ -61,7 +59,7 @@ class Bench:
     def await_locked(self) -> None:
         """Until LOCK is repeated no more: one that is still under way would lock what the test activates next."""
         lock = self.assembly.ports.current.lock
-        self.qtbot.waitUntil(lambda: not self.module.state().is_active and not lock.is_repeating)
+        self.qtbot.waitUntil(lambda: not self.module.module.state.is_active and not lock.is_repeating)
 
 
 @pytest.fixture
@@ -144,7 +142,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 source."""
 MENUS: Final = frozenset({
     "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
-    "ui/pages/settings/profiles.py: QMenu", "ui/plots/time_plot.py: QMenu",
+    "ui/pages/settings/page.py: QMenu", "ui/plots/time_plot.py: QMenu",
     "ui/pages/fleet/add_port.py: QMenu",
     "ui/pages/fleet/card_widget.py: QMenu",
 })  # fmt: skip
@@ -320,23 +318,6 @@ def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
 
 
 # What changes while a dialog is open
-
-
-def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    answers: list[Callable[[Path], object]] = []
-    opened: list[object] = []
-    with on_bench(qtbot, qapp, tmp_path, entries=page_entries("settings")) as bench:
-        files = find(bench.assembly.window, SettingsPage).files
-        files.ask_open = lambda _parent, _folder, then: answers.append(then)
-        files.opened.connect(partial(opened.append))
-        files.refused.connect(lambda path, _refusal: opened.append(path))
-        for is_another in (False, True):
-            files.choose()
-            if is_another:
-                bench.assembly.ports.current.treat_as_new()
-            answers.pop()(tmp_path / "none.toml")
-            assert bool(opened) is not is_another
-            opened.clear()
 
 
 # With the keys and clicks of an X server

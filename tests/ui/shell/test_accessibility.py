@@ -39,8 +39,7 @@ from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
 from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences
 from ui.main import PAGES
-from ui.pages.settings import profiles
-from ui.pages.settings import row as settings_row
+from ui.pages.settings import rows as settings_row
 from ui.pages.settings.page import SettingsPage
 from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
@@ -283,7 +282,6 @@ def secret_keys(walk: Walk) -> list[str]:
     ("states", "looks"),
     [
         pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
-        pytest.param(tuple(profiles._CHIPS), profiles._CHIPS, id="profile"),
         pytest.param(tuple(Phase), top_bar._PHASES, id="link"),
     ],
 )

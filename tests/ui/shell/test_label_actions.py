@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.store.fact_store import Store
 from tests.support.records.stored import register
+from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import store_of, window
 from tests.support.window.steps import find, given
 from ui.files.file_dialogs import ThenPath
@@ -43,9 +44,12 @@ def with_modules(assembly: Assembly, qtbot: QtBot, *names: str) -> Store:
 def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, known: tuple[str, ...]
 ) -> None:
-    with window(qapp, tmp_path, entries=PAGES) as assembly:
-        main, naming = assembly.window, assembly.ports.current.module
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        main = assembly.window
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
+        ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        naming = assembly.ports.module
         for number, page in product(range(len(known) + 1), PAGES):
             with_modules(assembly, qtbot, *known[:number])
             main.go_to(page.key)
@@ -58,7 +62,7 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
             QTest.keyClicks(edit, "M-07")
             QTest.keyClick(edit, Qt.Key.Key_Return)
             assert (naming.name, edit.text()) == ("M-07", "M-07"), page.key
-            naming.choose("")
+            naming.say_name("")
 
 
 def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
@@ -70,15 +74,17 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         asked.append(tmp_path / suggested.name)
         then(asked[-1])
 
-    with window(qapp, tmp_path, entries=PAGES[1:2]) as assembly:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
         main = assembly.window
-        menus, naming = main.menus, assembly.ports.current.module
+        ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        menus, naming = main.menus, assembly.ports.module
         actions = main.findChildren(LabelActions)[0]
         actions.ask_path = ask
         menus.refresh()
         assert not menus["label_62"].isEnabled()
         store = with_modules(assembly, qtbot, "M-08")
-        naming.choose("M-07/../<b>")
+        naming.say_name("M-07/../<b>")
         menus.refresh()
         menus["label_24"].trigger()
         qtbot.waitUntil(lambda: asked[-1].name in main.status_bar.passing.text())

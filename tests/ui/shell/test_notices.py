@@ -139,8 +139,6 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         notice = given(main.notice_bar.notice)
         assert notice.meaning is Meaning.DANGER
         given(notice.dismiss)()
-        assert "may have fired before the restart" in notice_text(main.notice_bar)
-        given(given(main.notice_bar.notice).dismiss)()
         assert "The module restarted." in notice_text(main.notice_bar)
         given(given(main.notice_bar.notice).dismiss)()
         assert main.notice_bar.notice is None

@@ -23,7 +23,8 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
     with simulated("plain") as module, window(qapp, tmp_path, entries=PAGES) as assembly:
         qtbot.waitUntil(lambda: assembly.window._maker.is_done)
         connect(qtbot, assembly, "sim://plain")
-        assembly.ports.current.module.choose(NAME)
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        assembly.ports.module.say_name(NAME)
         yield Bench(qtbot, assembly, module)
         for widget in QApplication.topLevelWidgets():
             if isinstance(widget, QDialog):

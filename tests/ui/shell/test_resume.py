@@ -2,7 +2,6 @@
 
 import os
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,26 +17,17 @@ from app.diagnosis.link_state import Phase
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
 from app.engine.target import Target
-from app.engine.worker import Batch, PortState, Worker
+from app.engine.worker import Batch
 from app.procedures.read import READABLE
 from app.safety.acts import Act
 from app.text.user_error import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
-from protocol.events import Received, Sent
+from protocol.events import EndReason, Received, Sent
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.support.patience import MACHINE_S
 from tests.support.terminals import RETURN_LIMIT_S, taken
-from tests.support.window.fakes_ui import (
-    ADAPTER,
-    EMPTY_PAGE,
-    SECOND_ADAPTER,
-    ListedPorts,
-    connect,
-    page_entries,
-    simulated,
-    wait_online,
-    window,
-)
+from tests.support.window.fake_ports import fake_window
+from tests.support.window.fakes_ui import ADAPTER, EMPTY_PAGE, ListedPorts, page_entries, simulated, wait_online, window
 from tests.support.window.steps import given, press
 from ui.acts.confirm import Confirm
 from ui.main import Assembly
@@ -97,7 +87,7 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
     """The window, online at the desk's module."""
     with window(qapp, folder, listed=DeskPorts(desk)) as assembly:
-        assembly.ports.batch.connect(desk.on_batch)
+        assembly.ports.current.batch.connect(desk.on_batch)
         assembly.ports.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
@@ -132,10 +122,10 @@ def test_it_comes_back_under_another_name(
 ) -> None:
     first_name = desk.name
     with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
-        connector, whose = assembly.ports, assembly.ports.current.adapter_key
+        connector, whose = assembly.ports, assembly.ports.current.key
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        assert all(known.is_stale for known in connector.current.module.view.values.values())
+        assert not connector.module.is_going
         wait_said(qtbot, assembly, Absence.AWAY.value)
         desk.sent.clear()
         with taken(first_name):
@@ -144,35 +134,10 @@ def test_it_comes_back_under_another_name(
             qtbot.waitUntil(lambda: connector.current.is_open)
             assert time.monotonic() - back_s < RETURN_LIMIT_S + MACHINE_S
         assert connector.current.connection.port not in (first_name, str(desk.link))
-        assert connector.current.adapter_key == whose
+        assert connector.current.key == whose
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
         assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
         assert {command.query() for command in READABLE} <= set(desk.sent)
-
-
-def test_another_adapter_that_takes_the_name_late_is_closed_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
-) -> None:
-    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
-        connector = assembly.ports
-        desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        mine, others = desk.adapter, [SECOND_ADAPTER]
-
-        def swap(_batch: Batch) -> None:
-            if connector.current.is_open and others:
-                desk.adapter = others.pop()
-
-        connector.batch.connect(swap)
-        desk.module.tell("plug")
-        wait_said(qtbot, assembly, Absence.ANOTHER.value)
-        qtbot.waitUntil(lambda: not connector.current.is_open)
-        assert not connector.current.module.view.values
-        assert (phase(assembly), connector.current._return.returns) == (Phase.LOST, 0)
-        desk.adapter = mine
-        wait_back(qtbot, assembly)
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
-        qtbot.waitUntil(lambda: connector.current._return.returns == 1)
 
 
 def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
@@ -188,40 +153,11 @@ def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, 
         wait_back(qtbot, assembly)
 
 
-def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """It names a port that may be another adapter's by the time that the list arrives."""
-    is_over, looks = threading.Event(), [0]
-
-    class SlowPorts(ListedPorts):
-        def poll(self, deadline_s: float) -> list[PortInfo]:
-            looks[0] += 1
-            seen = list(self.now)
-            if looks[0] == 2:
-                is_over.wait(deadline_s)
-            return seen
-
-    ports = SlowPorts(ADAPTER._replace(device="sim://old"))
-    with simulated("old") as bench, window(qapp, tmp_path, listed=ports) as assembly:
-        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
-        assembly.ports.connect_to(Target("sim://old", 115200, ADAPTER.identity))
-        wait_online(qtbot, assembly)
-        assembly.window.panel.hide()
-        assembly.watcher.refresh()
-        ports.now = []
-        bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        opened: list[PortState] = []
-        assembly.ports.batch.connect(lambda batch: opened.append(batch.connection.state))
-        is_over.set()
-        qtbot.waitUntil(lambda: looks[0] >= 4)
-        assert PortState.OPENING not in opened
-
-
 def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
         assembly.ports.connect_to(Target("sim://slow", 115200))
         qtbot.waitUntil(lambda: assembly.ports.current.is_open)
-        assembly.ports.find_rate()
+        assembly.ports.current.find_rate()
         wait_online(qtbot, assembly)
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
@@ -258,7 +194,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
     entries = page_entries("live", "settings", "fleet", "diagnosis")
     with simulated("early"), window(qapp, tmp_path, entries=entries) as assembly:
         connector, batches = assembly.ports, list[Batch]()
-        connector.batch.connect(batches.append)
+        connector.current.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
         assert not connector.current.is_requested  # the store is not open yet
         qtbot.waitUntil(lambda: bool(ends))
@@ -273,25 +209,19 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
         assert len(sent) > 5 < len(received)
         assert pages["live"].data.has_samples
-        assert pages["settings"].work.can_write
-        assert [connection.target for connection in pages["fleet"].members.all] == [connector.current.target]
+        assert connector.module.is_going
+        assert [connection.target for connection in pages["fleet"].members.connections] == [connector.current.target]
 
 
-def test_a_sleep_withdraws_confirmations_and_is_shown(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    leap = {"s": 0.0}
-    defaults = given(Worker.__init__.__kwdefaults__)
-    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
-    with simulated("night"), window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://night")
+def test_the_end_of_the_conversation_withdraws_confirmations(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        _port, worker = ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_going)
         question = Confirm("night", ask="Zero", go="Zero now")
         question.setParent(assembly.window)
         question.ask.click()
         assembly.window._services.armed.act = Act.DEPLOY
-        leap["s"] = 12 * 60.0
-        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_bar.passing.text())
+        worker.end(EndReason.SLEPT)
+        qtbot.waitUntil(lambda: assembly.window._services.armed.act is None)
         assert not question.is_asking
-        assert assembly.window._services.armed.act is None
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
-        assert phase(assembly) is Phase.ONLINE
+        assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()

@@ -19,6 +19,7 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.job import Job
 from app.engine.procedure import Procedure
 from app.engine.target import Target
 from app.procedures.find import find_rate
@@ -155,7 +156,7 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
             assembly.ports.connect_to(Target(terminal.name, 115200))
             qtbot.waitUntil(lambda: assembly.ports.current.is_open)
             terminal.choke()
-            assembly.ports.run(read_everything(), lambda _job: None)
+            assembly.ports.current.submit(Job(read_everything()), lambda _job: None)
             close_in_time(assembly)
             assert assembly.ports.stop(PATIENCE_S)
     finally:
@@ -184,8 +185,9 @@ def test_any_procedure_in_progress(
         ports.hold()
         assembly.watcher.refresh()
         assembly.ports.current.stream.is_wanted = True
-        job = assembly.ports.run(procedure(), lambda _job: None)
-        qtbot.waitUntil(lambda: job.run.is_started)
+        job = Job(procedure(), outlives=procedure is find_rate)
+        assembly.ports.current.submit(job, lambda _job: None)
+        qtbot.waitUntil(lambda: job.is_started or job.is_done)
         close_in_time(assembly)
         assert job.wait(PATIENCE_S)
         assert assembly.ports.stop(PATIENCE_S)

@@ -15,7 +15,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -87,7 +87,7 @@ def test_killed_and_started_again() -> None:
         from ui import main as application
         application.assemble = functools.partial(application.assemble, entries=())
         def told(assembly, options, start=application.start):
-            assembly.ports.came_online.connect(lambda _target: print("online", flush=True))
+            assembly.ports.shown.connect(lambda _module: print("online", flush=True))
             start(assembly, options)
         application.start = told
         raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1])))
@@ -121,10 +121,10 @@ def test_what_passes_by_itself_leaves_no_notice(qtbot: QtBot, qapp: QApplication
         shown = assembly.window
         qtbot.waitSignal(shown.pages_made).wait()
         before = shown.notice_bar.notice
-        assembly.ports.stream_left_on.emit()
+        assembly.ports.current.stream_left_on.emit()
         assert "left on" in shown.status_bar.passing.text()
         assert shown.notice_bar.notice == before
-        assembly.ports.invalidated.emit()  # another module
+        assembly.ports.shown.emit(assembly.ports.module)  # another module
         assert shown.status_bar.passing.text() == ""
 
 
@@ -143,7 +143,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
     logging.disable()  # pytest keeps the records of a test
     try:
         with (
-            patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
+            patch("ui.session.port.FOLLOW_EVERY_MS", 0),
             fake_window(qapp, folder, ADAPTER) as (fakes, assembly),
         ):
             qtbot.waitUntil(lambda: assembly.window._maker.is_done)
@@ -159,6 +159,7 @@ def census(root: QObject) -> Counter[str]:
     """How many objects there are of each type: Python's, and Qt's below `root`; and how many entries the containers in
     each attribute of the program's own objects have."""
     QApplication.processEvents()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # type: ignore[call-overload]
     gc.collect()
     everything = gc.get_objects()
     counts = Counter(type(one).__qualname__ for one in everything)
@@ -191,7 +192,7 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
             qtbot.waitUntil(lambda: len(worker.opened) > opened)
             worker.hand_over()
             QApplication.processEvents()
-            connector.current.stream_memory.is_taken_over = True  # the module still streams
+            connector.current._stream_memory.is_taken_over = True  # the module still streams
             worker.say(**VALUES)
             fakes.now_s += 1.0
             qtbot.waitUntil(lambda: connector.current.is_open)
