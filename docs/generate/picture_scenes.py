@@ -18,7 +18,6 @@ from picture_studio import Stuck, Studio, save
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QScrollArea
-from ui.services.port_check import Standing
 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
@@ -37,6 +36,7 @@ from ui.pages.recordings.page import RecordingsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
 from ui.services.storage import Storage
+from ui.session.check import Standing
 from ui.style.theme import Choice
 
 SIZE: Final = QSize(1024, 600)
@@ -59,7 +59,7 @@ MAX_CHECKS: Final = 6
 
 def connect(studio: Studio) -> None:
     window = studio.assembly.window
-    studio.until(lambda: window.panel.isVisible() and studio.assembly.ports.has_listed, "the ports are not listed")
+    studio.until(lambda: window.panel.isVisible() and studio.assembly.watcher.has_listed, "the ports are not listed")
     studio.run(0.3)
     studio.take("connect", window.panel)
 
@@ -67,7 +67,7 @@ def connect(studio: Studio) -> None:
 def live(studio: Studio) -> None:
     """Tilted, levelled, dropped."""
     studio.connect(PORT)
-    studio.until(lambda: studio.assembly.connector.current.state.phase is Phase.ONLINE, "it is not online")
+    studio.until(lambda: studio.assembly.ports.current.state.phase is Phase.ONLINE, "it is not online")
     for key in ("freefall_time_s", "boot_count"):
         studio.until(partial(studio.is_known, key), f"{key} is not known")
     page = studio.page("live", LivePage)
@@ -109,15 +109,15 @@ def name_it(studio: Studio) -> None:
 
 def ages(studio: Studio) -> None:
     studio.module.change(mute=True)
-    connector = studio.assembly.connector
-    studio.until(lambda: connector.current.state.phase is not Phase.ONLINE, "it is still online")
+    ports = studio.assembly.ports
+    studio.until(lambda: ports.current.state.phase is not Phase.ONLINE, "it is still online")
     studio.run(4.0)
     studio.take("ages")
     studio.module.change(mute=False)
-    studio.until(lambda: connector.current.state.phase is Phase.ONLINE, "it did not come back")
-    studio.until(lambda: connector.current.identity.is_for_a_person, "nobody is asked which module it is")
-    connector.current.module.confirm_identity()
-    studio.until(lambda: connector.current.module.name == MODULE, "it is not the module of before")
+    studio.until(lambda: ports.current.state.phase is Phase.ONLINE, "it did not come back")
+    studio.until(lambda: ports.module.is_read, "it was not read again")
+    ports.module.say_name(MODULE)
+    studio.run(0.3)
 
 
 def settings(studio: Studio) -> None:
@@ -125,16 +125,16 @@ def settings(studio: Studio) -> None:
     page = studio.page("settings", SettingsPage)
     work = page.work
     studio.until(lambda: work.can_edit and work.job.can_run, "nothing can be edited")
-    work.edit(lambda: work.form.choose("attitude_threshold_deg", 65))
+    work.choose("attitude_threshold_deg", 65)
     page.write.click()
     studio.until(lambda: not work.job.is_running, "it is still writing")
-    work.edit(lambda: work.form.choose("freefall_acceleration_g", 0.6))
+    work.choose("freefall_acceleration_g", 0.6)
     studio.until(lambda: work.job.can_run, "nothing can be sent")
     work.job.dismiss()
     page.refresh()
     studio.run(0.3)
     studio.take("settings", page)
-    work.edit(work.form.revert)
+    work.revert()
 
 
 def triggers(studio: Studio) -> None:
@@ -189,9 +189,9 @@ def deploy(studio: Studio) -> None:
     """The armed rehearsal."""
     studio.assembly.window.go_to("commands")
     studio.window.activateWindow()
-    connector = studio.assembly.connector
+    ports = studio.assembly.ports
     studio.module.module.activate(is_active=True)
-    studio.until(lambda: connector.current.is_active, "it is not active")
+    studio.until(lambda: ports.current.is_active, "it is not active")
     ritual = studio.find(RitualWidget)
     for step in (ritual.rehearse, ritual.arm):
         studio.until(partial(getattr, step, "is_live"), "a step is dead")
@@ -203,13 +203,13 @@ def deploy(studio: Studio) -> None:
     studio.take("deploy", ritual)
     studio.press("ritual_cancel")
     studio.press("lock_button")
-    studio.until(lambda: not connector.current.is_active, "it is still active")
+    studio.until(lambda: not ports.current.is_active, "it is still active")
     bar.setValue(0)
 
 
 def recordings(studio: Studio) -> None:
-    connector = studio.assembly.connector
-    connector.current.disconnect_port()
+    ports = studio.assembly.ports
+    ports.current.disconnect_port()
     studio.run(0.5)
     studio.connect(PORT)
     studio.run(6.0)
@@ -257,12 +257,12 @@ def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf
 def why(studio: Studio) -> None:
     """A module at another baud rate, just powered up."""
     other = bench.module(OTHER_NAME, OTHER_OPTIONS)
-    studio.assembly.connector.current.disconnect_port()
+    studio.assembly.ports.current.disconnect_port()
     studio.run(0.5)
     page = studio.page("diagnosis", DiagnosisPage)
     page.go_to("why")
     studio.connect(OTHER_PORT)
-    studio.until(lambda: studio.assembly.connector.current.state.phase is Phase.SILENT, "it is not silent")
+    studio.until(lambda: studio.assembly.ports.current.state.phase is Phase.SILENT, "it is not silent")
     other.restart()
     act = studio.find(QAbstractButton, "why_act")
     studio.until(lambda: not act.isHidden() and tr("Find the baud rate") in act.text(), "no cause was found")
@@ -314,7 +314,7 @@ def opened(language: str, home: Path) -> Iterator[Studio]:
     options = WindowOptions(language=language)
     module = bench.module(NAME, OPTIONS)
     assembly = assemble(
-        app, options, preferences=preferences, storage=Storage(home), ports=PortWatcher(lambda _deadline_s: [ADAPTER])
+        app, options, preferences=preferences, storage=Storage(home), watcher=PortWatcher(lambda _deadline_s: [ADAPTER])
     )
     try:
         assembly.window.resize(SIZE)

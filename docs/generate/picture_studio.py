@@ -68,12 +68,12 @@ class Studio:
         QTest.qWait(round(seconds * 1000))
 
     def connect(self, port: str) -> None:
-        self.assembly.connector.connect_to(Target(port, 115200))
+        self.assembly.ports.connect_to(Target(port, 115200))
         self.assembly.window.panel.hide()
 
     def is_known(self, key: str) -> bool:
-        connector = self.assembly.connector
-        return connector.current.device.known(key, connector.clock()) is not None
+        ports = self.assembly.ports
+        return ports.module.view.known(key, ports.clock()) is not None
 
     def take(self, name: str, widget: QWidget | None = None, *, last: QWidget | None = None) -> None:
         """A picture of a widget as it stands in the window; the whole window unless told. `last`: nothing is below."""

@@ -77,10 +77,10 @@ def measure(port: str) -> dict[str, float]:
     traffic, watch = Traffic(), LoopWatch()
     options = WindowOptions(port=port, language="en", offscreen_seconds=SECONDS)
     with window_apart(options) as (_app, assembly):
-        connector = assembly.ports
-        connector.batch.connect(traffic.on_batch)
+        ports = assembly.ports
+        ports.current.batch.connect(traffic.on_batch)
         start(assembly, options)
-        assert turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S), "the module did not stream"
+        assert turn_until(lambda: ports.current.module.view.is_streaming, LIMIT_S), "the module did not stream"
         turn_for(WARM_UP_S)
         before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
         turn_for(SECONDS)
@@ -89,8 +89,8 @@ def measure(port: str) -> dict[str, float]:
         beats.start()  # only now, since it takes a tenth of all CPU time
         turn_for(SECONDS)
         beats.stop()
-        connector.current.disconnect_port()
-        assert turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S), "it did not close"
+        ports.current.disconnect_port()
+        assert turn_until(lambda: ports.current.connection.state is PortState.CLOSED, LIMIT_S), "it did not close"
         turn_for(0.3)  # until the page draws next
         kept = len(live_page(assembly).data.tilt)
     return {

@@ -65,7 +65,7 @@ class Hours:
         self.now_s = 100_000.0
         self.frames = 0
         self._port, self._page = assembly.ports.current, live_page(assembly)
-        assembly.ports.clock = self._port.clock = lambda: self.now_s
+        assembly.ports.clock = self._port._clock = lambda: self.now_s
         self._session = Session(_CannedLine(), lambda: self.now_s)
         self._source = np.random.default_rng(1)
         reserve(self._page)
@@ -89,9 +89,9 @@ class Hours:
 
     def _hand_over(self) -> None:
         session = self._session
-        samples, events = tuple(session.device.take_samples()), tuple(session.take_events())
+        samples, events = tuple(session.take_samples()), tuple(session.take_events())
         self.frames += len(samples)
-        view, link = session.device.view(self.now_s), session.link_view()
+        view, link = session.conversation_view(self.now_s), session.link_view()
         self._port.bridge.deliver(Batch(self.now_s, _CONNECTION, view, link, samples, events))
 
     def stream_samples(self) -> None:

@@ -84,14 +84,14 @@ def turn_for(seconds: float) -> None:
 
 
 @contextmanager
-def window_apart(options: WindowOptions, ports: PortWatcher | None = None) -> Iterator[tuple[QApplication, Assembly]]:
+def window_apart(options: WindowOptions, watcher: PortWatcher | None = None) -> Iterator[tuple[QApplication, Assembly]]:
     """A window with preferences and store in a folder of its own: the user's are not changed."""
     app = QApplication(sys.argv[:1])
     # A recorder that a busy disk keeps may still write when the window is gone.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         preferences, storage = Preferences(folder / "window.ini"), Storage(folder / "store")
-        assembly = assemble(app, options, preferences=preferences, storage=storage, ports=ports)
+        assembly = assemble(app, options, preferences=preferences, storage=storage, watcher=watcher)
         try:
             with collecting_garbage(assembly):
                 yield app, assembly

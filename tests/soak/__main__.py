@@ -102,10 +102,8 @@ class Mistakes(logging.Handler):
         self.texts.append("".join(traceback.format_exception(kind, error, trace)))
 
 
-def _is_back(connector: Ports) -> bool:
-    return (
-        connector.current.is_open and connector.current.module.is_going and connector.current.module.view.is_streaming
-    )
+def _is_back(ports: Ports) -> bool:
+    return ports.current.is_open and ports.module.is_going and ports.module.view.is_streaming
 
 
 class StallWatch(LoopWatch):
@@ -146,20 +144,18 @@ def _fill(assembly: Assembly) -> None:
 
 
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:
-    connector = assembly.ports
+    ports = assembly.ports
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
-    connector.batch.connect(traffic.on_batch)
-    naming = assembly.ports.current.module
-    connector.changed.connect(lambda: naming.confirm_identity() if connector.current.identity.is_for_a_person else None)
+    ports.current.batch.connect(traffic.on_batch)
     beats, measures = watch.timer(), QTimer()
     measures.setInterval(_MEASURE_EVERY_MS)
     measures.timeout.connect(lambda: memory.append(resident_mb()))
-    connector.connect_to(_target(module))
-    if not turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S):
+    ports.connect_to(_target(module))
+    if not turn_until(lambda: ports.current.module.view.is_streaming, LIMIT_S):
         outcome.say("stream", "none", "the module did not begin to stream")
     _fill(assembly)  # a module that connects begins with new plots
     turn_for(0.5)
-    chaos = Chaos(module, seed, lambda: connector.current._return.returns)
+    chaos = Chaos(module, seed, lambda: ports.current._return.returns)
     beats.start()
     if sys.platform.startswith("linux"):
         measures.start()
@@ -168,10 +164,10 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     turn_for(seconds)
     if not chaos.end(LIMIT_S) or chaos.error is not None:
         outcome.say("troubles", "broke off", str(chaos.error or "did not end"))
-    came_back = turn_until(lambda: _is_back(connector), LIMIT_S)
+    came_back = turn_until(lambda: _is_back(ports), LIMIT_S)
     sent = module.frames_sent
     outcome.say("troubles", ", ".join(f"{count} x {what}" for what, count in sorted(chaos.done.items())) or "none")
-    outcome.say("unplugged, reopened", f"{chaos.done['unplug']:,}, {connector.current._return.returns:,} times")
+    outcome.say("unplugged, reopened", f"{chaos.done['unplug']:,}, {ports.current._return.returns:,} times")
     is_late = chaos.slowest_own_s > RETURN_LIMIT_S + MACHINE_S
     outcome.say(
         "open again after the return",
@@ -184,7 +180,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
         f"{sent:,} frames streamed, {traffic.asked:,} asked for; {traffic.statuses:,} received, "
         f"{max(0, sent + traffic.asked - traffic.statuses):,} lost to the troubles",
     )
-    _watch_healed_line(connector, module, outcome)
+    _watch_healed_line(ports, module, outcome)
     beats.stop()
     measures.stop()
     outcome.say(
@@ -194,19 +190,19 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     _judge_memory(memory, outcome, unplugs=chaos.done["unplug"])
 
 
-def _watch_healed_line(connector: Ports, module: StreamingModule, outcome: Outcome) -> None:
-    connector.current.disconnect_port()
-    turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
+def _watch_healed_line(ports: Ports, module: StreamingModule, outcome: Outcome) -> None:
+    ports.current.disconnect_port()
+    turn_until(lambda: ports.current.connection.state is PortState.CLOSED, LIMIT_S)
     for line in ("unplug", "plug", "restart"):  # what a slowed line still held up is gone with its plug
         module.tell(line)
     turn_for(0.3)  # its two heartbeats are over
     traffic, before = Traffic(), module.frames_sent
-    connector.batch.connect(traffic.on_batch)
-    connector.connect_to(_target(module))
-    turn_until(lambda: connector.current.module.view.is_streaming, LIMIT_S)
+    ports.current.batch.connect(traffic.on_batch)
+    ports.connect_to(_target(module))
+    turn_until(lambda: ports.current.module.view.is_streaming, LIMIT_S)
     turn_for(CLEAN_S)
-    connector.current.disconnect_port()
-    turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
+    ports.current.disconnect_port()
+    turn_until(lambda: ports.current.connection.state is PortState.CLOSED, LIMIT_S)
     sent = module.frames_sent - before
     lost = sent + traffic.asked - traffic.statuses
     complaint = "frames were lost" if lost else "" if sent > CLEAN_S else "it did not stream"
