@@ -28,6 +28,7 @@ from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
+from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import Shortcut, control, named
@@ -73,7 +74,7 @@ class WhyPanel(ScrollArea):
         self.setObjectName("why_panel")
         self._ports, self._storage = services.ports, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
-        self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
+        self._facts, self._facts_of, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
         self._picture = IconLabel("why_icon", 28)
@@ -106,7 +107,8 @@ class WhyPanel(ScrollArea):
     def evidence(self) -> PortEvidence:
         current, target = self._ports.current, self._ports.current.target
         port = "" if target is None else target.device
-        facts = self._facts if self._facts_port == port else AdapterFacts()
+        # Of this adapter: another one may have the name of its port by now.
+        facts = self._facts if self._facts_of == current.key else AdapterFacts()
         visits = self._history.short_visits(port, self._ports.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
         # Of a module that was left active nobody can say that it is not this one.
@@ -158,7 +160,7 @@ class WhyPanel(ScrollArea):
         if target is not None:
             self._evidence.begin(target.device)
         self._asking.cancel()
-        self._facts_port = ""  # another adapter may have its name by now
+        self._facts_of = ""
 
     def _notice_ports(self) -> None:
         ports = self._ports.watcher
@@ -170,14 +172,14 @@ class WhyPanel(ScrollArea):
         target, now = self._ports.current.target, time.monotonic()
         if target is None or self._asking.is_running:
             return
-        if target.device == self._facts_port and now - self._facts_at < FACTS_EVERY_S:
+        if target.key == self._facts_of and now - self._facts_at < FACTS_EVERY_S:
             return
         port = target.device
         self._facts_at = now
-        self._asking.run(lambda _running: facts_about(port), partial(self._on_facts, port), lambda _error: None)
+        self._asking.run(lambda _running: facts_about(port), partial(self._on_facts, target.key), lambda _error: None)
 
-    def _on_facts(self, port: str, facts: AdapterFacts) -> None:
-        self._facts, self._facts_port = facts, port
+    def _on_facts(self, key: str, facts: AdapterFacts) -> None:
+        self._facts, self._facts_of = facts, key
         self.refresh()
 
     # Display
@@ -279,6 +281,10 @@ class DiagnosisPage(Page):
         self._opening = 0
         self.go_to("why")
         VisibilityTimer(self, self._refresh_strip)
+
+    def show_module(self, module: ShownModule) -> None:
+        super().show_module(module)
+        self.bundle.begin_again()
 
     def on_batch(self, batch: Batch) -> None:
         if batch.connection.opening != self._opening:
