@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 # The link's first questions are lost on many lines; the last one has the second that the vendor gives the module.
 WAIT_S = 1.5
 # At the old and the new rate after a change: enough for a line that loses every other frame.
-LIKELY_WAIT_S = 2.0
+LIKELY_WAIT_S = 3.0
 LOOK_EVERY_S = 0.02
 
 

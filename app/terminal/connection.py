@@ -25,6 +25,7 @@ from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import ErrorCode
+from protocol.events import EndReason
 
 if TYPE_CHECKING:
     from app.engine.reconnect import Reconnection
@@ -259,9 +260,13 @@ def connected(
                 if is_greeted:
                     _greet(opened, port, baud_rate)
                 yield opened
-            except LOST:
+            except LOST as error:
                 if was_heard_active(opened.conversation):
                     notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
+                trouble = opened.connection.trouble
+                is_port_lost = isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST
+                if is_port_lost and trouble is not None:
+                    raise trouble from error  # which names the port
                 raise
             finally:
                 if interruption is None:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app.store.left_active import KnownAs
 
 from app.archive.archive import Archive
 from app.archive.report import ModuleToday, report
 from app.archive.sync import sync
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
 from app.store.kinds import (
     Content,
@@ -162,7 +162,7 @@ def test_the_commands_tell_of_all_stations(
     file_one(other, "M-07", port="/dev/ttyUSB0")
     add(other, SettingsSeen(port="p", boot_count=3, settings={"freefall_time_s": 1.6}))
     intent = begin(other, Act.WRITE, b"\x42", {"freefall_time_s": 1.4}, port="p", known_as=KnownAs("M-07"))
-    settle(other, intent, Outcome.CONFIRMED)
+    settle(other, intent, Act.WRITE, Outcome.CONFIRMED, port="p", known_as=KnownAs("M-07"))
     stick = str(tmp_path / "stick")
     sync(Archive(other), stick)
     done = told(say, "archive_sync", "sync", stick)

@@ -34,7 +34,7 @@ def test_monitor_switches_the_stream_on_and_off(port: str, hasty: None, dps_s: P
     assert 0.6 < times[-1] <= 1.2
     sets = [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code]
     assert sets == [SERIAL_OUTPUT.set(True).encode(), SERIAL_OUTPUT.set(False).encode()]
-    assert not bench_of(port).state().is_streaming
+    assert not bench_of(port).module.is_streaming
 
 
 def test_monitor_leaves_a_stream_that_was_on(
@@ -43,7 +43,7 @@ def test_monitor_leaves_a_stream_that_was_on(
     url = f"{port}?stream_at_boot=yes&rate=100"
     assert program.main(["monitor", "--port", url, "--seconds", "0.8", "--json"]) == 0
     assert [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code] == []
-    assert bench_of(port).state().is_streaming
+    assert bench_of(port).module.is_streaming
     assert 8 < len(Printed(capsys).out.splitlines()) < 160  # of 80 reports, each once; polled there are 8
 
 
@@ -95,7 +95,7 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(
     assert "Simulated" in printed.err
     (entry,) = RecordingLibrary().entries()
     assert entry.is_simulated
-    assert not bench_of(port).state().is_streaming
+    assert not bench_of(port).module.is_streaming
 
 
 @pytest.mark.parametrize("text", ["precious", "\n"])
@@ -164,7 +164,7 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
     with in_time(1.0):
         assert record(port, tmp_path / "a.csv", seconds="60") == 4
     assert "Not recording: the disk is full." in Printed(capsys).err
-    assert not bench_of(port).state().is_streaming
+    assert not bench_of(port).module.is_streaming
 
 
 def test_a_session_is_decoded_from_its_file(

@@ -164,7 +164,7 @@ def test_lock_goes_first_and_the_others_go_on() -> None:
     start_s = rig.clock.now_s
     rig.end(rig.job(lock(), is_urgent=True, outlives=True))
     assert rig.clock.now_s - start_s < 0.1
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
     assert list(rig.end(reading).errors) == ["light_v"]
 
 

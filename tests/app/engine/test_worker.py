@@ -390,7 +390,7 @@ class _OwingWorker(_TurnedWorker):
         self._make_lock = lambda: Job(lock(), outlives=True)
         self.submit(Job(activating()))
         self.turn_for(0.5)
-        assert self.line.bench.state().is_active
+        assert self.line.bench.module.state.is_active
         if is_lost:
             self.line.bench.unplug()
             self.turn_for(0.2)
@@ -414,7 +414,7 @@ def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(mo
     batches = worker.reopen()
     sent = [request for request in worker.line.requests if request.is_set or not request.is_repeatable]
     assert sent[0] == LOCK
-    assert not worker.line.bench.state().is_active
+    assert not worker.line.bench.module.state.is_active
     (locked,) = [job for batch in batches for job in batch.finished]
     assert locked.outcome().is_locked
     assert batches[-1].owed_lock is None
@@ -425,7 +425,7 @@ def test_it_is_sent_also_where_only_the_conversation_ended(monkeypatch: pytest.M
     worker = _OwingWorker(monkeypatch, is_lost=False)
     worker.treat_as_another()
     worker.turn_for(1.0)
-    assert not worker.line.bench.state().is_active
+    assert not worker.line.bench.module.state.is_active
 
 
 @pytest.mark.parametrize(("adapter", "after_s"), [("another", 1.0), ("", OWED_FOR_S)])
@@ -450,7 +450,7 @@ def test_who_only_reads_sends_none(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._make_lock = None
     worker.reopen()
     assert LOCK not in worker.line.requests
-    assert worker.line.bench.state().is_active
+    assert worker.line.bench.module.state.is_active
 
 
 @pytest.mark.promise("j")
@@ -467,7 +467,7 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     worker.line.bench.plug()
     worker.open("sim", 115200)
     worker.turn_for(1.0)
-    assert not worker.line.bench.state().is_active
+    assert not worker.line.bench.module.state.is_active
 
 
 def test_the_clock_counts_while_the_computer_sleeps() -> None:

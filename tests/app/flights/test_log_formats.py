@@ -137,7 +137,7 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
         assert log.problems == ()
 
 
-@pytest.mark.parametrize("kind", ["restarted", "another module?"])
+@pytest.mark.parametrize("kind", ["restarted", "another module"])
 def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, kind: str) -> None:
     """Several recordings in one table are judged one after the other, although the times of each begin again."""
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0

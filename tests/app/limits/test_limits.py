@@ -188,7 +188,7 @@ def test_whether_a_recording_tells_of_external_power() -> None:
 
 
 def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:
-    return "\n".join(page_of(Findings(port="P", baud_rate=115200, round_trip_s=round_trip_s, values=values)))
+    return "\n".join(page_of(Findings("P", 115200, values, {}, round_trip_s)))
 
 
 @pytest.mark.promise("g")
@@ -198,7 +198,7 @@ def test_read_marks_them() -> None:
     assert "3.52 V (!) low, limit 3.80 V" in page
     assert "2.1 V (above the threshold, direction unknown)" in page
     assert "(!)" not in reading_of(cell_voltage_v=3.9, charging=False, light_v=0.3, light_threshold_v=1.8)
-    damaged = Findings(port="P", baud_rate=115200, round_trip_s=0.003, has_damaged=True)
+    damaged = Findings("P", 115200, {}, {}, 0.003, has_damaged=True)
     assert "invalid bytes" in "\n".join(page_of(damaged))
     assert "line late" in reading_of(1.2)
 

@@ -105,6 +105,7 @@ def test_an_open_condition_is_named_and_nothing_is_sent_nor_asked(act: Act, what
 )
 def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condition: Interlock) -> None:
     rig, journal = settled_rig(**options), FakeJournal()
+    rig.step_for(0.1)  # its sensor has seen how it lies
     done = do(rig, act, journal)
     assert condition in {refusal.condition for refusal in done.refusals}
     assert rig.acts == []

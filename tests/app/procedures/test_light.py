@@ -24,7 +24,7 @@ def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
 def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: LightDirection) -> None:
     rig = settled_rig(light_inverted=inverted, noise=1.0)
     closed = rig.run(measure_light())
-    rig.bench.set_bay(is_open=True)
+    rig.bench.set_world(bay_is_open=True)
     opened = rig.run(measure_light())
     proposal = propose(closed, opened)
     assert isinstance(proposal, Proposal)

@@ -70,7 +70,7 @@ def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     assert rig.clock() - began < 0.2, "it waits for nothing"
     assert [request.command.name for request in rig.line.requests[before:]][:3] == ["activation", "active", "status"]
     assert locked.sentence == "The module reports LOCKED."
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
 
 
 @pytest.mark.promise("l")
@@ -88,7 +88,7 @@ def test_it_is_repeated_until_it_is_reported() -> None:
     times = deafen(rig, lambda number, frame: frame == LOCK and number < 7)
     locked = pressed(rig)
     assert (locked.is_locked, locked.sent) == (True, 7)
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
     gaps = [later - sooner for sooner, later in pairwise(times)]
     assert all(0.1 <= gap <= 0.25 for gap in gaps), gaps
 
@@ -158,7 +158,7 @@ def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> No
 def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
     rig = settled_rig(active=True)
     assert pressed(rig, NoJournal()).is_locked
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
 
 
 def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
@@ -312,7 +312,7 @@ def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: 
     finding = rig.job(find_rate(115200), outlives=True)
     rig.step_for(after_s)
     assert pressed(rig).is_locked
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
     assert rig.end(finding).baud_rate == rate
 
 
@@ -360,7 +360,7 @@ def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -
     after = rig.line.requests[before:]
     assert after.count(LOCK) >= 5
     assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
-    assert not rig.bench.state().is_active
+    assert not rig.bench.module.state.is_active
 
 
 def test_the_baud_rate_is_not_changed_after_lock_was_pressed() -> None:
@@ -466,7 +466,7 @@ def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, 
         rig = Rig({"uptime": 60, "active": True, "seed": seed * 31 + 7, **faults})
         rig.step_for(0.5)
         locked = pressed(rig)
-        assert not rig.bench.state().is_active, f"seed {seed}: it did not arrive"
+        assert not rig.bench.module.state.is_active, f"seed {seed}: it did not arrive"
         assert locked.is_locked is not False
         confirmed += locked.is_locked is True
     assert confirmed >= SEEDS * 0.95

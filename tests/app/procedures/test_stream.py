@@ -53,7 +53,7 @@ def test_a_stream_is_switched_on_after_listening_and_off_at_the_end(rate: int, l
     assert len(rig.session.take_samples()) == pytest.approx(2 * rate, rel=0.01, abs=2)
     end(rig)
     assert sets(rig) == [ON, OFF]
-    assert not rig.bench.state().is_streaming
+    assert not rig.bench.module.is_streaming
 
 
 @pytest.mark.parametrize("rate", [1, 2, 20, 50, 200, 1440])
@@ -63,7 +63,7 @@ def test_one_that_was_on_is_left_on(rate: int) -> None:
     rig.step_for(6)
     end(rig)
     assert sets(rig) == []
-    assert rig.bench.state().is_streaming
+    assert rig.bench.module.is_streaming
 
 
 def test_while_nobody_needs_it_it_stays_off() -> None:
@@ -143,7 +143,7 @@ def test_a_stream_left_on_by_an_interruption_is_switched_off_in_the_next_convers
     switch.is_wanted = False
     rig.step_for(0.5)
     assert sets(rig) == [ON, OFF]
-    assert not rig.bench.state().is_streaming
+    assert not rig.bench.module.is_streaming
 
 
 def test_of_a_module_on_another_start_it_is_as_found() -> None:

@@ -146,7 +146,7 @@ def test_what_a_check_read_is_remembered_under_the_name_unless_it_speaks_against
 def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
-        keep_evidence(store, "M-07", (50, {}))
+        remember_boots(store, 50)
         for is_same_module, visits in ((False, 1), (True, 2)):
             file_one(store, "M-07", is_same_module=is_same_module)
             assert len(store.read(lambda facts: facts.of_module(ModuleVisited, "M-07"))) == visits

@@ -277,7 +277,7 @@ BEGINNINGS = {
     "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
     "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
     "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
-    "ui/pages/settings/controller.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",
+    "ui/session/settings_draft.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",
 }
 """Files that write settings, and the test that shows how each asks: what is applied, restored or proposed becomes an
 edit of the Settings page and is written there."""

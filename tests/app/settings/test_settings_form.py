@@ -5,14 +5,13 @@ from typing import Any
 
 import pytest
 
-from app.archive.module_history import _setting
 from app.engine.conversation import ConversationView, How, Known
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch
 from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFault, Written, write_all
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value
+from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value, setting_message
 from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
@@ -228,7 +227,8 @@ def test_numbers_are_sent_as_typed(key: str, text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "sixty", "nan", "inf", "60.5", "-1", "1e400", "60.00000000000000001", "9" * (MAX_NUMBER_LENGTH + 1)]
+    "text",
+    ["", "sixty", "nan", "snan", "inf", "60.5", "-1", "1e400", "60.00000000000000001", "9" * (MAX_NUMBER_LENGTH + 1)],
 )
 def test_nothing_is_rounded_to_a_value(text: str) -> None:
     with pytest.raises(UserError):
@@ -245,4 +245,4 @@ def test_nothing_is_rounded_to_a_value(text: str) -> None:
 )
 def test_a_setting_of_the_past_is_said_in_the_language_in_use(key: str, value: Value, said: str) -> None:
     with temporary_language(CHINESE):
-        assert _setting(key, value).translated() == said
+        assert setting_message(key, value).translated() == said
