@@ -13,6 +13,7 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.engine.conversation import StatusSample
 from app.flights.flight_log import FlightLog
 from app.flights.many_logs import summarise_log
 from app.flights.read_log import read_flight_log
@@ -21,7 +22,8 @@ from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
-from tests.support.flights.made_flights import recorded_reports
+from tests.support.flights.made_flights import STARTS_S, recorded_reports
+from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
 
 TIMES = np.arange(60) / 20
 MEGABYTE = 1 << 20
@@ -106,9 +108,15 @@ def test_a_file_that_is_cut_in_the_middle_is_judged_up_to_there(
     assert 1 < flight.duration_s < 3
 
 
-def test_a_recording_that_was_cut_off_says_so(originals: dict[str, bytes], tmp_path: Path) -> None:
-    path = tmp_path / "log.mcap"
-    path.write_bytes(originals["mcap"][: originals["mcap"].index(b"dps-s end")])
+def test_a_recording_that_was_cut_off_says_so(tmp_path: Path) -> None:
+    """As a killed program leaves it behind."""
+    path = tmp_path / "cut.mcap"
+    with recorder_in(tmp_path / "running") as bench:
+        bench.recorder.begin(*HEADING)
+        bench.recorder.on_batch(batch(STARTS_S, events=(asked(STARTS_S),)))
+        samples = [StatusSample(STARTS_S + at_s, int(20 * at_s), 1.0, False, True) for at_s in TIMES.tolist()]
+        bench.feed(batch(samples[-1].at, *samples))
+        path.write_bytes(bench.path.read_bytes())
     flight = check(path)
     assert flight is not None
     assert 1 < flight.duration_s < 3
@@ -239,6 +247,6 @@ def test_a_folder_that_is_no_recording_and_a_recording_that_is_damaged(tmp_path:
     with pytest.raises(UserError):
         read_flight_log(tmp_path / "empty")
     path = recorded_reports(tmp_path / "rec", [(float(at_s), 5.0, 1.0) for at_s in TIMES])
-    path.write_bytes(path.read_bytes().replace(b"Bench 7", b"Bench 8"))
+    path.write_bytes(path.read_bytes().replace(b"/dev/ttyUSB0", b"/dev/ttyUSB1"))
     with pytest.raises(UserError, match="damaged"):
         read_flight_log(path)

@@ -2,15 +2,14 @@
 
 from datetime import datetime
 
-from app.engine.device import StatusSample
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.traffic_buffer import TrafficBuffer
-from app.engine.worker import Batch
+from app.engine.conversation import StatusSample
 from app.system.wall_clock import JUMP_S, WallClock
 from tests.support.records.recordings_made import NOON, Clock, asked
-from tests.support.window.live_bench import Bench, live_bench
+from tests.support.window.live_bench import live_bench
 from ui.pages.diagnosis.traffic_model import Column, TrafficModel
 
 NIGHT_S = 8 * 3600.0
@@ -72,17 +71,10 @@ def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QAppl
         assert len(bench.page.data.tilt) == 1
         clock.now_s, clock.wall_offset_s = 1000.02, clock.wall_offset_s + NIGHT_S
         bench.now_s = 1000.02
-        bench.ports.workers[0].callback(
-            last_of(bench)._replace(at=1000.02, samples=(StatusSample(1000.02, 9, 1.0, False, False),))
-        )
+        bench.hand_over(StatusSample(1000.02, 9, 1.0, False, False))
         qtbot.waitUntil(lambda: bench.page.data.tilt.exact_since_s == 1000.02)
         bench.page.refresh()
         assert bench.page.data.tilt.last == (1000.02, 9.0)
         assert len(bench.page.data.tilt) == 1
         assert bench.page._origin().wall_offset_s == clock.wall_offset_s
         assert bench.page.plot.canvas.wall_offset_s == clock.wall_offset_s
-
-
-def last_of(bench: Bench) -> Batch:
-    assert bench.connector.current.last is not None
-    return bench.connector.current.last
