@@ -68,6 +68,7 @@ class ChoiceEditor(QComboBox):
         super().__init__()
         for text, value in values.items():
             self.addItem(text, value)
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setCurrentIndex(-1)
         self.setPlaceholderText(tr("choose"))
         WheelGuard(self)

@@ -18,25 +18,28 @@ from protocol.fields import Quantity
 from protocol.translatable import marked
 from ui.forms.field_editors import FieldEditor, HeldValue, explain_setting, make_editor
 from ui.session.settings_draft import SettingsDraft
-from ui.style.icons import Icon
+from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space, is_text_large
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_row, retain_size
 from ui.widgets.number_line import NumberKind
 
-# How a state looks; the others are plain words, so that a table in which nothing is to be done is calm.
-PICTURES: Final[Mapping[RowState, tuple[Icon, Meaning]]] = {
-    RowState.STALE: (Icon.CLOCK, Meaning.UNKNOWN),
-    RowState.EDITED: (Icon.SETTINGS, Meaning.INFORMATION),
-    RowState.IMPOSSIBLE: (Icon.CROSS, Meaning.DANGER),
-    RowState.WRITING: (Icon.CONNECTING, Meaning.INFORMATION),
-    RowState.VERIFIED: (Icon.CHECK, Meaning.GOOD),
-    RowState.FAILED: (Icon.CROSS, Meaning.DANGER),
+# Without a meaning a state is muted: a table in which nothing is to be done is calm.
+STYLES: Final[Mapping[RowState, StateStyle]] = {
+    RowState.UNKNOWN: StateStyle(Icon.UNKNOWN, None),
+    RowState.READ: StateStyle(Icon.INFORMATION, None),
+    RowState.ACKNOWLEDGED: StateStyle(Icon.INFORMATION, None),
+    RowState.STALE: StateStyle(Icon.CLOCK, None),
+    RowState.EDITED: StateStyle(Icon.SETTINGS, Meaning.INFORMATION),
+    RowState.IMPOSSIBLE: StateStyle(Icon.CROSS, Meaning.DANGER),
+    RowState.WRITING: StateStyle(Icon.CONNECTING, Meaning.INFORMATION),
+    RowState.VERIFIED: StateStyle(Icon.CHECK, Meaning.GOOD),
+    RowState.FAILED: StateStyle(Icon.CROSS, Meaning.DANGER),
 }
 HEADS: Final = (marked("Parameter"), marked("Module"), marked("New value"), marked("State"))
 # Of each column in the width: parameter, module, new value, state, what it means, buttons.
-SHARES: Final = (17, 14, 11, 12, 20, 0)
+SHARES: Final = (30, 24, 25, 23, 37, 0)
 # Large text has no room for all of it side by side: what a value means lies below it.
 LARGE_SHARES: Final = (4, 4, 5)
 MIDDLE: Final = Qt.AlignmentFlag.AlignVCenter
@@ -121,10 +124,9 @@ class SettingRow(QObject):
         word = tr(row.state.value)
         self.state.setText(word)
         self.state.setAccessibleName(labelled(tr(self.command.title), word))
-        if row.state in PICTURES:
-            self.picture.show_icon(*PICTURES[row.state])
-        self.picture.setVisible(row.state in PICTURES)
-        set_role(self.state, "" if row.state in PICTURES else "muted")
+        style = STYLES[row.state]
+        self.picture.show_icon(style.icon, style.meaning, is_muted=style.meaning is None)
+        set_role(self.state, "muted" if style.meaning is None else "")
 
     def _show_reason(self, row: FormRow) -> None:
         """What a value takes away is said for as long as it stands, before why its row is in its state."""
