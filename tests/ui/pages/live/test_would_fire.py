@@ -39,7 +39,8 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
     ):
         live = await_child(qtbot, assembly.window, LivePage)
         flights = await_child(qtbot, assembly.window, FlightsPage)
-        qtbot.waitUntil(lambda: not live.try_out.isEnabled())
+        live.refresh()
+        assert not live.try_out.isEnabled()
         connect(qtbot, assembly, "sim://session")
         port = assembly.ports.current
         qtbot.waitUntil(
