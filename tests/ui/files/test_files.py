@@ -57,18 +57,17 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
     with window(qapp, tmp_path / "data", entries=page_entries("settings")) as assembly:
         main = assembly.window
         page = await_child(qtbot, main, SettingsPage)
-        opened: list[object] = []
-        page.files.opened.connect(lambda read, _path: opened.append(read))
         asked: list[tuple[Path, str, str]] = []
         main.files.choose = choosing(profile, asked)
         main.menus["open"].trigger()
-        qtbot.waitUntil(lambda: len(opened) == 1)
+        qtbot.waitUntil(lambda: page.work.comparison is not None)
+        page.work.close_panels()
         assert "*.toml" in asked[0][-1]
         recent_menu(main).aboutToShow.emit()
         (recent,) = recent_menu(main).actions()
         assert recent.text() == profile.name
         recent.trigger()
-        qtbot.waitUntil(lambda: len(opened) == 2)
+        qtbot.waitUntil(lambda: page.work.comparison is not None)
 
 
 def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:

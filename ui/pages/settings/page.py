@@ -201,7 +201,7 @@ class SettingsPage(Page):
     # Construction
 
     def _make_buttons(self) -> None:
-        self.write = control(QPushButton(), "settings_write", tip=tr("Write and verify"), picture=Icon.DROP,
+        self.write = control(QPushButton(tr("Write")), "settings_write", tip=tr("Write and verify"), picture=Icon.DROP,
                              keys="Ctrl+Return; Ctrl+Enter", role="primary")  # fmt: skip
         self.write.setWhatsThis(tr("Sends each edited row once and reads it back; never to an ACTIVE module."))
         self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
