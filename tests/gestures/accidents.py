@@ -57,7 +57,7 @@ class Accidents:
     @property
     def is_in_order(self) -> bool:
         module, port = self.bench.bench.module, self.bench.assembly.ports.current
-        return self.is_reachable and module.is_on and not module.is_triggered and port.identity.is_settled
+        return self.is_reachable and module.is_on and not module.is_triggered and port.module.is_read
 
     def happen(self) -> str:
         """Let something happen; return its name."""
@@ -78,7 +78,7 @@ class Accidents:
     def slow_down(self) -> None:
         """So that an act leaves seconds after its button. Slower, it would not leave at all: the boot count is asked
         after the status, which may then be a second old."""
-        self.bench.bench.change(delay_ms=300.0)
+        self.bench.bench.change(delay_ms=220.0)
         self._calm_since = math.inf
         self._note_latency()
 
@@ -123,7 +123,7 @@ class Accidents:
         self.bench.connect()
 
     def put_in_order(self, wait: Callable[[float], None]) -> None:
-        """No fault, connected, switched on, locked and identified."""
+        """No fault, connected, switched on, locked and read."""
         bench = self.bench
         self.heal()
         if not bench.bench.module.is_on:
@@ -134,10 +134,7 @@ class Accidents:
             bench.disconnect()
             bench.connect(bench.bench.module.baud_rate)
         ends_at_s = bench.clock() + ONLINE_WITHIN_S
-        while bench.clock() < ends_at_s and bench.device.presence is not Presence.ONLINE:
-            wait(0.4)
-        if bench.assembly.ports.current.identity.is_for_a_person:
-            bench.assembly.ports.current.module.confirm_identity()
+        while bench.clock() < ends_at_s and not bench.assembly.ports.module.is_read:
             wait(0.4)
 
     def look(self) -> Iterator[str]:

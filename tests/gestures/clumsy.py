@@ -14,7 +14,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
 
 from app.guided.results import GuidedKind
 from protocol.catalogue import BY_NAME, LOCK, Command, Hazard, Request
@@ -202,11 +202,11 @@ class Clumsy:
 
     def _edit(self) -> None:
         settings = self.bench.settings
-        form = settings.work.form
-        value = self.dice.choice((30, 58, 62))
-        settings.work.edit(lambda: form.choose("attitude_threshold_deg", value))
-        box = settings.baud.editor.box
-        box.setCurrentIndex(self.dice.randrange(box.count()))
+        settings.work.choose("attitude_threshold_deg", self.dice.choice((30, 58, 62)))
+        box = settings.baud.editor
+        if isinstance(box, QComboBox):
+            box.setCurrentIndex(self.dice.randrange(box.count()))
+            box.activated.emit(box.currentIndex())
 
     def _change_module(self) -> None:
         self.bench.bench.module.activate(is_active=self.dice.random() < 0.6)
@@ -288,7 +288,7 @@ class Clumsy:
         self.bench.window.go_to("settings")
         values = {command.key: self.dice.choice(choices) for command, choices in VALUES.items()}
         chosen = self.dice.sample(sorted(values), self.dice.randint(1, len(values)))
-        settings.work.edit(lambda: settings.work.form.fill({key: values[key] for key in chosen}))
+        settings.work.fill({key: values[key] for key in chosen})
         self.bench.refresh()
         if self.dice.random() < 0.5:
             self._accident()

@@ -57,9 +57,7 @@ PORT = "sim://gestures"
 class InlineWorker(ThreadlessWorker):
     """Runs in the window's thread; what is submitted can be refused before it begins."""
 
-    def __init__(
-        self, callback: object, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None
-    ) -> None:
+    def __init__(self, callback: object, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None) -> None:
         super().__init__(callback, clock, make_lock)
         self.submitted = 0
         self._waiting: list[Job[Any]] = []
@@ -383,8 +381,8 @@ def gesture_bench(
             made.pages = {key: find(window, kind) for key, kind in kinds.items()}
             # A dialog of the platform's would wait for a person.
             if "settings" in pages:
-                made.settings.files.ask_open = lambda *_asked: None
-                made.settings.files.ask_save = lambda *_asked: None
+                made.settings.ask_open = lambda *_asked: None
+                made.settings.ask_save = lambda *_asked: None
             if "preflight" in pages:
                 made.preflight.files.ask_record = lambda *_asked: None
                 made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu

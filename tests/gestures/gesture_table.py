@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QPoint, QRect
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QWidget
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
 from app.text.i18n import CHINESE, ENGLISH
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
@@ -43,6 +43,8 @@ class DangerousAct:
     prepare: Callable[[GestureBench], None] = lambda _bench: None
     is_held: bool = False
     """The last step is to hold `last`."""
+    is_write: bool = False
+    """The procedure itself asks for the last step, so that something is begun before it, and nothing is sent."""
 
 
 def _question(
@@ -71,8 +73,16 @@ def _choice(bench: GestureBench, key: str) -> QWidget:
 
 def _edit(bench: GestureBench) -> None:
     """Enter a threshold below the vendor's advice, which causes a warning."""
-    bench.settings.work.choose("attitude_threshold_deg", 30)
+    held = bench.device.fresh("attitude_threshold_deg", bench.clock())
+    bench.settings.work.choose("attitude_threshold_deg", 35 if held == 30 else 30)
     bench.refresh()
+
+
+def settle(bench: GestureBench, act: DangerousAct) -> None:
+    """Until a write has ended, or asks; the hands have no time meanwhile."""
+    while act.is_write and bench.settings.work.job.is_running:
+        bench.worker.work(TICK_S)
+        bench.turn()
 
 
 def _ask_to_write(bench: GestureBench) -> None:
@@ -82,8 +92,10 @@ def _ask_to_write(bench: GestureBench) -> None:
 
 
 def _choose_rate(bench: GestureBench) -> None:
-    box = bench.settings.baud.editor.box
+    box = bench.settings.baud.editor
+    assert isinstance(box, QComboBox)
     box.setCurrentIndex(box.findData(57600))
+    box.activated.emit(box.currentIndex())
     bench.refresh()
 
 
@@ -107,6 +119,7 @@ ACTS: Final = (
         lambda bench: bench.settings.write,
         lambda bench: _choice(bench, "write_anyway"),
         prepare=_edit,
+        is_write=True,
     ),
     DangerousAct(
         "write to an active module",
@@ -115,6 +128,7 @@ ACTS: Final = (
         lambda bench: _choice(bench, "unlock_once"),
         is_active=True,
         prepare=_ask_to_write,
+        is_write=True,
     ),
     DangerousAct(
         "deploy, from choosing",
@@ -175,6 +189,7 @@ def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str,
     bench.move(QPoint(1, 1))
     bench.move(point)
     bench.click()
+    settle(bench, act)
     if gesture != "click":
         bench.hand_s += gap_s
         if gesture == "double click":
@@ -190,8 +205,10 @@ def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str,
             bench.wait(HOLD_S)
         bench.release()
         bench.turn()
+    settle(bench, act)
     is_armed = bench.commands.ritual.ritual.is_armed and not act.is_held
-    return not bench.sent and not bench.worker.submitted and not is_armed
+    is_begun = bench.worker.submitted > 0 and not act.is_write
+    return not bench.sent and not is_begun and not is_armed
 
 
 def try_act(bench: GestureBench, act: DangerousAct, *, every: int = 1, first_try: int = 0) -> tuple[int, list[str]]:
@@ -220,6 +237,7 @@ def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
     """Return whether the complete gesture succeeds, without which the table would prove nothing."""
     go_to(bench, act)
     bench.go_and_click(first_button(bench, act))
+    settle(bench, act)
     bench.hand_s += 1.0
     bench.turn()
     last = act.last(bench)
@@ -231,6 +249,9 @@ def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
         bench.release()
         return bool(bench.worker.submitted)
     bench.click()
+    if act.is_write:
+        settle(bench, act)
+        return bool(bench.sent)
     is_done = bool(bench.worker.submitted) or bench.commands.ritual.ritual.is_armed
     bench.worker.refuse_orders()
     bench.turn()
