@@ -259,7 +259,7 @@ def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> 
     assert label.text().endswith("…")
     assert label.toolTip().startswith("Far too long. Far")
     bar.show_notice(Notice(Meaning.DANGER, "Short."))
-    assert label.text() == "Short.\nCopied."
+    assert label.text() == "Short. Copied."
 
 
 def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path: Path) -> None:
@@ -268,7 +268,7 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         main.attention.queue_notice(NOTICES[0])
         main.show_message("Copied.")
         label = find(main.notice_bar, FittedLabel, "notice_text")
-        assert label.text() == "Short.\nCopied."
+        assert label.text() == "Short. Copied."
 
 
 def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:
