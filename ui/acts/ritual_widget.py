@@ -30,7 +30,7 @@ from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
-from ui.style.theme import Meaning, Space, font, is_text_large
+from ui.style.theme import Meaning, Size, Space, font, is_text_large
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
@@ -334,19 +334,22 @@ class RitualWidget(QFrame):
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
         if is_text_large():
             in_column(self._title, reasons, of=self._words, spacing=0, margins=0)
+            # Room for a reason of two lines: the panel never grows while its buttons are used.
+            small_px = QFontMetrics(font(Size.SMALL)).lineSpacing()
+            self._words.setMinimumHeight(QFontMetrics(font(is_bold=True)).lineSpacing() + 2 * small_px)
         else:
             in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         steps = QGridLayout()
         steps.setHorizontalSpacing(Space.L)
         steps.setVerticalSpacing(Space.XS)
-        starts = in_row(self.rehearse, self.choose, spacing=Space.S)
+        starts = in_row(self.rehearse, self.choose, 1, spacing=Space.S)
         # Large text has no room for all steps side by side.
         last_row, last_column = (2, 0) if is_text_large() else (0, 2)
         for mark, buttons, row, column in (
             (self.marks[0], starts, 0, 0),
-            (self.marks[1], in_row(self.arm), 0, 1),
-            (self.marks[2], in_row(self.hold), last_row, last_column),
+            (self.marks[1], in_row(self.arm, 1), 0, 1),
+            (self.marks[2], in_row(self.hold, 1), last_row, last_column),
         ):
             steps.addWidget(mark, row, column)
             steps.addLayout(buttons, row + 1, column)
