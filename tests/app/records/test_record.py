@@ -1,6 +1,5 @@
-"""A record holds everything about a check; what is printed of it is escaped, whole and on one page; and the labels."""
+"""A record holds everything about a check; what is printed of it is escaped, whole and on one page."""
 
-import base64
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta, timezone
@@ -16,7 +15,7 @@ import pytest
 
 from app import version
 from app.engine.target import is_simulated
-from app.modules.labels import MAX_NAME_LENGTH, Label, Paper, label_body
+from app.modules.labels import Paper
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.checks import cell_voltage_in
@@ -25,7 +24,7 @@ from app.records.report import report_html
 from app.records.report_files import check_target, suggested_name, write_report
 from app.settings.profiles import ManualLine
 from app.text.i18n import set_language, tr
-from app.text.messages import UserMessage, clean, message, message_from_json
+from app.text.messages import message_from_json
 from app.text.user_error import UserError
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.printing import print_report
@@ -201,16 +200,6 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["r.json"]
 
 
-def test_placeholders_in_a_records_texts_are_not_formatted() -> None:
-    assert message("{a} {b}", a="{b}", b="2").translated() == "{b} 2"
-    assert UserMessage("{missing}").in_english() == "{missing}"
-    assert message("{seconds:.1f} s old", seconds=3.14).in_english() == "3.1 s old"
-    both = message("{one} {other}", one=message("x"), other="y")
-    assert message_from_json(both.to_json()) == both
-    assert clean("\u202eabc\n") == "[U+202E]abc "
-    assert len(clean("x" * 1000)) == 400
-
-
 def test_a_simulated_module_is_no_evidence() -> None:
     assert signed_record().record.is_simulated is False
     assert "SIMULATED" not in printed()
@@ -229,33 +218,3 @@ def test_settings_that_a_person_approved_just_now_are_their_own_limit() -> None:
     record = checked.record({"at": AT}, are_settings_approved=True)
     (limit,) = (one.limit for one in record.checks if one.id == "fingerprint")
     assert message_from_json(limit).translated() != "none approved"
-
-
-LABELLED_AT = datetime(2026, 11, 24, tzinfo=UTC)
-
-
-@pytest.mark.parametrize(
-    ("name", "shown"),
-    [
-        ("M-07", "M-07"),
-        ("伞仓 07", "伞仓 07"),
-        (" <b>&\x1b[31m\u202e ", "&lt;b&gt;&amp;[U+001B][31m[U+202E]"),
-        ("M" * MAX_NAME_LENGTH, "M" * MAX_NAME_LENGTH),
-    ],
-)
-def test_a_label_has_name_date_code_and_a_picture(name: str, shown: str) -> None:
-    body = label_body(Label(name, LABELLED_AT, "K7QF-3M2X"))
-    assert f"<b>{shown}</b>" in body
-    assert "<br>2026-11-24<br>K7QF-3M2X<" in body
-    picture = re.search(r'src="data:image/png;base64,([^"]+)"', body)
-    assert picture is not None
-    assert base64.b64decode(picture[1]).startswith(b"\x89PNG")
-    assert "<br>2026-11-24</td>" in label_body(
-        Label(name, LABELLED_AT)
-    )  # no code is better than one of half the settings
-
-
-@pytest.mark.parametrize("name", ["", "   ", "M" * (MAX_NAME_LENGTH + 1)])
-def test_a_name_that_no_scanner_reads_has_no_label(name: str) -> None:
-    with pytest.raises(UserError, match="at most 60"):
-        label_body(Label(name, LABELLED_AT))

@@ -100,21 +100,6 @@ def test_fields_of_a_newer_version_stay_under_the_signature() -> None:
 
 
 @pytest.mark.promise("f")
-def test_each_alteration_is_found() -> None:
-    for place in range(len(plain()["record"]["checks"])):
-        for key, value in (("result", "fail"), ("measured", 123), ("why", "x"), ("id", "other")):
-            altered = plain()
-            altered["record"]["checks"][place][key] = value
-            assert state_of(canonical(altered)) is RecordState.ALTERED, (place, key)
-    for key in set(plain()["record"]):
-        altered = plain()
-        del altered["record"][key]
-        assert state_of(canonical(altered)) is RecordState.ALTERED, key
-    altered = plain()
-    altered["record"]["checks"].reverse()
-    assert state_of(canonical(altered)) is RecordState.ALTERED
-
-
 def test_every_changed_byte_is_noticed() -> None:
     data = signed_record("silent").text.encode()
     for place in range(0, len(data), 7):
