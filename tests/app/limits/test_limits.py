@@ -38,12 +38,13 @@ from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.terminal.streaming import StreamSpan
-from app.text.i18n import CHINESE, ENGLISH, temporary_language
+from app.text.i18n import CHINESE, ENGLISH
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
 from protocol.frame import Reason
 from protocol.messages import TriggerRecord
+from tests.support.pseudo_language import in_language
 from tests.support.records.preflight_rig import Fault, check
 from tests.support.records.recordings_desk import made, record
 from tests.support.records.recordings_made import batch
@@ -200,7 +201,7 @@ def test_a_recording_marks_them_under_the_cursor(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
 ) -> None:
     made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
-    with temporary_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+    with in_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
         desk.storage.recordings.open(desk.library.entries()[0])
         desk.until(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel

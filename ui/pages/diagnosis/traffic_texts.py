@@ -6,7 +6,6 @@ from typing import NamedTuple
 from PySide6.QtGui import QColor, QIcon
 
 from app.captures.explain import Asked, link_sentence, sentence
-from app.text import i18n
 from app.text.i18n import tr
 from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered, WentOffline
 from protocol.frame import Direction, Frame
@@ -57,9 +56,9 @@ def shown(row: Event) -> Shown:
 def meaning_of(row: Event) -> str:
     match row:
         case Sent():
-            return _sentence(Direction.HOST_TO_MODULE, row.raw, None, i18n.language())
+            return _sentence(Direction.HOST_TO_MODULE, row.raw, None)
         case Received():
-            return _sentence(row.frame.direction, row.frame.raw, _asked(row), i18n.language())
+            return _sentence(row.frame.direction, row.frame.raw, _asked(row))
         case Rejected():
             return sentence(row.noise)
         case _:
@@ -67,10 +66,9 @@ def meaning_of(row: Event) -> str:
 
 
 @lru_cache(maxsize=4096)
-def _sentence(direction: Direction, raw: bytes, asked: Asked, language: str) -> str:
+def _sentence(direction: Direction, raw: bytes, asked: Asked) -> str:
     """Cached, since few frames differ and a search needs all rows."""
-    with i18n.temporary_language(language):  # a background thread may be here while the language is switched
-        return sentence(Frame(direction, raw), asked)
+    return sentence(Frame(direction, raw), asked)
 
 
 def _asked(received: Received) -> Asked:

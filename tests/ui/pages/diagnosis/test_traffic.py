@@ -10,7 +10,6 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView
 from app.engine.worker import Batch, Connection
-from app.text import i18n
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered
 from protocol.frame import Direction, Frame
@@ -18,7 +17,6 @@ from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
-from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
@@ -254,15 +252,6 @@ def test_another_module_ends_a_pause_and_a_search(qtbot: QtBot, qapp: QApplicati
         qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
         assembly.connector.invalidated.emit()
         assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
-
-
-def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:
-    """A background thread asks for it while the window's thread switches the language."""
-    light = BY_NAME["light"].query().encode()
-    traffic_texts._sentence.cache_clear()
-    i18n.set_language(i18n.CHINESE)
-    english = traffic_texts._sentence(Direction.HOST_TO_MODULE, light, None, i18n.ENGLISH)
-    assert english.startswith("query")
 
 
 def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
