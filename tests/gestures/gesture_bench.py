@@ -57,9 +57,7 @@ PORT = "sim://gestures"
 class InlineWorker(ThreadlessWorker):
     """Runs in the window's thread; what is submitted can be refused before it begins."""
 
-    def __init__(
-        self, callback: object, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None
-    ) -> None:
+    def __init__(self, callback: object, clock: FakeClock, make_lock: Callable[[], Job[Any]] | None = None) -> None:
         super().__init__(callback, clock, make_lock)
         self.submitted = 0
         self._waiting: list[Job[Any]] = []
