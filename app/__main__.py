@@ -12,10 +12,10 @@ import os
 import sys
 from collections.abc import Sequence
 from itertools import takewhile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
-from app.system.surroundings import mend_surroundings
 from app.terminal import console
 from app.terminal.arguments import Parser
 from app.terminal.left_active import say_left_active
@@ -51,8 +51,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
-    for sentence in mend_surroundings():
-        console.notify(sentence)
+    if not _has_home():
+        os.environ["HOME"] = os.devnull  # nothing can be made below it, and says so in its own words
+        console.notify(tr("This user has no home folder (HOME), so nothing can be kept there."))
     try:
         code = _run_or_refuse(words)
         console.write("")  # flushes what argparse printed
@@ -71,6 +72,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
         code = _explain(words, error)
     return code
+
+
+def _has_home() -> bool:
+    """A container's user may have neither HOME nor an entry among the system's users; LOCK and all else go on."""
+    try:
+        return Path.home().is_absolute()
+    except RuntimeError:
+        return False
 
 
 def _run_or_refuse(words: list[str]) -> int:

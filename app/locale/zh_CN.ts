@@ -3180,10 +3180,6 @@
         <translation>该测试会使模块触发。</translation>
     </message>
     <message>
-        <source>The time zone {zone} (TZ) cannot be used. Times are in UTC.</source>
-        <translation>时区 {zone}（TZ）无法使用。时间按 UTC 显示。</translation>
-    </message>
-    <message>
         <source>The unit of “{name}” is not certain.</source>
         <translation>“{name}”的单位不确定。</translation>
     </message>

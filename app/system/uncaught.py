@@ -1,4 +1,4 @@
-"""Logs and reports uncaught exceptions of all threads."""
+"""Logs the exceptions that nobody caught, of all threads, and tells them."""
 
 import logging
 import sys
@@ -12,61 +12,50 @@ _log = logging.getLogger(__name__)
 
 
 class UncaughtError(NamedTuple):
-    """An uncaught exception. `details` is for the clipboard."""
+    """`details` is for the clipboard."""
 
     summary: str
     details: str
     thread: str
 
 
-Hook = Callable[[UncaughtError], None]
+def _log_only(_error: UncaughtError) -> None:
+    """Nobody else wants to know."""
 
 
-def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
-    """Log uncaught exceptions of all threads and pass them to `on_uncaught` instead of the terminal.
+_tell: Callable[[UncaughtError], None] = _log_only
 
-    Returns a function that restores the previous hooks. `on_uncaught` is called in the thread of the exception. Ctrl-C
-    is not affected. For exceptions that had to be caught there is `report_uncaught_error`.
-    """
-    global _on_uncaught
-    before, before_thread = sys.excepthook, threading.excepthook
+
+def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[], None]:
+    """Log uncaught exceptions and pass them to `tell` instead of the terminal; it is called in their thread. Ctrl-C
+    stays what it is. Return what ends that."""
+    global _tell
+    before = sys.excepthook, threading.excepthook, _tell
 
     def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         if issubclass(kind, KeyboardInterrupt):
-            before(kind, error, trace)
-            return
-        _report(on_uncaught, error, trace)
+            before[0](kind, error, trace)
+        else:
+            report_uncaught_error(error)
 
     def caught_in_thread(args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
-            _report(on_uncaught, args.exc_value, args.exc_traceback)
+            report_uncaught_error(args.exc_value)
 
     def undo() -> None:
-        global _on_uncaught
-        sys.excepthook, threading.excepthook, _on_uncaught = before, before_thread, before_callback
+        global _tell
+        sys.excepthook, threading.excepthook, _tell = before
 
-    before_callback = _on_uncaught
-    sys.excepthook, threading.excepthook, _on_uncaught = caught, caught_in_thread, on_uncaught
+    sys.excepthook, threading.excepthook, _tell = caught, caught_in_thread, tell
     return undo
 
 
 def report_uncaught_error(error: BaseException) -> None:
-    """Log and report an exception that was caught only so that its thread continues."""
-    _report(_on_uncaught, error, error.__traceback__)
-
-
-def _log_only(_error: UncaughtError) -> None:
-    """Default outside of `catch_uncaught_errors`."""
-
-
-_on_uncaught: Hook = _log_only
-
-
-def _report(on_uncaught: Hook, error: BaseException, trace: TracebackType | None) -> None:
+    """Log and tell an exception, also one that was caught only so that its thread goes on."""
     thread = threading.current_thread().name
-    details = "".join(traceback.format_exception(type(error), error, trace))
+    details = "".join(traceback.format_exception(error))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
     try:
-        on_uncaught(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
+        _tell(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
     except Exception:  # noqa: BLE001  telling of one error must not make the next
         _log.exception("The error could not be told")

@@ -1,18 +1,17 @@
-"""Formats values as CSV cells that are safe in spreadsheets."""
+"""CSV cells that are safe in spreadsheets."""
 
 import csv
 import io
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""Tells spreadsheets that the file is UTF-8."""
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # tells spreadsheets that the file is UTF-8
+# What begins a formula, also in full width.
 _FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'")
-"""Characters that start a formula, also in their full-width forms."""
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
-    """CSV by RFC 4180, without a byte-order mark."""
+    """Return CSV by RFC 4180, without a byte-order mark."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(head)
@@ -21,7 +20,7 @@ def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def cell(value: object) -> str:
-    """A value as a cell; text that would be a formula is defused."""
+    """Return a value as a cell; text that would be a formula is defused."""
     match value:
         case None:
             return ""
@@ -31,12 +30,11 @@ def cell(value: object) -> str:
             return defused(" ".join(map(str, value)))
         case str():
             return defused(value)
-        case _:
-            return str(value)
+    return str(value)
 
 
 def utc_cell(text: str) -> str:
-    """An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets take as a time; other text unchanged."""
+    """Return an ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is."""
     try:
         return f"{datetime.fromisoformat(text).astimezone(UTC):%Y-%m-%d %H:%M:%S}"
     except ValueError:
@@ -44,5 +42,5 @@ def utc_cell(text: str) -> str:
 
 
 def defused(text: str) -> str:
-    """`text` with an apostrophe in front where a spreadsheet would treat it as a formula."""
+    """Return `text` with an apostrophe in front where a spreadsheet would take it for a formula."""
     return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text

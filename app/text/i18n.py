@@ -1,21 +1,16 @@
-"""Translates source texts at run time.
+"""Translates the program's texts. The English text is the key; `locale/zh_CN.ts` (Qt Linguist) has the Chinese.
 
-The English text is the key. Chinese comes from `locale/zh_CN.ts` (Qt Linguist's format), which is read when it is
-first used. A missing or unfinished translation falls back to English, and so does one that cannot be formatted.
-
-`set_language` belongs to one thread, `tr` may be called from any: it reads one reference to an immutable table.
+The language is chosen at the start, before there is another thread, and stays. A translation that is missing or
+unfinished, or that cannot be formatted, falls back to English.
 """
 
 import locale
 import logging
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Final
 
 ENGLISH: Final = "en"
 CHINESE: Final = "zh_CN"
@@ -24,106 +19,35 @@ CONTEXT: Final = "dps-s"
 
 _LOCALE_FOLDER: Final = Path(__file__).parent.parent / "locale"
 _log = logging.getLogger(__name__)
-
-
-class _Language(NamedTuple):
-    """The language in use: its name and, for anything but English, its texts by English text."""
-
-    name: str
-    texts: Mapping[str, str]
-
-
-_in_english: Final = _Language(ENGLISH, MappingProxyType({}))
-_current: _Language = _in_english
-_spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
-"""Overrides the current one within `temporary_language`."""
-
-
-def read_translations(path: Path) -> dict[str, str]:
-    """The finished translations of one .ts file with their `variants`, by English text. Raises as `read_messages`."""
-    texts = read_messages(path)
-    capitals_last = sorted(texts.items(), key=lambda pair: pair[0][:1].isupper())
-    return {variant: text for pair in capitals_last for variant, text in variants(*pair)} | texts
-
-
-_read_once: Final = cache(read_translations)
-"""For the program's own file, which stays as it is while the program runs; a translator's is read each time."""
-
-
-def read_messages(path: Path) -> dict[str, str]:
-    """The finished translations of one .ts file, by English text.
-
-    Raises OSError when the file cannot be read and ``xml.etree.ElementTree.ParseError`` when it is not XML.
-    """
-    from xml.etree import ElementTree  # an English run reads none
-
-    texts: dict[str, str] = {}
-    for message in ElementTree.parse(path).getroot().iterfind("context/message"):
-        translation = message.find("translation")
-        if translation is None or translation.get("type") is not None:
-            continue
-        source, text = message.findtext("source"), translation.text
-        if source and text:
-            texts[source] = text
-    return texts
-
-
-def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
-    """The same text with a capital first letter, in capitals, as a sentence, and with the ellipsis of what asks first:
-    none of them is translated by itself, unless it means something else."""
-    for text in (english, english[:1].upper() + english[1:]):
-        yield text, chinese
-        if text[-1:].isalnum() or text.endswith("}"):
-            yield f"{text}.", f"{chinese}。"
-            yield f"{text}…", f"{chinese}…"
-    if "{" not in english:
-        yield english.upper(), chinese
+_language: str = ENGLISH
+_texts: Mapping[str, str] = {}
 
 
 def set_language(name: str) -> None:
-    """Sets the language: "en", "zh_CN", or the path of a .ts file.
+    """Set the language: "en", "zh_CN", or the path of a .ts file.
 
-    Raises ValueError for any other name. For a .ts file that cannot be read it logs a warning and uses English.
+    Raises ValueError for another name. Where the file cannot be read, a warning is logged and the texts are English.
     """
-    global _current  # noqa: PLW0603  one reference, replaced as a whole, is what makes tr() thread-safe
-    _current = _in_english if name == ENGLISH else _read_language(name)
-
-
-def _read_language(name: str) -> _Language:
+    global _language, _texts  # noqa: PLW0603  the language of the process
     path = _LOCALE_FOLDER / f"{CHINESE}.ts" if name == CHINESE else Path(name)
-    if path.suffix != ".ts":
+    if name != ENGLISH and path.suffix != ".ts":
         raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")
-    try:
-        texts = (_read_once if name == CHINESE else read_translations)(path)
-    except (OSError, SyntaxError) as error:  # a ParseError is a SyntaxError
-        _log.warning("No translations from %s: %s", path, error)
-        texts = {}
-    return _Language(name, MappingProxyType(texts))
-
-
-@contextmanager
-def temporary_language(name: str) -> Iterator[None]:
-    """Uses another language, in this thread and context only. Raises ValueError like `set_language`."""
-    chosen = _current if name == _current.name else _in_english if name == ENGLISH else _read_language(name)
-    token = _spoken.set(chosen)
-    try:
-        yield
-    finally:
-        _spoken.reset(token)
+    _language = name
+    _texts = {} if name == ENGLISH else read_translations(path)
 
 
 def language() -> str:
-    """The name of the language in use; "en" at the start."""
-    return (_spoken.get() or _current).name
+    """Return the language in use; "en" at the start."""
+    return _language
 
 
 def tr(text: str, /, **values: object) -> str:
-    """The text in the language in use, with `{name}` placeholders filled in by `str.format`.
+    """Return the text in the language in use, with its `{name}` place-holders filled in by `str.format`.
 
     Without values it is not formatted, so it may contain braces. Raises KeyError or ValueError only if the English text
     does not fit its values.
     """
-    translated = (_spoken.get() or _current).texts.get(text, text)
+    translated = _texts.get(text, text)
     if not values:
         return translated
     if translated is not text:
@@ -134,28 +58,56 @@ def tr(text: str, /, **values: object) -> str:
     return text.format(**values)
 
 
-def system_language(environ: Mapping[str, str] | None = None) -> str:
-    """ "zh_CN" if the computer is set to Simplified or unspecified Chinese, else "en".
+@cache
+def read_translations(path: Path) -> Mapping[str, str]:
+    """Return the translations of one .ts file with their variants; none where it cannot be read."""
+    try:
+        messages = read_messages(path)
+    except (OSError, SyntaxError) as error:  # ElementTree's ParseError is a SyntaxError
+        _log.warning("No translations from %s: %s", path, error)
+        return {}
+    # Where two texts have the same variant, that of the one with a capital first letter is the last, which stays.
+    capitals_last = sorted(messages.items(), key=lambda pair: pair[0][:1].isupper())
+    return {variant: chinese for pair in capitals_last for variant, chinese in variants(*pair)} | messages
 
-    Reads the POSIX variables first (`LANGUAGE`, `LC_ALL`, `LC_MESSAGES`, `LANG`) and asks the platform if none is set
-    and no `environ` is given.
+
+def read_messages(path: Path) -> dict[str, str]:
+    """Return the finished translations of one .ts file, by English text. Raises OSError, or SyntaxError for no XML."""
+    from xml.etree import ElementTree  # an English run reads none
+
+    texts: dict[str, str] = {}
+    for message in ElementTree.parse(path).getroot().iterfind("context/message"):
+        source, translation = message.findtext("source"), message.find("translation")
+        if source and translation is not None and translation.text and translation.get("type") is None:
+            texts[source] = translation.text
+    return texts
+
+
+def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
+    """Yield what needs no translation of its own: the same text with a capital first letter, in capitals, as a
+    sentence, and with the ellipsis of what asks first."""
+    for text in (english, english[:1].upper() + english[1:]):
+        yield text, chinese
+        if text[-1:].isalnum() or text.endswith("}"):
+            yield f"{text}.", f"{chinese}。"
+            yield f"{text}…", f"{chinese}…"
+    if "{" not in english:
+        yield english.upper(), chinese
+
+
+def system_language(environ: Mapping[str, str] = os.environ) -> str:
+    """Return "zh_CN" if the computer is set to Simplified or unspecified Chinese, else "en".
+
+    The POSIX variables decide; where none is set, as on Windows, the platform does.
     """
-    variables = os.environ if environ is None else environ
-    for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
-        chosen = variables.get(variable, "")
-        if chosen:
-            break
+    names = (environ.get(variable, "") for variable in ("LC_ALL", "LC_MESSAGES", "LANG"))
+    chosen = next(filter(None, names), "")
     # As in gettext, LANGUAGE overrides the language, but not in the C locale.
     if chosen.split(".")[0] not in ("", "C", "POSIX"):
-        chosen = variables.get("LANGUAGE", "").split(":")[0] or chosen
-    if not chosen and environ is None:
-        chosen = locale.getlocale()[0] or ""
-    return CHINESE if _is_simplified_chinese(chosen) else ENGLISH
-
-
-def _is_simplified_chinese(name: str) -> bool:
-    plain = name.split(".")[0].split("@")[0].replace("-", "_").lower()
-    if plain.startswith("chinese"):  # Windows: "Chinese (Simplified)_China", "Chinese_China"
-        return "traditional" not in plain and "taiwan" not in plain
+        chosen = environ.get("LANGUAGE", "").split(":")[0] or chosen
+    plain = (chosen or locale.getlocale()[0] or "").split(".")[0].split("@")[0].replace("-", "_").lower()
+    if plain.startswith("chinese"):  # Windows: "Chinese (Simplified)_China"
+        return ENGLISH if "traditional" in plain else CHINESE
     parts = plain.split("_")
-    return parts[0] == "zh" and not {"hant", "tw", "hk", "mo"} & set(parts[1:])
+    is_simplified = parts[0] == "zh" and not {"hant", "tw", "hk", "mo"} & set(parts[1:])
+    return CHINESE if is_simplified else ENGLISH

@@ -18,12 +18,11 @@ if TYPE_CHECKING:  # imported on first use, to keep the start fast
     from jinja2 import Environment
 
 TEMPLATES: Final = Path(__file__).parents[1] / "templates"
-LONGEST: Final = 320
-"""Characters of one value; the whole text is in the record."""
+LONGEST: Final = 320  # characters of one value; the whole text is in the record
 
 
 def page(template: str, /, **values: Any) -> str:
-    """The HTML of a page or of a part of one."""
+    """Return the HTML of a page or of a part of one."""
     return _environment().get_template(template).render(**values)
 
 

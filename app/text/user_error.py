@@ -1,8 +1,6 @@
 """The one exception whose text a person reads."""
 
-from collections.abc import Mapping
 from enum import StrEnum
-from types import MappingProxyType
 
 from app.text.messages import UserMessage, message
 
@@ -27,40 +25,28 @@ class ErrorCode(StrEnum):
 
     @property
     def exit_code(self) -> int:
-        return EXIT_CODES[self]
+        return _EXIT_CODES.get(self, 1)
 
 
-EXIT_CODES: Mapping[ErrorCode, int] = MappingProxyType(
-    {
-        ErrorCode.USAGE: 2,
-        ErrorCode.UNREADABLE: 2,
-        ErrorCode.NOT_JUDGED: 2,
-        ErrorCode.NO_PORT: 3,
-        ErrorCode.BUSY: 3,
-        ErrorCode.NO_PERMISSION: 3,
-        ErrorCode.NO_LINK: 3,
-        ErrorCode.INTERRUPTED: 3,
-        ErrorCode.REFUSED: 1,
-        ErrorCode.NOT_CONFIRMED: 1,
-        ErrorCode.NOT_VERIFIED: 1,
-        ErrorCode.STORE: 1,
-        ErrorCode.INTERNAL: 1,
-        ErrorCode.CANCELLED: 130,
-    }
-)
+_EXIT_CODES = {
+    **dict.fromkeys((ErrorCode.USAGE, ErrorCode.UNREADABLE, ErrorCode.NOT_JUDGED), 2),
+    **dict.fromkeys((ErrorCode.NO_PORT, ErrorCode.BUSY, ErrorCode.NO_PERMISSION), 3),
+    **dict.fromkeys((ErrorCode.NO_LINK, ErrorCode.INTERRUPTED), 3),
+    ErrorCode.CANCELLED: 130,
+}
 
 
 class UserError(Exception):
-    """Something cannot be had or done; the text says what, why and, where a person can help it, what to do.
+    """Something cannot be had or done. Its text says what, why and, where a person can help it, what to do.
 
-    `text` is `marked` if it is translatable; `values` fill its places. As text the error is English, for logs.
+    `text` is `marked` if it is translatable; `values` fill its place-holders. As text the error is English, for logs.
     """
 
+    # Why a command that it ends has no result.
     code = ErrorCode.USAGE
-    """Of a command that it ends."""
+    # What happened, and what to do next, where the two are known apart.
     what = ""
     hint = ""
-    """The two parts of the sentence, what happened and what to do next, where they are known apart."""
 
     def __init__(self, text: str | UserMessage, /, **values: object) -> None:
         self.message = text if isinstance(text, UserMessage) else message(text, **values)
@@ -71,5 +57,5 @@ class UserError(Exception):
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The text in the language in use now."""
         return self.message.translated()

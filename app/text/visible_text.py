@@ -1,4 +1,4 @@
-"""Makes untrusted text (ports, files, profiles, bytes) safe to display.
+"""Makes text that people typed, or that came out of a file or from a port, safe to show.
 
 Terminals execute escape characters, and direction marks reorder text: both are shown as code points.
 """
@@ -13,16 +13,11 @@ _IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2
 
 
 def visible(text: str, *, keep: str = "") -> str:
-    """`text` with control characters, direction marks and unpaired surrogates as code points, and line breaks and tabs
-    as spaces, except those in `keep`."""
+    """Return `text` with control characters, direction marks and unpaired surrogates as code points, and with spaces
+    for line breaks and tabs; those in `keep` stay."""
     if text.isprintable():
         return text
     return "".join(character if character in keep else _visible(character) for character in text)
-
-
-def visible_json(text: str) -> str:
-    """JSON `text` with such characters escaped; `json` has already escaped those below U+0020."""
-    return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def _visible(character: str) -> str:
@@ -31,3 +26,8 @@ def _visible(character: str) -> str:
     if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or character in _DIRECTION_MARKS:
         return f"[U+{ord(character):04X}]"
     return character
+
+
+def visible_json(text: str) -> str:
+    """Return JSON with such characters escaped; `json` has already escaped those below U+0020."""
+    return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)

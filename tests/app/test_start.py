@@ -79,27 +79,13 @@ def test_a_missing_package_is_named_in_one_sentence(package: str, words: list[st
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there TZ and HOME are not read")
-@pytest.mark.parametrize(
-    ("variable", "value", "said"),
-    [
-        ("TZ", "<+99>-99", "The time zone <+99>-99 (TZ) cannot be used. Times are in UTC."),
-        ("HOME", "nowhere", "This user has no home folder (HOME), so nothing can be kept there."),
-    ],
-)
-def test_surroundings_that_nobody_can_work_with_do_not_stop_lock(
-    variable: str, value: str, said: str, tmp_path: Path
-) -> None:
-    done = started(ENTRY, "lock", "--port", "sim://", folder=tmp_path, **{variable: value})
+@pytest.mark.skipif(sys.platform == "win32", reason="there HOME is not read")
+def test_without_a_home_lock_goes_on(tmp_path: Path) -> None:
+    done = started(ENTRY, "lock", "--port", "sim://", folder=tmp_path, HOME="nowhere")
     assert done.returncode == 0, done.stderr
-    assert said in done.stderr.splitlines()
+    assert "This user has no home folder (HOME), so nothing can be kept there." in done.stderr.splitlines()
     assert "LOCKED" in done.stdout
     assert "Unexpected error" not in done.stderr
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="there TZ is not read")
-def test_with_a_time_zone_that_cannot_be_used_the_archive_is_shown(tmp_path: Path) -> None:
-    assert started(ENTRY, "archive", "report", folder=tmp_path, TZ="<+99>-99").returncode == 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there HOME is not read")

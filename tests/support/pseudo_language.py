@@ -7,13 +7,15 @@ are kept.
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
 from xml.sax.saxutils import escape
 
 from app.system.files import write_whole
-from app.text.i18n import CHINESE, read_messages, variants
+from app.text.i18n import CHINESE, language, read_messages, set_language, variants
 
 LONGER: Final = 0.4
 """Typical of German and Russian."""
@@ -65,3 +67,12 @@ def _written() -> str:
 
 PSEUDO: Final = _written()
 """As `set_language` takes it."""
+
+
+@contextmanager
+def in_language(name: str) -> Iterator[None]:
+    """Use another language for a while, as no program does."""
+    before = language()
+    set_language(name)
+    yield
+    set_language(before)

@@ -7,9 +7,10 @@ from PySide6.QtGui import QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from app.text.i18n import tr
+from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
-from ui.widgets.layouts import FlowRow
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
 ASKS_FOR_S: Final = 10.0
@@ -43,7 +44,11 @@ class Confirm(QWidget):
             key="Esc",
             slot=self.withdraw,
         )
-        FlowRow(right=(self.go, self.cancel, self.ask), of=self)
+        if is_text_large():  # there is no room for all in one row
+            answers = in_row(1, self.go, self.cancel, spacing=Space.S)
+            in_column(in_row(1, self.ask), answers, of=self, spacing=Space.S, margins=0)
+        else:
+            in_row(1, self.go, self.cancel, self.ask, of=self, spacing=Space.S, margins=0)
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)
         self._asked_at = 0.0

@@ -46,10 +46,10 @@ class HoldButton(StepButton):
 
     def sizeHint(self) -> QSize:
         """Large enough for a gloved finger."""
-        hint = super().sizeHint()
-        longest = max((self.fontMetrics().horizontalAdvance(text) for text in self._reserved), default=0)
-        width = hint.width() - self.fontMetrics().horizontalAdvance(self.text()) + longest
-        return QSize(max(_SMALLEST.width(), hint.width(), width), _SMALLEST.height())
+        hint, metrics = super().sizeHint(), self.fontMetrics()
+        longest = max((metrics.horizontalAdvance(text) for text in self._reserved), default=0)
+        width = hint.width() - metrics.horizontalAdvance(self.text()) + longest
+        return QSize(max(_SMALLEST.width(), width), _SMALLEST.height()).expandedTo(hint)
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()

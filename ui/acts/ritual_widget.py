@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QProgressBar, QStackedLayout, QWidget
+from PySide6.QtGui import QFontMetrics, QHideEvent, QKeyEvent
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QWidget
 
 from app.engine.job import Job
 from app.procedures.act import Performed, perform, rehearse
@@ -28,21 +28,15 @@ from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
-from ui.style.theme import Meaning, Space, is_text_large, scaled
+from ui.style.theme import Meaning, Size, Space, font, is_text_large
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
+from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
-from ui.widgets.visibility_timer import VisibilityTimer
 
 TICK_MS: Final = 20
-_BAR_PX: Final = 8
-_COUNTDOWN_PX: Final = 160
-_MARK_PX: Final = 22
-_NOTICE_PX: Final = (40, 47)
-"""In one line, and where the text is below the title."""
 _STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))
 _ENDED: Final = {
     Input.CANCEL: marked("cancelled"),
@@ -77,12 +71,9 @@ class RitualWidget(QFrame):
         self._words = named(QWidget(), "ritual_words")
         self.step = text_label("ritual_step", "strong")
         self.step.setWordWrap(False)
-        self.step.setMinimumHeight(_MARK_PX)
         self.marks = [named(QLabel(), f"ritual_step_{name}") for name, _ in _STEPS]
         self.countdown = control(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
         self.countdown.setTextVisible(False)
-        self.countdown.setFixedHeight(_BAR_PX)
-        self.countdown.setFixedWidth(_COUNTDOWN_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
         self.choose = control(
             StepButton(tr("Deploy…")),
@@ -327,36 +318,39 @@ class RitualWidget(QFrame):
         super().hideEvent(event)
         self.disarm(Input.WINDOW_LEFT)
 
-    def _fit(self) -> None:
-        """Large text is below the title; room for a notice, or for two lines of it, whatever is said."""
-        direction, is_large = QBoxLayout.Direction, is_text_large()
-        self._row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
-        self._row.setSpacing(0 if is_large else Space.M)
-        self.notice_bar.setMinimumHeight(scaled(_NOTICE_PX[is_large]))
-
     def _lay_out(self) -> None:
         stacked(self._reasons, self._effect, self.conditions)
         stacked(self._head, self._words, self.notice_bar)
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
-        self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
-        VisibilityTimer(self, self._fit, restyle=self._fit)
+        if is_text_large():
+            in_column(self._title, reasons, of=self._words, spacing=0, margins=0)
+            # Room for a reason of two lines: the panel never grows while its buttons are used.
+            small_px = QFontMetrics(font(Size.SMALL)).lineSpacing()
+            self._words.setMinimumHeight(QFontMetrics(font(is_bold=True)).lineSpacing() + 2 * small_px)
+        else:
+            in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
-        row = FlowRow(spacing=Space.L)
-        starts = in_row(self.rehearse, self.choose, spacing=Space.S)
-        for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
-            row.add(_column(mark, buttons))
-        row.add_right(_column(QWidget(), in_row(self.cancel)))
-        in_column(self._head, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        steps = QGridLayout()
+        steps.setHorizontalSpacing(Space.L)
+        steps.setVerticalSpacing(Space.XS)
+        starts = in_row(self.rehearse, self.choose, 1, spacing=Space.S)
+        # Large text has no room for all steps side by side.
+        last_row, last_column = (2, 0) if is_text_large() else (0, 2)
+        for mark, buttons, row, column in (
+            (self.marks[0], starts, 0, 0),
+            (self.marks[1], in_row(self.arm, 1), 0, 1),
+            (self.marks[2], in_row(self.hold, 1), last_row, last_column),
+        ):
+            steps.addWidget(mark, row, column)
+            steps.addLayout(buttons, row + 1, column)
+        steps.addWidget(self.cancel, last_row + 1, last_column + 1, Qt.AlignmentFlag.AlignRight)
+        steps.setColumnStretch(last_column + 1, 1)
+        for row in (0, last_row):  # the mark of the step that is due is larger
+            steps.setRowMinimumHeight(row, QFontMetrics(font(is_bold=True)).height() + Space.XS)
+        in_column(self._head, steps, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # Cancel has the focus at every step: one Tab leads to the next one.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)
-
-
-def _column(head: QWidget, buttons: QHBoxLayout) -> QWidget:
-    column = QWidget()
-    VisibilityTimer(column, fit := lambda: head.setFixedHeight(scaled(_MARK_PX)), restyle=fit)
-    in_column((head, Qt.AlignmentFlag.AlignLeft), buttons, 1, of=column, spacing=Space.XS, margins=0)
-    return column
 
 
 def _ended_notice(why: Input) -> Notice:

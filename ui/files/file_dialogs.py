@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, Qt
+from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -34,14 +34,15 @@ from app.text.user_error import UserError
 from app.text.visible_text import visible
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
-from ui.style.icons import Icon, icon
-from ui.widgets.controls import named, without_key
+from ui.style.icons import Icon, icon, set_icon_size
+from ui.widgets.controls import ICON_PX, named, without_key
 
 _ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
                   "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
 """Of Qt's file dialog."""
-_SHARE_OF_PAGE: Final = 0.8
-"""The largest size of a dialog: with its title bar it leaves the top bar in sight."""
+_SHARE_OF_WIDTH: Final = 0.8
+_TITLE_BAR_PX: Final = 36
+"""The most that a system puts above a dialog."""
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 ThenPath = Callable[[Path], object]
@@ -80,12 +81,12 @@ def show_over_page(dialog: QDialog, *, is_large: bool = False) -> None:
     if not dialog.isVisible():
         window = (dialog.parentWidget() or dialog).window()
         page = window.findChild(QWidget, "centre") or window
-        largest = page.size() * _SHARE_OF_PAGE
+        largest = QSize(round(page.width() * _SHARE_OF_WIDTH), page.height() - _TITLE_BAR_PX)
         dialog.adjustSize()
         dialog.resize(largest if is_large else dialog.size().boundedTo(largest))
         dialog.show()  # its style may make it larger
-        middle = page.rect().center() - dialog.rect().center()
-        dialog.move(page.mapToGlobal(QPoint(max(0, middle.x()), max(0, middle.y()))))
+        spare = page.size() - dialog.size() - QSize(0, _TITLE_BAR_PX)
+        dialog.move(page.mapToGlobal(QPoint(max(0, spare.width() // 2), max(0, spare.height() // 2))))
     dialog.setWindowState(dialog.windowState() & ~Qt.WindowState.WindowMinimized)
     dialog.raise_()
     dialog.activateWindow()
@@ -146,6 +147,7 @@ def _offer_new_folder(dialog: QFileDialog) -> None:
     row = next(row for row in rows if row.indexOf(theirs) >= 0)
     button = named(QToolButton(), "new_folder")
     button.setIcon(icon(Icon.FOLDER_NEW))
+    set_icon_size(button, ICON_PX)
     button.setAccessibleName(tr("New folder…"))
     button.setToolTip(tr("New folder…"))
     button.setAutoRaise(theirs.autoRaise())

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
@@ -19,10 +19,10 @@ from ui.core.background_task import Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.job_notice import JobNotice
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import Meaning, Size, Space, current, font, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, in_row, retain_size
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 16
@@ -154,7 +154,7 @@ class SaveBar(QWidget):
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._take_drawing = take_drawing
         self.note = SaveNote("live_note")
-        retain_size(self.note)  # the row knows by it when it needs two lines
+        retain_size(self.note)
         self.csv = control(
             QPushButton(tr("Save values…")), "live_save_csv", keys="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv
         )
@@ -170,15 +170,9 @@ class SaveBar(QWidget):
         )
         self.stop.hide()
         self.note.job.changed.connect(self._refresh_buttons)
-        self._buttons = FlowRow(right=(self.stop, self.csv, self.png))
-        self._row = in_row((self.note, 1), (self._buttons, 3), of=self, spacing=Space.S, margins=0)
-
-    def event(self, event: QEvent) -> bool:
-        """The buttons take two lines only where one has no room for them."""
-        if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
-            needed = self._buttons.sizeHint().width() + self._row.spacing()
-            self._row.setStretch(1, 0 if self.width() >= needed else 3)
-        return super().event(event)
+        lay_out = in_column if is_text_large() else in_row
+        buttons = lay_out(self.stop, self.csv, self.png, spacing=Space.S)
+        in_row((self.note, 1), buttons, of=self, spacing=Space.S, margins=0)
 
     def _refresh_buttons(self) -> None:
         self.stop.setVisible(self.note.job.is_writing)

@@ -5,7 +5,7 @@ from typing import Any, Final, Generic
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHeaderView, QLabel, QLineEdit, QStackedWidget, QTableView, QWidget
+from PySide6.QtWidgets import QFormLayout, QHeaderView, QLabel, QLineEdit, QStackedWidget, QTableView, QWidget
 
 from app.text.i18n import tr
 from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
@@ -13,8 +13,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import EmptyState, text_label
-from ui.widgets.layouts import in_column, in_row, stacked
-from ui.widgets.visibility_timer import VisibilityTimer
+from ui.widgets.layouts import stacked
 
 _PAD_PX: Final = 5
 """Padding at each side of a cell, in the style sheet."""
@@ -48,7 +47,6 @@ class RowsTable(QTableView, Generic[Row]):
         super().__init__()
         control(self, name, says=says)
         self._widths: dict[int, int] = {}
-        self._stretches = 0
         self.source: RowsModel[Row] = RowsModel((), identify, tell, self)
         self.filter: RowsFilter[Row] = RowsFilter(self.source, self, searches_sentence=searches_sentence)
         self.setModel(self.filter)
@@ -56,7 +54,6 @@ class RowsTable(QTableView, Generic[Row]):
         if is_single:
             self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.doubleClicked.connect(lambda _index: self.opened.emit())
-        VisibilityTimer(self, self.measure, restyle=self.measure)
         self.show_columns(columns)
         if sorted_by is not None:
             self.setSortingEnabled(True)
@@ -87,44 +84,36 @@ class RowsTable(QTableView, Generic[Row]):
                 model.select(self.filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
 
     def measure(self) -> None:
-        """Makes the columns as wide as their texts, and at least as their headers with the sort arrow."""
+        """Makes the columns as wide as the texts that have to fit, and at least as their headers with the arrow."""
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
-        self._widths.clear()
-        titles_px = []
         for place, column in enumerate(self.source.columns):
-            title_px = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
-            titles_px += [title_px] * column.stretches
-            if self.isColumnHidden(place) and not column.is_spare:
-                continue
+            width = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
             if column.fixed_px:
-                self._widths[place] = column.fixed_px
+                width = column.fixed_px
             elif column.widest is not None:
                 icon_px = 0 if column.picture is None else _ICON_PX
-                text_px = body.horizontalAdvance(column.widest()) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX
-                self._widths[place] = max(text_px, title_px)
-        for place, width in self._widths.items():
+                text_px = body.horizontalAdvance(column.widest())
+                width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
+            self._widths[place] = width
             self.setColumnWidth(place, width)
-        self._stretches = len(titles_px) if len(titles_px) > 1 else 0
-        if self._stretches:
-            self.horizontalHeader().setMinimumSectionSize(max(titles_px))
-        self._share_width()
-        self.viewport().update()
+        self._hide_spare()
 
-    def _share_width(self) -> None:
-        # Whether it scrolls or not, so that lists of the same width have the same columns.
-        room = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
-        least = self.horizontalHeader().minimumSectionSize()
-        needed = sum(max(width, least) for width in self._widths.values()) + self._stretches * least
-        for place, column in reversed(list(enumerate(self.source.columns))):
+    def _hide_spare(self) -> None:
+        """Hides the last of the columns that are spare while there is no room for all."""
+        # Whether it scrolls or not, so that lists of one width have the same columns.
+        room_px = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
+        columns = list(enumerate(self.source.columns))
+        needed_px = sum(self._widths[place] for place, column in columns if not column.is_beside)
+        for place, column in reversed(columns):
             if column.is_spare:
-                width = max(self._widths.get(place, least), least)
-                self.setColumnHidden(place, needed > room)
-                self.setColumnWidth(place, width)
-                needed -= width if needed > room else 0
+                has_room = needed_px <= room_px
+                self.setColumnHidden(place, not has_room)
+                if not has_room:
+                    needed_px -= self._widths[place]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._share_width()
+        self._hide_spare()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         match event.key():
@@ -164,37 +153,26 @@ class SearchedRows(QStackedWidget):
         self.setCurrentWidget(content if self._table.source.rows else self.empty)
 
 
-NAME_PX: Final = 88
-
-
 class FactRows(QWidget):
     """`names`: the name of each fact by its key, marked. `labels`: used in place of labels that wrap."""
 
     def __init__(self, page: str, names: Mapping[str, str], labels: Mapping[str, QLabel] | None = None) -> None:
         super().__init__()
         self.setObjectName(f"{page}_fact_rows")
+        self._form = QFormLayout(self)
+        self._form.setContentsMargins(0, 0, 0, 0)
+        self._form.setVerticalSpacing(Space.XS)
+        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.values: dict[str, QLabel] = {}
-        self._rows: dict[str, QWidget] = {}
-        self._names: list[QLabel] = []
         for key, english in names.items():
             value = (labels or {}).get(key) or text_label(f"{page}_{key}", "", is_selectable=True)
-            name = named(QLabel(tr(english)), f"{page}_{key}_name", "muted")
-            self._names.append(name)
             value.setAccessibleDescription(tr(english))
-            row = named(QWidget(), f"{page}_{key}_row")
-            in_row(name, (value, 1), of=row, spacing=Space.S, margins=0)
-            self.values[key], self._rows[key] = value, row
-        in_column(*self._rows.values(), of=self, spacing=Space.XS, margins=0)
-        VisibilityTimer(self, self._fit, restyle=self._fit)
-        self._fit()
-
-    def _fit(self) -> None:
-        for name in self._names:
-            name.setFixedWidth(scaled(NAME_PX))
+            self._form.addRow(named(QLabel(tr(english)), f"{page}_{key}_name", "muted"), value)
+            self.values[key] = value
 
     def show_facts(self, values: Mapping[str, str]) -> None:
         """Facts without a value are hidden."""
         for key, label in self.values.items():
             text = values.get(key, "")
             label.setText(text)
-            self._rows[key].setVisible(bool(text))
+            self._form.setRowVisible(label, bool(text))

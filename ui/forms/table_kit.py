@@ -17,8 +17,7 @@ from PySide6.QtGui import QColor, QFontMetrics, QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
-from ui.style.theme import Meaning, Space, current
-from ui.widgets.visibility_timer import VisibilityTimer
+from ui.style.theme import Meaning, Space, current, font
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
@@ -49,8 +48,7 @@ class TableColumn(Generic[Row]):
 
 
 class RowsModel(QAbstractTableModel, Generic[Row]):
-    """`identify` returns what identifies a row while its figures change, `tell` the row as a sentence. It follows a
-    change of language with its parent."""
+    """`identify` returns what identifies a row while its figures change, `tell` the row as a sentence."""
 
     def __init__(
         self,
@@ -185,10 +183,5 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     rows = table.verticalHeader()
     rows.hide()
     rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-
-    def fit() -> None:
-        rows.setDefaultSectionSize(max(row_px, QFontMetrics(table.font()).height() + Space.S))
-
-    VisibilityTimer(table, fit, restyle=fit)
-    rows.setDefaultSectionSize(row_px)
+    rows.setDefaultSectionSize(max(row_px, QFontMetrics(font()).height() + Space.S))
     table.horizontalHeader().setHighlightSections(False)

@@ -18,6 +18,7 @@ from PySide6.QtGui import (
     QTextBlockFormat,
     QTextCursor,
     QTextDocument,
+    QTextOption,
 )
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMainWindow, QMessageBox, QTextBrowser, QWidget
 
@@ -41,6 +42,8 @@ class DocumentWindow(QDialog):
         self.setObjectName(name)
         self.text = control(QTextBrowser(), f"{name}_text", says=title)
         self.text.setOpenExternalLinks(False)
+        self.text.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        self.text.setWordWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
         self.buttons.rejected.connect(self.reject)
         self.setWindowTitle(title)
@@ -152,8 +155,7 @@ class GuideViewer(DocumentWindow):
     def _show_pictures(self, in_language: str) -> None:
         """Scales screenshots down to the width of the text, and recolours the drawings for the theme."""
         document, theme, ratio = self.text.document(), current(), self.devicePixelRatioF()
-        beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(document.documentMargin())
-        room_px_of_text = self.text.width() - beside_px - Space.XL
+        room_px_of_text = self.text.viewport().width() - 2 * round(document.documentMargin())
         room_px_of_lists = room_px_of_text - round(document.indentWidth())  # drawings stand in lists
         for picture in sorted((self._folder / "images").glob(f"*-{in_language}.*")):
             if picture.suffix == ".svg":

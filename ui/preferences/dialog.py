@@ -93,7 +93,6 @@ class PreferencesDialog(QDialog):
 
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")
-        box.setMinimumWidth(180)
         WheelGuard(box)
         return box
 

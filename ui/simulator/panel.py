@@ -12,12 +12,12 @@ from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice
-from ui.widgets.sliders import Dial, WheelGuard, fit_number, label_for
+from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_MS = 200
@@ -102,7 +102,7 @@ class SimulatorPanel(QWidget):
         self.fall_height.setValue(USUAL_HEIGHT_M)
         self.fall_height.setSuffix(" m")
         self.fall_height.setAlignment(Qt.AlignmentFlag.AlignRight)
-        fit_number(self.fall_height)
+        self.fall_height.setFixedWidth(scaled(NUMBER_PX))
         WheelGuard(self.fall_height)
         self.fall_height.valueChanged.connect(self._name_drop)
         self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_world(tilt_deg=tilt_deg)))

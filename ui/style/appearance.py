@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette, QSh
 from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
-from ui.style.icons import FILES, fit_icons
+from ui.style.icons import FILES
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, kept_font, scale_in_use, scaled, use
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
@@ -174,7 +174,6 @@ class Appearance(QObject):
                 part.installEventFilter(self)
             part.setProperty(_STYLED_THEME, self._applied.name)
             part.setStyleSheet(self._sheet)
-            fit_icons(part)
 
     def _parts(self) -> list[QWidget]:
         only_direct = Qt.FindChildOption.FindDirectChildrenOnly

@@ -13,15 +13,13 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QByteArray, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QIconEngine, QImage, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QWidget
+from PySide6.QtWidgets import QAbstractButton, QAbstractItemView
 
 from ui.style.theme import Meaning, current, scaled
 
 FILES: Final = Path(__file__).parent / "svg"
 _STROKE: Final = 'stroke-width="1.8"'
 _SUNLIGHT_STROKE: Final = 'stroke-width="2.4"'
-_SIZE: Final = "icon_size"
-"""Property of a button or list: the size of its icons at the usual size of text."""
 
 
 class Icon(Enum):
@@ -212,24 +210,8 @@ def icon(picture: Icon, meaning: Meaning | None = None, *, is_on_primary: bool =
 
 
 def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int, *, gap_px: int = 0) -> None:
-    """Sets the size of a widget's icons at the usual size of text; they grow with the text. `gap_px` is empty room at
-    the right."""
-    widget.setProperty(_SIZE, QSize(px + gap_px, px))
-    _scale_icons(widget)
-
-
-def fit_icons(part: QWidget) -> None:
-    """Scales the icons of all buttons and lists in a part of the window, after a change of the size of text."""
-    for button in part.findChildren(QAbstractButton):
-        _scale_icons(button)
-    for view in part.findChildren(QAbstractItemView):
-        _scale_icons(view)
-
-
-def _scale_icons(widget: QAbstractButton | QAbstractItemView) -> None:
-    size = widget.property(_SIZE)
-    if isinstance(size, QSize):
-        widget.setIconSize(QSize(scaled(size.width()), scaled(size.height())))
+    """Sets the size of a widget's icons at the usual size of text. `gap_px` is empty room at the right."""
+    widget.setIconSize(QSize(scaled(px + gap_px), scaled(px)))
 
 
 @cache

@@ -1,7 +1,6 @@
-"""Labels: wrapping text, one elided line, text in a fixed height, a ticking figure, an icon of the theme, and
+"""Labels: wrapping text, one elided line, text in a given height, a ticking figure, an icon of the theme, and
 what stands in place of an empty list."""
 
-from functools import partial
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt
@@ -66,19 +65,21 @@ class ElidedLabel(QLabel):
 
 
 class FittedLabel(QLabel):
-    """Plain text that wraps within the height the layout gives: in small text, and at last elided, where it is long."""
+    """Plain text that wraps within the height that the layout gives: small where it is long, and at last elided, then
+    with a tooltip."""
 
     def __init__(self, *, is_bold: bool = False) -> None:
         super().__init__()
-        self._texts, self._is_bold = ("", ""), is_bold
+        self._whole, self._is_bold = "", is_bold
         self.setWordWrap(True)
         be_plain(self)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
 
     def show_text(self, text: str, note: str = "") -> None:
-        """Shows `text`, and below or after it a `note`, which is elided first."""
-        if self._texts != (text, note):
-            self._texts = (text, note)
+        """Shows `text`, and after it a `note`."""
+        whole = join_sentences([text, note])
+        if self._whole != whole:
+            self._whole = whole
             self._fit()
 
     def minimumSizeHint(self) -> QSize:
@@ -88,36 +89,24 @@ class FittedLabel(QLabel):
         super().resizeEvent(event)
         self._fit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() is QEvent.Type.PaletteChange:
-            self._fit()
-
     def _fit(self) -> None:
-        text, note = self._texts
-        if not (text or note):
-            self.setText("")
-            self.setToolTip("")
-            return
-        whole = join_sentences([text, note])
-        below = f"{text}\n{note}".strip()
-        sizes = [(below, Size.BODY), (whole, Size.BODY), (below, Size.SMALL), (whole, Size.SMALL)]
-        shown, size = next(((line, size) for line, size in sizes if self._has_room(line, size)), ("", Size.SMALL))
-        if not shown:
-            fits = partial(self._has_room, size=size)
-            shown = next((cut for end in range(len(whole), -1, -1) if fits(cut := f"{whole[:end].rstrip()}…")), "")
-        self.setFont(self._font(size))
+        for size in (Size.BODY, Size.SMALL):
+            letters = font(size)
+            letters.setBold(self._is_bold)
+            if self._has_room(self._whole, letters):
+                break
+        shown, end = self._whole, len(self._whole)
+        while end and not self._has_room(shown, letters):
+            end -= 1
+            shown = f"{self._whole[:end].rstrip()}…"
+        self.setFont(letters)
         self.setText(shown)
-        self.setToolTip("" if shown in (whole, below) else whole)
+        self.setToolTip("" if shown == self._whole else self._whole)
 
-    def _font(self, size: Size) -> QFont:
-        fitted = font(size)
-        fitted.setBold(self._is_bold)
-        return fitted
-
-    def _has_room(self, text: str, size: Size) -> bool:
-        room, metrics = self.contentsRect(), QFontMetrics(self._font(size))
-        needed = metrics.boundingRect(QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value, text)
+    def _has_room(self, text: str, letters: QFont) -> bool:
+        room = self.contentsRect()
+        flags = Qt.TextFlag.TextWordWrap.value
+        needed = QFontMetrics(letters).boundingRect(QRect(0, 0, room.width(), 0), flags, text)
         return needed.height() <= room.height() and needed.width() <= room.width()
 
 
@@ -138,11 +127,12 @@ class IconLabel(QLabel):
 
     def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
         """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
-        self._size_px, self._reserves_place = size_px, keeps_place
+        self._size_px = scaled(size_px)
         self._shown: tuple[Icon, Meaning | None, bool] | None = None
         super().__init__()
         named(self, name)
-        self._fit()
+        if keeps_place:
+            self.setFixedSize(self._size_px, self._size_px)
 
     def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
         """Shows `picture` in the colour of its meaning, of muted text, or of plain text."""
@@ -154,24 +144,18 @@ class IconLabel(QLabel):
         self._shown = None
         self.clear()
 
-    def _fit(self) -> None:
-        if self._reserves_place:
-            self.setFixedSize(scaled(self._size_px), scaled(self._size_px))
-
     def _draw(self) -> None:
         if self._shown is not None:
             picture, meaning, is_muted = self._shown
             ink = current().muted if is_muted else current().ink(meaning)
-            self.setPixmap(pixmap(picture, scaled(self._size_px), ink, ratio=self.devicePixelRatioF()))
+            self.setPixmap(pixmap(picture, self._size_px, ink, ratio=self.devicePixelRatioF()))
 
     def event(self, event: QEvent) -> bool:
         if event.type() in _REDRAWN_AT:
-            self._fit()
             self._draw()
         return super().event(event)
 
 
-_MARGIN_PX: Final = 120
 _ICON_PX: Final = 48
 
 
@@ -186,7 +170,7 @@ class EmptyState(QWidget):
         self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.title = named(QLabel(title), f"{name}_title", "title")
         self.text = named(QLabel(text), f"{name}_text", "muted")
-        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=(_MARGIN_PX, 0))
+        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=Space.XL)
         for label in (self.title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             label.setWordWrap(True)

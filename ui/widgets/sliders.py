@@ -7,7 +7,6 @@ from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
 from ui.widgets.number_line import NumberKind, NumberLine
-from ui.widgets.visibility_timer import VisibilityTimer
 
 NUMBER_PX = 104
 """Width of a number box with its unit, smaller than Qt's size hint."""
@@ -28,16 +27,6 @@ class WheelGuard(QObject):
             event.ignore()  # passes it on to the scroll area
             return True
         return False
-
-
-def fit_number(box: QWidget, px: int = NUMBER_PX) -> None:
-    """Gives a number box its width in the size of text in use."""
-
-    def fit() -> None:
-        box.setFixedWidth(scaled(px))
-
-    VisibilityTimer(box, fit, restyle=fit)
-    fit()
 
 
 def label_for(widget: QWidget, title: str) -> QLabel:
@@ -79,7 +68,7 @@ class Dial(QWidget):
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = named(QLabel(), f"{name}_range", "danger")
         self.range.hide()
-        fit_number(self.box, _BARE_NUMBER_PX)
+        self.box.setFixedWidth(scaled(_BARE_NUMBER_PX))
         WheelGuard(self.slider)
         in_row((self.slider, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)

@@ -19,11 +19,11 @@ from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
-from app.text.i18n import temporary_language
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Ended, EndReason, Role
 from protocol.frame import Reason
 from tests.support.line.sim_line import Rig
+from tests.support.pseudo_language import in_language
 
 PORT = "/dev/ttyUSB0"
 AT_THE_MODULE = (
@@ -183,7 +183,7 @@ def test_nothing_is_wrong(evidence: PortEvidence) -> None:
 @pytest.mark.promise("l")
 def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidence, language: str) -> None:
     """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
-    with temporary_language(language):
+    with in_language(language):
         usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
         assert usual is not None
         assert armed is not None
@@ -208,7 +208,7 @@ def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Ph
         absence=Absence.AWAY,
         was_active=True,
     )
-    with temporary_language(language):
+    with in_language(language):
         said = link_text(state, 9.0)
         assert said.next_step.startswith(keep_away()) is not (state.is_fine or phase is Phase.CLOSED)
         assert not any(word in said.next_step for word in AT_THE_MODULE)

@@ -12,13 +12,14 @@ from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFau
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value, setting_message
-from app.text.i18n import CHINESE, temporary_language
+from app.text.i18n import CHINESE
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import watched_rig
+from tests.support.pseudo_language import in_language
 
 NOW = 1000.0
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
@@ -244,5 +245,5 @@ def test_nothing_is_rounded_to_a_value(text: str) -> None:
     ],
 )
 def test_a_setting_of_the_past_is_said_in_the_language_in_use(key: str, value: Value, said: str) -> None:
-    with temporary_language(CHINESE):
+    with in_language(CHINESE):
         assert setting_message(key, value).translated() == said

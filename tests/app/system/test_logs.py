@@ -100,14 +100,14 @@ def test_a_full_disk_is_said_once_and_the_program_goes_on(
     assert capsys.readouterr().err == ""
 
 
-def test_a_second_copy_gets_a_file_of_its_own(begin: Callable[[Path], Log], tmp_path: Path) -> None:
+def test_a_second_copy_keeps_its_lines_in_memory_and_says_so(begin: Callable[[Path], Log], tmp_path: Path) -> None:
     begin(tmp_path)
     code = (
-        "import sys, logging, pathlib; from app.system.logs import start_log\n"
-        "log = start_log(pathlib.Path(sys.argv[1])); logging.getLogger('x').warning('second'); print(log.path.name)"
+        "import sys, logging, pathlib; from app.system.logs import start_log, text_of\n"
+        "log = start_log(pathlib.Path(sys.argv[1])); logging.getLogger('x').warning('second')\n"
+        "print(log.path, isinstance(log.trouble, OSError), 'second' in text_of(log))"
     )
-    assert ran_code(code, tmp_path).stdout == "dps-s-2.log\n"
-    assert "second" in (tmp_path / "dps-s-2.log").read_text(encoding="utf-8")
+    assert ran_code(code, tmp_path).stdout == "None True True\n"
     assert "second" not in (tmp_path / "dps-s.log").read_text(encoding="utf-8")
 
 

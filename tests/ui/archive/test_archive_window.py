@@ -70,7 +70,9 @@ def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, qapp: 
         line = assembly.archive.line
         assert not line.isHidden()
         assert "secret" not in line.toolTip() + line.text()
-        texts = [path for path in assembly.storage.folder.rglob("*") if path.suffix in {".sqlite", ".toml", ".ini", ".log"}]
+        texts = [
+            path for path in assembly.storage.folder.rglob("*") if path.suffix in {".sqlite", ".toml", ".ini", ".log"}
+        ]
         assert all(b"secret" not in path.read_bytes() for path in texts)
 
 

@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
 from threading import Thread
-from unittest.mock import Mock
 
 import pytest
 from PySide6.QtCore import QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
@@ -34,10 +33,10 @@ from tests.support.window.steps import await_child, choosing, drop, find, let_la
 from tests.support.window.walk import SMALL_SCREEN
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
-from ui.files.save_bar import SaveBar, footer_text
+from ui.files.save_bar import footer_text
 from ui.main import WindowOptions
 from ui.pages.settings.page import SettingsPage
-from ui.style.theme import THEMES, Meaning, Space, Theme
+from ui.style.theme import THEMES, Meaning, Theme
 
 
 def recent_menu(window: QWidget) -> QMenu:
@@ -377,15 +376,3 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     assert list(tmp_path.iterdir()) == []
     assert live.page.save.csv.isEnabled()
     assert not live.page.save.stop.isVisible()
-
-
-def test_the_buttons_take_two_lines_only_where_one_has_no_room(qtbot: QtBot) -> None:
-    bar = SaveBar(take_excerpt=Mock(), take_picture=Mock(), take_drawing=Mock(), find_origin=Mock())
-    qtbot.addWidget(bar)
-    bar.show()
-    needed = bar.csv.sizeHint().width() + bar.png.sizeHint().width() + 2 * Space.S
-    for width, is_one_line in ((needed, True), (needed + 200, True), (needed - 30, False)):
-        bar.resize(width, 100)
-        let_lay_out(bar)
-        assert (bar.csv.y() == bar.png.y()) is is_one_line
-        assert all(bar.rect().contains(one.geometry()) for one in (bar.csv, bar.png))

@@ -158,6 +158,9 @@ def test_every_state_in_the_style_sheet_is_readable(theme: Theme) -> None:
         pairs = [(whole["color"], whole["background"])]
         if "selection-background-color" in whole:
             pairs.append((whole.get("selection-color", whole["color"]), whole["selection-background-color"]))
-        if not any(part in selector for part in ("::indicator", "::chunk", "::handle", "::separator", "QProgressBar", 'role="line"')):
+        if not any(
+            part in selector
+            for part in ("::indicator", "::chunk", "::handle", "::separator", "QProgressBar", 'role="line"')
+        ):
             weak += [f"{selector}: {one} on {other}" for one, other in pairs if contrast(one, other) < least]
     assert not weak, "\n".join(weak)

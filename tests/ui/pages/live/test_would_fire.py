@@ -43,9 +43,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         assert not live.try_out.isEnabled()
         connect(qtbot, assembly, "sim://session")
         port = assembly.ports.current
-        qtbot.waitUntil(
-            lambda: port.module.is_read
-        )
+        qtbot.waitUntil(lambda: port.module.is_read)
         bench.set_world(tilt_deg=57)
         qtbot.waitUntil(lambda: port.module.view.fresh("tilt_deg", assembly.ports.clock()) == 57, timeout=WAIT_MS)
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
@@ -100,9 +98,7 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
             pass
         connect(qtbot, assembly, "sim://fired")
         port = assembly.ports.current
-        qtbot.waitUntil(
-            lambda: port.module.is_read
-        )
+        qtbot.waitUntil(lambda: port.module.is_read)
         settings, flights = find(assembly.window, SettingsPage), find(assembly.window, FlightsPage)
         settings.work.choose("attitude_threshold_deg", 70)
         settings.work.choose("freefall_trigger", False)
