@@ -16,7 +16,7 @@ from app.engine.procedure import Report
 from app.engine.worker import Batch
 from app.fleet.card import HeldVerdict
 from app.limits.past import Past
-from app.preflight.evidence import Evidence, StateReading, Void, changed, read_state
+from app.preflight.evidence import Evidence, StateReading, Void, changed, read_state, void_of_end
 from app.preflight.findings import CheckResult, Person
 from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import (
@@ -100,6 +100,7 @@ class ModuleCheck(QObject):
         module.changed.connect(self.poll)
         module.batch.connect(self._on_batch)
         module.named.connect(self._on_name)
+        module.ended.connect(self._on_ended)
         procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=module.journal)
         self._job: Job[Any] | None = module.run(procedure, self._end, on_progress=self._remember_progress, goes_on=True)
 
@@ -187,6 +188,7 @@ class ModuleCheck(QObject):
         self._module.changed.disconnect(self.poll)
         self._module.batch.disconnect(self._on_batch)
         self._module.named.disconnect(self._on_name)
+        self._module.ended.disconnect(self._on_ended)
         self.deleteLater()
 
     def poll(self) -> None:
@@ -220,6 +222,13 @@ class ModuleCheck(QObject):
         if self._job is not None:
             self.evidence.listen(batch.events)
         self.poll()  # also what no page shows, and what is over by the next look
+
+    def _on_ended(self) -> None:
+        """The verdict is void with its conversation; what came of one that runs is shown no more once the next begins."""
+        end = self._module.end
+        if self._job is not None and end is not None:
+            why = void_of_end(end).message
+            self._module.keep_report(message(marked("{name}: {value}"), name=message(marked("Pre-flight")), value=why))
 
     @property
     def _is_known_to_be_triggered(self) -> bool:

@@ -15,13 +15,14 @@ from app.procedures.write import SettingChange, WriteContext, WriteReport, write
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, inputs_at, refusals
 from app.settings.profiles import NO_PROFILE, Profile
-from app.text.messages import message
+from app.text.messages import joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
 from ui.session.check import ModuleCheck
 from ui.session.port import Port
+from ui.session.shown_module import ShownModule
 
 SILENT = message(marked("The module does not answer."))
 
@@ -205,19 +206,25 @@ class GroupProfile(QObject):
             store_snapshot=module.keep_as_found(),
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
-        job = module.run(write_all(changes, context), partial(self._end, connection), goes_on=True)
+        job = module.run(write_all(changes, context), partial(self._end, connection, module), goes_on=True)
         self._jobs[connection] = job
 
-    def _end(self, connection: Port, job: Job[WriteReport]) -> None:
+    def _end(self, connection: Port, module: ShownModule, job: Job[WriteReport]) -> None:
         if self._jobs.get(connection) is not job:
             return
         del self._jobs[connection]
         if isinstance(job.error, UserError):
-            self.applied[connection] = AppliedProfile(Applied.FAILED, (job.error.message,))
+            applied = AppliedProfile(Applied.FAILED, (job.error.message,))
         elif job.error is not None:
-            self.applied[connection] = AppliedProfile(Applied.FAILED)
+            applied = AppliedProfile(Applied.FAILED)
         else:
-            self.applied[connection] = outcome_of(job.outcome())
+            applied = outcome_of(job.outcome())
+        self.applied[connection] = applied
+        if connection.module is not module:
+            del self.applied[connection]  # the row is of the next conversation by now
+        if not module.is_going:
+            why = joined(applied.why) if applied.why else message(applied.state.value)
+            module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=why))
         self.changed.emit()
 
     def _on_removed(self, connection: Port) -> None:

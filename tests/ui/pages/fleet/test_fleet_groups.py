@@ -66,6 +66,9 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
     shown = desk.page.panel.table.filter.index(1, 2)
     assert shown.data() == "FAILED: The port was lost."
+    port = desk.modules[1][0]
+    reports = [one.text.in_english() for one in port.interruptions.remainders if one.text is not None]
+    assert reports == ["Profile: The port was lost."]
     desk.modules[1][1].open("/dev/port1", 115200)
     desk.modules[1][1].say(attitude_threshold_deg=60)
     desk.settle()

@@ -23,9 +23,10 @@ from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
 from tests.support.window.screen_reader import announced
-from tests.support.window.steps import given
+from tests.support.window.steps import given, notice_text
 from ui.pages.triggers.model import Column
 from ui.session.check import Standing
+from ui.session.interruptions import RemainderKind
 
 
 def type_another_name(bench: OnBench) -> None:
@@ -134,6 +135,26 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
     assert page.banner.announcement.head == "It was cancelled."
     assert not page.buttons.print.isEnabled()
     assert kept(rig) == []
+
+
+@pytest.mark.promise("a")
+def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(rig: OnBench) -> None:
+    page, port = rig.preflight, rig.assembly.ports.current
+    name_module(rig, "M-07")
+    rig.click(page.buttons.run)
+    rig.wait(1.0)
+    rig.restart()
+    rig.wait_standing(Standing.NOT_CHECKED)
+    assert not page.buttons.print.isEnabled()
+    assert kept(rig, "M-07") == []
+    (report,) = [one for one in port.interruptions.remainders if one.kind is RemainderKind.REPORT]
+    assert (report.module, given(report.text).in_english()) == ("M-07", "Pre-flight: The module restarted.")
+    bar = rig.assembly.window.notice_bar
+    rig.until(lambda: bar.button("name_other") is not None)
+    rig.click(bar.button("name_other"))
+    rig.until(lambda: "Pre-flight: The module restarted." in notice_text(bar))
+    given(given(bar.notice).dismiss)()
+    assert port.interruptions.remainders == ()
 
 
 @pytest.mark.promise("a")
