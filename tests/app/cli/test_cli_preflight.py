@@ -30,6 +30,7 @@ pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
 
 PROFILE = """
 name = "H6"
+[settings]
 light_threshold_v = 1.8
 [limits]
 cell_voltage_min_v = 3.7

@@ -57,6 +57,18 @@ def test_what_is_added_is_there_after_the_program_ended(folder: Path) -> None:
         assert store.read(lambda facts: facts.modules()) == ["M-07", "M-08"]
 
 
+def test_damage_in_one_state_costs_neither_the_store_nor_the_others(folder: Path) -> None:
+    with opened(folder) as store:
+        store.set_state("stream:A", 1)
+        store.set_state("stream:B", 2)
+    with closing(sqlite3.connect(folder / FILE_NAME)) as file, file:
+        file.execute("UPDATE state SET value = '{' WHERE key IN ('station', 'stream:A')")
+    with opened(folder) as store:
+        assert notice(store) == ""
+        assert store.read(lambda facts: facts.states("stream:")) == {"B": 2}
+        assert store.state("stream:A") is None
+
+
 def test_the_station_introduces_itself_once(folder: Path) -> None:
     for _ in range(2):
         with opened(folder) as store:

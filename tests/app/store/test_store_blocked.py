@@ -8,13 +8,12 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
-from app.engine.identity import IdentityEvidence
-from app.store.modules import modules
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
+from app.modules.names import modules
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.fact_store import Store
@@ -23,10 +22,10 @@ from app.store.trouble import StoreTrouble
 from app.trigger_records.history import Judgement
 from app.trigger_records.kept import KeptTriggers
 from tests.support.patience import MACHINE_S
-from tests.support.records.stored import audit, evidence_of, records_of
+from tests.support.records.stored import audit, records_of, remembered_in
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
-from tests.support.window.preflight_window import OnBench, on_bench
+from tests.support.window.preflight_window import OnBench, name_module, on_bench
 from tests.ui.pages.triggers.test_triggers_page import fire, name_kept, said, texts
 from ui.pages.triggers.model import Column
 
@@ -87,7 +86,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             assert [row.is_stored for row in page.work.rows] == [False]
             page.table.selectRow(0)
             assert page.detail.seen.text() == "Saving…"
-            assert store.read(modules) == ()
+            assert store.read(lambda facts: KeptTriggers(facts).records("M-07")) == ()
             release()
         bench.until(lambda: not page.work.is_busy)
         assert [row.is_stored for row in page.work.rows] == [True]
@@ -135,19 +134,19 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "met", "triggers") as bench:
-        page, store = bench.triggers, store_of(bench)
-        name_kept(bench, "M-07")
-        naming = page._connector.current.module
-        bench.until(lambda: "M-07" in naming._read)
+        store = store_of(bench)
+        bench.beside_s = 0.05  # as in the program, where nobody waits for the disk
+        bench.until(lambda: bench.assembly.ports.module.is_read)
         with held_by_another(qtbot, store) as release:
-            naming.remember_adapter()
+            name_module(bench, "M-07", "triggers")
+            assert bench.assembly.ports.module.name == "M-07"
             assert store.read(modules) == ()
             release()
         bench.until(lambda: bool(store.read(modules)))
-        (module,) = store.read(modules)
-        assert (module.name, module.adapter) == ("M-07", naming.adapter)
-        bench.until(lambda: evidence_of(store, module.name) != IdentityEvidence())
-        assert evidence_of(store, module.name) == naming._read["M-07"]
+        module, view = remembered_in(store, "M-07"), bench.assembly.ports.module.view
+        assert module is not None
+        assert module.boot_count == view.boot_count
+        assert module.settings["freefall_time_s"] == view.values["freefall_time_s"].value
 
 
 def test_the_window_connects_and_locks_though_the_store_does_not_open(
@@ -166,7 +165,7 @@ def test_the_window_connects_and_locks_though_the_store_does_not_open(
         try:
             turns = Turns()
             assembly.window.connect_to(Target("sim://beside", 115200))
-            qtbot.waitUntil(lambda: port.device.reported != (None, None))
+            qtbot.waitUntil(lambda: port.module.view.reported != (None, None))
             assert isinstance(assembly.storage.store, StoreTrouble)
             port.lock.press()
             qtbot.waitUntil(lambda: port.lock.confirmed is not None)
