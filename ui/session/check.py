@@ -224,7 +224,7 @@ class ModuleCheck(QObject):
         self.poll()  # also what no page shows, and what is over by the next look
 
     def _on_ended(self) -> None:
-        """The verdict is void with its conversation; what came of one that runs is shown no more once the next begins."""
+        """What came of one that runs is shown no more once the next conversation begins."""
         end = self._module.end
         if self._job is not None and end is not None:
             why = void_of_end(end).message

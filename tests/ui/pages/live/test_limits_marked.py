@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch
-from app.text.i18n import CHINESE, ENGLISH, temporary_language
+from app.text.i18n import CHINESE, ENGLISH
 from protocol.events import Counters
 from tests.support.records.recordings_desk import made, record
 from tests.support.window.fakes_ui import connect, simulated, window
@@ -20,13 +20,12 @@ from ui.style.theme import Meaning
 from ui.widgets.readout import Readout
 
 
-@pytest.mark.parametrize("is_chinese", [False, True])
+@pytest.mark.parametrize("spoken", [ENGLISH, CHINESE], indirect=True)
 @pytest.mark.promise("g")
-def test_a_recording_marks_them_under_the_cursor(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
-) -> None:
+def test_a_recording_marks_them_under_the_cursor(spoken: str, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    is_chinese = spoken == CHINESE
     made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
-    with temporary_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+    with made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
         desk.storage.recordings.open(desk.library.entries()[0])
         desk.until(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,8 +120,8 @@ def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
     assert (data.fires.value, data.falls.value) == (None, 0.5)
 
 
-ON = {"attitude_trigger": True, "freefall_trigger": True}
-VALUES = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
+ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
+VALUES: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
 
 
 @pytest.mark.parametrize(
@@ -133,7 +134,7 @@ VALUES = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
     ],
 )
 def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
-    flags: dict[str, bool], acting: tuple[float | None, ...], unproven: tuple[float | None, ...]
+    flags: dict[str, Any], acting: tuple[float | None, ...], unproven: tuple[float | None, ...]
 ) -> None:
     """ "60° fires" was drawn with unknown flags."""
     data = LiveData()
