@@ -131,14 +131,17 @@ class Attention(QObject):
         """Like `is_risky_to_leave`, for the modules on all ports."""
         return is_risky_to_leave(self._ports.current) or self._ports.is_any_active
 
-    def _unsent_text(self, *, is_closing: bool) -> str:
-        """Of the edits that leaving the module would lose, or closing the window; "" where there are none."""
+    def _unsent_text(self, *, is_closing: bool, port: Port | None = None) -> str:
+        """Of the edits that leaving the module would lose, or closing the window; "" where there are none. `port`: one
+        that is not shown, and is closed for good with what is kept there."""
         count = self._ports.module.count_unsent()
-        if is_closing:
-            count = sum(port.module.count_unsent() + port.interruptions.count_drafts() for port in self._ports.all)
+        if is_closing or port is not None:
+            ports = self._ports.all if port is None else (port,)
+            count = sum(one.module.count_unsent() + one.interruptions.count_drafts() for one in ports)
         is_profile_lost = is_closing and self._unsent.has_profile()
         parts = [tr("Settings not written: {count}.", count=count)] if count else []
-        return join_sentences([*parts, labelled(tr("Profile"), tr("Unsaved edits.")) if is_profile_lost else ""])
+        text = join_sentences([*parts, labelled(tr("Profile"), tr("Unsaved edits.")) if is_profile_lost else ""])
+        return labelled(port.module.name or port.connection.port, text) if text and port is not None else text
 
     def may_close(self, close: Callable[[], object]) -> bool:
         """Whether the window may close now; else asks, and calls `close` where that is the answer.
@@ -181,14 +184,13 @@ class Attention(QObject):
     def leave_port(self, proceed: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
         """Calls `proceed`; asks before edits would be lost or an ACTIVE module left. `port`: else the shown one."""
         go = partial(self._leave_active, proceed, port or self._ports.current, is_closing=is_closing)
-        if port in (None, self._ports.current):
-            self.leave_edits(go, is_closing=is_closing)
-        else:
-            go()
+        self.leave_edits(go, port=None if port is self._ports.current else port, is_closing=is_closing)
 
-    def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Calls `proceed`; asks before edits would be lost, and no longer once another module may be there."""
-        module, find_text = self._ports.module, partial(self._unsent_text, is_closing=is_closing)
+    def leave_edits(self, proceed: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
+        """Calls `proceed`; asks before edits would be lost, and no longer once another module may be there. `port`: one
+        that is not shown."""
+        module = self._ports.module if port is None else port.module
+        find_text = partial(self._unsent_text, is_closing=is_closing, port=port)
         if not find_text():
             proceed()
             return
@@ -196,10 +198,10 @@ class Attention(QObject):
         def go() -> None:
             self._question = None
             module.discard_edits()
-            if is_closing:
-                for port in self._ports.all:
-                    port.module.discard_edits()
-                    port.interruptions.discard_drafts()
+            if is_closing or port is not None:
+                for one in self._ports.all if port is None else (port,):
+                    one.module.discard_edits()
+                    one.interruptions.discard_drafts()
             proceed()
 
         def notice() -> Notice:
@@ -208,7 +210,7 @@ class Attention(QObject):
             return Notice(Meaning.ATTENTION, find_text(), (stays, drops))
 
         def is_open() -> bool:
-            return bool(find_text()) and (is_closing or self._ports.module is module)
+            return bool(find_text()) and (is_closing or port is not None or self._ports.module is module)
 
         self._ask(_Question(notice, is_open, is_about_closing=is_closing, is_about_edits=True), focused="stay")
 
@@ -323,9 +325,10 @@ class Attention(QObject):
         close = partial(port.interruptions.close_remainder, remainder)
 
         def take_over() -> None:
-            module.settings.fill(drafts)
-            close()
-            self._go_to("settings")
+            if module.settings.can_edit:
+                module.settings.fill(drafts)
+                close()
+                self._go_to("settings")
 
         who, when = module_label(remainder.module), clock_time(remainder.at)
         what = module.settings.beside(drafts)

@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from protocol.events import Ended, EndReason
@@ -27,7 +28,8 @@ from tests.support.window.settings_bench import (
 from tests.support.window.steps import given, notice_text
 from ui.pages.settings.page import SettingsPage
 from ui.session.interruptions import RemainderKind
-from ui.shell.attention import AGAIN_S
+from ui.shell.attention import AGAIN_S, Attention
+from ui.widgets.notice_bar import NoticeBar
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
@@ -281,6 +283,33 @@ def test_edits_stay_with_their_module_while_another_one_is_shown(qtbot: QtBot, q
         page.refresh()
         assert page.work.form.edited == {TIME: 1.2}
         assert page.write.isEnabled()
+
+
+def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_closed(
+    qtbot: QtBot, qapp: QApplication
+) -> None:
+    with fake_services(qapp) as (ports, services):
+        bar = NoticeBar()
+        qtbot.addWidget(bar)
+        attention = Attention(
+            services.ports, bar, acts=dict.fromkeys(NextStep, print), pending_edits=services.pending_edits,
+            go_to=lambda _page: None, shown_page=lambda: "fleet", is_choosing=lambda: False, find_left=lambda: None, parent=services.ports,
+        )  # fmt: skip
+        ports.plug_in("/dev/port0")
+        second, worker = ports.plug_in("/dev/port1")
+        qapp.processEvents()
+        closed: list[object] = []
+        second.module.settings.choose(TIME, 1.2)
+        attention.leave_port(lambda: closed.append(second), port=second)
+        assert notice_text(bar) == "/dev/port1: Settings not written: 1."
+        given(bar.button("stay")).click()
+        assert (closed, second.module.count_unsent()) == ([], 1)
+        worker.end(EndReason.SILENT)
+        qapp.processEvents()
+        attention.leave_port(lambda: closed.append(second), port=second)
+        assert notice_text(bar) == "/dev/port1: Settings not written: 1.", "its notice would go with the port"
+        given(bar.notice).choices[1].act()
+        assert (closed, second.interruptions.count_drafts()) == ([second], 0)
 
 
 @pytest.mark.parametrize("is_lost", [False, True])
