@@ -44,7 +44,7 @@ class Line:
     def jobs(self) -> list[Job[Any]]:
         return [job for job in self.worker.wanted(is_urgent=False) if job.conversation is not None]
 
-    def begin(self, then: Callable[[Job[int]], object]) -> None:
+    def begin(self, then: Callable[[Job[int]], None]) -> None:
         self.job.run(reading(), then)
         self.jobs[-1].start(0.0)
 

@@ -159,7 +159,7 @@ def census(root: QObject) -> Counter[str]:
     """How many objects there are of each type: Python's, and Qt's below `root`; and how many entries the containers in
     each attribute of the program's own objects have."""
     QApplication.processEvents()
-    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # type: ignore[call-overload]
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
     everything = gc.get_objects()
     counts = Counter(type(one).__qualname__ for one in everything)
