@@ -292,9 +292,16 @@ def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_cl
         bar = NoticeBar()
         qtbot.addWidget(bar)
         attention = Attention(
-            services.ports, bar, acts=dict.fromkeys(NextStep, print), pending_edits=services.pending_edits,
-            go_to=lambda _page: None, shown_page=lambda: "fleet", is_choosing=lambda: False, find_left=lambda: None, parent=services.ports,
-        )  # fmt: skip
+            services.ports,
+            bar,
+            acts=dict.fromkeys(NextStep, print),
+            pending_edits=services.pending_edits,
+            go_to=lambda _page: None,
+            shown_page=lambda: "fleet",
+            is_choosing=lambda: False,
+            find_left=lambda: None,
+            parent=services.ports,
+        )
         ports.plug_in("/dev/port0")
         second, worker = ports.plug_in("/dev/port1")
         qapp.processEvents()
