@@ -228,7 +228,7 @@ ROWS: tuple[Row, ...] = (
         _no_baud_lie,
         outlives=True,
     ),
-    Row("find.look_for", lambda _cell: look_for(WANTED_RATE, 115200), rate_lies, strikes_at=9, outlives=True),
+    Row("find.look_for", lambda _cell: look_for(WANTED_RATE, 115200), rate_lies, strikes_at=14, outlives=True),
     Row(
         "write.write_all", lambda _cell: write_all(_changes(), WriteContext(journal=FakeJournal())), _no_report_lie
     ),

@@ -94,7 +94,7 @@ class Cell:
         self.row = row
         self.wanted_end = End.PROCEDURE
         self.clock = FakeClock()
-        options = {"history": "2", "drain": "0", "uptime": "60", **row.options}
+        options = {"history": "2", "uptime": "60", **row.options}
         self.bench = lying_bench(options, self.clock)
         self.port = FakePort(self.bench, self.clock)
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]

@@ -180,7 +180,7 @@ def test_monitor() -> None:
     module = Module(now=now())
     module.readings.tilt_deg = 12
     with Line(module) as line:
-        ended = dps_s(line, "monitor", "--seconds", "0.5", "--json")
+        ended = dps_s(line, "monitor", "--seconds", "3", "--json")
     assert ended.returncode == 0, ended.stderr
     rows = [json.loads(row) for row in ended.stdout.splitlines()]
     assert {row["tilt_deg"] for row in rows} == {12}
