@@ -161,7 +161,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         menus.add(
             "module",
-            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: ports.current.is_open,
+            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: ports.current.is_requested,
                       picture=Icon.LOCK),
             MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate,
                       when=lambda: ports.current.is_open),

@@ -226,7 +226,7 @@ class TopBar(QFrame):
             show_known_trigger(self.trigger, module.view.known("triggered", now), now)
         show_trigger_flags(self.triggers, trigger_flags(module.view, now))
         self._show_cell(module.view, now)
-        self.lock.setEnabled(port.lock.is_possible)
+        self.lock.setEnabled(port.is_requested)  # without a port it is owed
         set_role(self.lock, "primary" if port.is_active else "")
 
     def _show_cell(self, device: ConversationView, now: float) -> None:
