@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
             is_doubled = opened.run(_read_and_listen(everything))
         except Interrupted as error:
             ended = error
-        findings = _findings(opened, args.port, everything, None if ended is None else ended.message)
+        findings = _findings(opened, args.port, everything, ended)
     if is_doubled:
         findings.errors[LINE] = ANSWERED_TWICE
     console.emit(args, json_of(findings), page_of(findings))
@@ -97,8 +97,9 @@ def _read_and_listen(everything: Everything) -> Procedure[bool]:
     return view.is_answered_twice
 
 
-def _findings(opened: OpenPort, port: str, everything: Everything, why_ended: UserMessage | None) -> Findings:
-    """`why_ended`: why the conversation ended before everything was read."""
+def _findings(opened: OpenPort, port: str, everything: Everything, ended: Interrupted | None) -> Findings:
+    """`ended`: where the conversation ended before everything was read."""
+    why_ended = None if ended is None else ended.message
     connection, link, status = opened.connection, opened.link, everything.status
     values = dict(everything.values)
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
@@ -114,6 +115,8 @@ def _findings(opened: OpenPort, port: str, everything: Everything, why_ended: Us
     else:
         values.pop("active", None)  # 30 and 31 alone prove nothing
         values.pop("triggered", None)
+    if ended is not None and ended.contradiction is not None:
+        values.pop(ended.contradiction.before.command.key, None)  # which of the two holds nobody knows
     if why_ended is None and opened.conversation.is_streaming:
         values[SERIAL_OUTPUT.key] = True
     if sets_rate(port):  # behind a plain socket nobody here knows it

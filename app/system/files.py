@@ -1,7 +1,6 @@
 """Files that are replaced as a whole, files that are held, and what the system says against it as a sentence."""
 
 import os
-import secrets
 import shutil
 import sys
 from collections.abc import Iterator
@@ -62,7 +61,7 @@ def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
         with path.open("wb") as file:
             yield file
         return
-    draft = path.with_name(f".{path.name[:_DRAFT_CHARACTERS]}.{secrets.token_hex(4)}.part")
+    draft = path.with_name(f".{path.name[:_DRAFT_CHARACTERS]}.{os.urandom(4).hex()}.part")
     try:
         with open(draft, "xb", opener=private_opener if is_private else None) as file:
             yield file

@@ -45,13 +45,13 @@ def test_of_two_modules_none_becomes_active() -> None:
         ended = dps_s(line, "activate", "--yes")
         read = dps_s(line, "read", "--json")
         written = dps_s(line, "set", "freefall_time_s=1.2", "--json")
-    assert ended.returncode == 1
+    assert ended.returncode == 3
     assert "Two modules on this line?" in ended.stderr
     assert [one.settings[ACTIVATION] for one in (first, second)] == [0, 0]
     assert read.returncode == 3
     assert "Two modules on this line?" in json.loads(read.stdout)["errors"]["attitude_threshold_deg"]
     assert json.loads(written.stdout)["results"]["freefall_time_s"]["verified"] is not True
-    assert written.returncode == 1
+    assert written.returncode == 3
 
 
 @pytest.mark.parametrize(

@@ -42,8 +42,13 @@ def record(
                 report(start_s + n / 10, 75 if is_tipped else tilt_deg, triggered=is_tipped, active=second >= 30)
                 for n in range(10)
             ]
-            values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
-            view = talk(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
+            view = talk(
+                start_s,
+                cell_voltage_v=cell_voltage_v,
+                light_v=light_v,
+                attitude_threshold_deg=60,
+                light_threshold_v=1.8,
+            )
             bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it reads the clock, which moves on next
         bench.clock.now_s += seconds
