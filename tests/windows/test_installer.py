@@ -117,7 +117,7 @@ def _check_window(prefix: Path, program: Path) -> None:
     evidence = prefix / "drive_c" / "evidence"
     assert (evidence / "live.png").read_bytes().startswith(PNG)
     seen = json.loads((evidence / "values.json").read_text(encoding="utf-8"))
-    assert seen["presence"] == "online"
+    assert seen["answers"] is True
     assert seen["port"] == PORT
 
 
