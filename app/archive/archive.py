@@ -33,6 +33,8 @@ _REFUSED = """
     ) STRICT
 """
 
+_OF_BOTH = "CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts"
+
 
 class ArchiveStatus(NamedTuple):
     """`stations`: what they call themselves, by key. `ahead`: stations with facts of more than a day from now, which
@@ -61,12 +63,13 @@ class Archive:
 
     @contextmanager
     def opened(self) -> Iterator[sqlite3.Connection]:
-        """The file of the others, with the store beside it as `own`. That is read only: a transaction of an exchange
-        would else hold it, too, and an act's intent would wait for each page."""
+        """The file of the others as `main`, the store as `own`, and `facts` of both. The store is read only: else a
+        transaction of an exchange would hold it, too, and an act's intent would wait for each page."""
         self.store.opened.result()
         try:
             with closing(self._connect()) as connection:
                 connection.execute("ATTACH ? AS own", (f"{self.store.path.as_uri()}?mode=ro",))
+                connection.execute(_OF_BOTH)
                 yield connection
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
@@ -74,7 +77,6 @@ class Archive:
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """`work` reads the facts of all stations as if they were in one file."""
         with self.opened() as connection:
-            connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
             return work(Facts(connection, self.store.station, lambda: datetime.now(UTC)))
 
     def status(self) -> ArchiveStatus:

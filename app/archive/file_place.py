@@ -1,4 +1,4 @@
-"""Where facts are exchanged, and the one that somebody brings: an SQLite file."""
+"""An SQLite file that somebody brings, as a place where facts are exchanged."""
 
 import hashlib
 import sqlite3
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from app.store.fact_store import INSERT
 from app.store.opening import APPLICATION_ID, BUSY_S, make_tables
@@ -24,20 +24,6 @@ Buckets = Mapping[str, tuple[int, str]]
 """By the first digits of ids: how many there are, and a digest of them."""
 
 
-class Place(Protocol):
-    """`name`: as a person reads it, without a password. `lengths`: bytes of the content, by id. `rows`: as they stand
-    there, nothing in them is to be believed. `add`: rows in the order of their ids; how many were new, which are
-    durable then. Every method raises `UserError`."""
-
-    name: str
-
-    def buckets(self) -> Buckets: ...
-    def lengths(self, bucket: str) -> dict[str, int]: ...
-    def rows(self, ids: list[str]) -> list[tuple[Any, ...]]: ...
-    def add(self, rows: list[Row]) -> int: ...
-    def close(self) -> None: ...
-
-
 def digests(ids: Iterable[str]) -> Buckets:
     """Of ids in their order; the same that a server makes (md5: to compare, not to protect)."""
     found = {}
@@ -48,14 +34,14 @@ def digests(ids: Iterable[str]) -> Buckets:
     return found
 
 
-def lengths_in(connection: sqlite3.Connection, table: str, bucket: str) -> dict[str, int]:
-    query = f"SELECT id, length(CAST(content AS BLOB)) FROM {table} WHERE id >= ? AND id < ? AND {_IS_ID}"  # noqa: S608
+def lengths_in(connection: sqlite3.Connection, bucket: str) -> dict[str, int]:
+    query = f"SELECT id, length(CAST(content AS BLOB)) FROM facts WHERE id >= ? AND id < ? AND {_IS_ID}"  # noqa: S608
     return dict(connection.execute(query, (bucket, f"{bucket}g")).fetchall())
 
 
-def rows_in(connection: sqlite3.Connection, table: str, ids: list[str]) -> list[tuple[Any, ...]]:
+def rows_in(connection: sqlite3.Connection, ids: list[str]) -> list[tuple[Any, ...]]:
     places = ", ".join("?" * len(ids))
-    return connection.execute(f"SELECT {COLUMNS} FROM {table} WHERE id IN ({places})", ids).fetchall()  # noqa: S608
+    return connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id IN ({places})", ids).fetchall()  # noqa: S608
 
 
 class FileTrouble(UserError):
@@ -65,7 +51,8 @@ class FileTrouble(UserError):
 
 
 class FilePlace:
-    """Nothing in the file is believed, not even that `facts` is a table. It is made where it is missing."""
+    """Nothing in the file is believed, not even that `facts` is a table. It is made where it is missing. Every method
+    raises `UserError`. `name`: as a person reads it."""
 
     def __init__(self, path: Path) -> None:
         self.name = str(path)
@@ -86,14 +73,17 @@ class FilePlace:
             return digests(id_ for (id_,) in ids)
 
     def lengths(self, bucket: str) -> dict[str, int]:
+        """Bytes of the content, by id."""
         with self._troubles():
-            return lengths_in(self._connection, "facts", bucket)
+            return lengths_in(self._connection, bucket)
 
     def rows(self, ids: list[str]) -> list[tuple[Any, ...]]:
+        """As they stand there."""
         with self._troubles():
-            return rows_in(self._connection, "facts", ids)
+            return rows_in(self._connection, ids)
 
     def add(self, rows: list[Row]) -> int:
+        """How many were new: they are durable."""
         before = self._connection.total_changes
         with self._troubles(), self._connection:  # which commits, or rolls back where it fails
             self._connection.execute("BEGIN IMMEDIATE")

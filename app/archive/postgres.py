@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from urllib.parse import parse_qsl, unquote
 
 from app.archive.file_place import BUCKET, Buckets
-from app.store.kinds import MAX_CONTENT_BYTES
 from app.store.rows import COLUMNS, Row
 from app.system.files import CANNOT_WRITE, file_troubles, write_whole
 from app.text.messages import clean
@@ -41,19 +40,8 @@ _PATIENCE: Final = {
     "options": "-c statement_timeout=120s",
 }
 """A lost server is noticed within 30 s."""
-CREATE_TABLE: Final = f"""
-    CREATE TABLE IF NOT EXISTS dps_s_facts (
-        id      text COLLATE "C" PRIMARY KEY CHECK (id ~ '^[0-9a-f]{{40}}$'),
-        kind    text NOT NULL CHECK (length(kind) <= 40),
-        module  text CHECK (length(module) <= 400),
-        station text NOT NULL CHECK (length(station) = 64),
-        made_at text NOT NULL CHECK (length(made_at) <= 40),
-        content text NOT NULL CHECK (octet_length(content) <= {MAX_CONTENT_BYTES})
-    )
-"""
-FOR_ADMINISTRATOR: Final = f"""{CREATE_TABLE.strip()};
-REVOKE ALL ON dps_s_facts FROM PUBLIC;
-GRANT SELECT, INSERT ON dps_s_facts TO dps_s_station;"""
+SQL_FILE: Final = Path(__file__).with_name("server.sql")
+"""What an administrator does once; the first statement makes the table."""
 # One statement for a page. The columns go as binary arrays: as text they take psycopg seven times as long.
 _ADD: Final = f"""
     INSERT INTO dps_s_facts ({COLUMNS})
@@ -196,8 +184,9 @@ def _prepare(connection: "psycopg.Connection[Any]") -> None:
         raise ServerTrouble(marked("The database of the archive has to be made with the encoding UTF8."))
     if connection.execute("SELECT to_regclass('dps_s_facts')").fetchone() != (None,):
         return
+    sql = SQL_FILE.read_text(encoding="utf-8")
     try:
-        connection.execute(CREATE_TABLE)
+        connection.execute(sql.partition(";")[0])
     except InsufficientPrivilege as error:
         text = marked("This role may not make the table of the archive. As the server's administrator, once:\n{sql}")
-        raise ServerTrouble(text, sql=FOR_ADMINISTRATOR) from error
+        raise ServerTrouble(text, sql=sql) from error

@@ -16,7 +16,7 @@ from app.guided.guided_store import last_tests
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.modules.service import COUNTS_ANEW, service_due
 from app.records.checks import CheckLine, check_line
-from app.store.fact_store import Facts, Kept
+from app.store.fact_store import Facts
 from app.store.fired import all_fired
 from app.store.kinds import KIND_OF, ModuleVisited, PreflightCheck, Serviced, TriggerRecordJudged, TriggerRecordSeen
 from app.store.rows import time_text
@@ -64,9 +64,12 @@ def report(
     """By name. Takes up to two seconds. Raises `UserError`."""
 
     def read(facts: Facts) -> list[ModuleToday]:
-        query = "SELECT module, max(made_at) FROM facts WHERE module IS NOT NULL GROUP BY module ORDER BY module"
-        modules = facts.connection.execute(query).fetchall()
-        return [_today(facts, name, last_at, now, check_days, test_days) for name, last_at in modules]
+        last_at: dict[str, str] = {}
+        for file in ("main", "own"):  # each by its index: of both together the whole would be read
+            query = f"SELECT module, max(made_at) FROM {file}.facts WHERE module IS NOT NULL GROUP BY module"  # noqa: S608
+            for name, at in facts.connection.execute(query):
+                last_at[name] = max(at, last_at.get(name, ""))
+        return [_today(facts, name, last_at[name], now, check_days, test_days) for name in sorted(last_at)]
 
     return archive.read(read)
 
@@ -103,12 +106,9 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime, check_days: int
 
 def _last_check(facts: Facts, name: str) -> CheckLine | None:
     """A simulated one only if there is no other."""
-    last: Kept[PreflightCheck] | None = None
-    for check in facts.back_from_newest(PreflightCheck, name):
-        if last is None or not check.content.is_simulated:
-            last = check
-        if not check.content.is_simulated:
-            break
+    checks = facts.back_from_newest(PreflightCheck, name)
+    real = next((check for check in checks if not check.content.is_simulated), None)
+    last = real or facts.newest(PreflightCheck, name)
     return None if last is None else check_line(last).after(all_fired(facts, name))
 
 

@@ -17,7 +17,7 @@ from msgspec import Struct, field
 
 from app import version
 from app.archive.archive import Archive
-from app.archive.file_place import FilePlace, Place, digests, lengths_in, rows_in
+from app.archive.file_place import FilePlace, digests, lengths_in, rows_in
 from app.archive.postgres import PostgresPlace, is_server
 from app.records.verification import is_of_row
 from app.store.fact_store import INSERT
@@ -65,7 +65,7 @@ def sync(archive: Archive, address: str, on_page: OnPage = lambda _done: None) -
 class _Exchange:
     """`here`: of `Archive.opened`."""
 
-    def __init__(self, here: sqlite3.Connection, place: Place, on_page: OnPage) -> None:
+    def __init__(self, here: sqlite3.Connection, place: FilePlace | PostgresPlace, on_page: OnPage) -> None:
         self._here = here
         self._place = place
         self._on_page = on_page
@@ -75,11 +75,8 @@ class _Exchange:
     def run(self) -> None:
         # After a day, or with another version of the program, what was left out is looked at again.
         self._here.execute('DELETE FROM refused WHERE "on" <> ?', (self._today,))
-        ids = (
-            "SELECT id FROM main.facts UNION SELECT id FROM own.facts "
-            "UNION SELECT id FROM refused WHERE place = ? ORDER BY id"
-        )
         # With what was left out, else the two sides would never be equal.
+        ids = "SELECT id FROM facts UNION SELECT id FROM refused WHERE place = ? ORDER BY id"
         ours = digests(id_ for (id_,) in self._here.execute(ids, (self._place.name,)))
         theirs = self._place.buckets()
         for bucket in sorted(ours.keys() | theirs.keys()):
@@ -89,7 +86,7 @@ class _Exchange:
         self.done.left_out_count = self._here.execute(count, (self._place.name,)).fetchone()[0]
 
     def _exchange(self, bucket: str) -> None:
-        ours = lengths_in(self._here, "main.facts", bucket) | lengths_in(self._here, "own.facts", bucket)
+        ours = lengths_in(self._here, bucket)
         theirs = self._place.lengths(bucket)
         refused = "SELECT id FROM refused WHERE place = ? AND id >= ? AND id < ?"
         left_out = self._here.execute(refused, (self._place.name, bucket, f"{bucket}g"))
@@ -98,8 +95,8 @@ class _Exchange:
             self._receive(ids, theirs)
             self._on_page(self.done)
         for ids in _pages(ours, theirs):
-            rows = rows_in(self._here, "main.facts", ids) + rows_in(self._here, "own.facts", ids)
-            self.done.sent += self._place.add(sorted((Row(*row) for row in rows), key=lambda row: row.id))
+            rows = [Row(*row) for row in rows_in(self._here, ids)]
+            self.done.sent += self._place.add(sorted(rows, key=lambda row: row.id))
             self._on_page(self.done)
 
     def _receive(self, ids: list[str], lengths: Mapping[str, int]) -> None:

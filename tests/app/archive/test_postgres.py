@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 
 from app.archive.archive import Archive
-from app.archive.postgres import PostgresPlace, server_url
+from app.archive.postgres import SQL_FILE, PostgresPlace, server_url
 from app.archive.sync import Synced, sync
 from app.store.fact_store import Store
 from app.store.kinds import SaidNew
 from app.text.user_error import UserError
+from tests.app.archive.conftest import PAGE
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import run_here
 from tests.support.processes import running
@@ -64,6 +65,12 @@ def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list
     server.run("DELETE FROM dps_s_facts WHERE module = 'M-1'")
     assert _sync(one, server.url()).sent == 1
     other.close()
+
+
+def test_the_program_makes_the_table_that_the_page_says() -> None:
+    said = PAGE.read_text(encoding="utf-8")
+    for statement in SQL_FILE.read_text(encoding="utf-8").replace(" IF NOT EXISTS", "").split(";\n"):
+        assert statement in said
 
 
 def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
