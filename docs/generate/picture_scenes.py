@@ -156,10 +156,16 @@ def preflight(studio: Studio) -> None:
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
     records = studio.find(TriggersPage)
     for _ in range(MAX_CHECKS):
-        studio.until(
-            lambda: page.work.standing in (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID), "no verdict"
-        )
+        studio.until(lambda: page.work.standing is not Standing.CHECKING, "no verdict")
         studio.run(0.5)
+        if page.work.standing is Standing.NOT_CHECKED:  # a busy machine has interrupted the conversation
+            studio.until(lambda: studio.assembly.ports.module.is_read, "it was not read again")
+            studio.assembly.ports.module.say_name(MODULE)
+            page.form.aircraft.setEditText(AIRCRAFT)
+            studio.until(lambda: page.work.can_enable, "nothing can be checked")
+            page.buttons.enable.click()
+            studio.run(1.0)
+            continue
         if page.work.standing is Standing.READY:
             break
         is_about_records = page.work.standing is Standing.NO_GO and not looked.isHidden()
