@@ -116,13 +116,14 @@ class Facts:
     def state(self, key: str) -> Any:
         """None where it is not set."""
         rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
-        return msgspec.json.decode(rows[0][0]) if rows else None
+        return _decoded(rows[0][0]) if rows else None
 
     def states(self, prefix: str) -> dict[str, Any]:
         """By the rest of their keys."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
         rows = self.connection.execute(query, (len(prefix), prefix))
-        return {key.removeprefix(prefix): msgspec.json.decode(value) for key, value in rows}
+        found = {key.removeprefix(prefix): _decoded(value) for key, value in rows}
+        return {key: value for key, value in found.items() if value is not None}
 
     def set_state(self, key: str, value: object) -> None:
         """None removes it. Only within `Store.write`."""
@@ -329,6 +330,15 @@ class Store:
                 future.set_exception(error)
             with self._lock:
                 self._left -= 1
+
+
+def _decoded(value: str) -> Any:
+    """A state that somebody spoilt is none."""
+    try:
+        return msgspec.json.decode(value)
+    except msgspec.DecodeError:
+        _log.warning("A state of the store cannot be read: %s", value[:100])
+        return None
 
 
 def _introduce(facts: Facts) -> None:

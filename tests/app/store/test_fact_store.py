@@ -57,6 +57,14 @@ def test_what_is_added_is_there_after_the_program_ended(folder: Path) -> None:
         assert store.read(lambda facts: facts.modules()) == ["M-07", "M-08"]
 
 
+def test_a_state_that_was_spoilt_is_none(folder: Path) -> None:
+    with opened(folder) as store:
+        spoil = "INSERT INTO state VALUES ('stream:A', '{')"
+        store.write(lambda facts: facts.connection.execute(spoil).close()).result(PATIENCE_S)
+        assert store.state("stream:A") is None
+        assert store.read(lambda facts: facts.states("stream:")) == {}
+
+
 def test_the_station_introduces_itself_once(folder: Path) -> None:
     for _ in range(2):
         with opened(folder) as store:
@@ -178,6 +186,9 @@ def copied(folder: Path, at: datetime = NOON) -> Path:
 
 @pytest.mark.promise("f")
 def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
+    with opened(folder) as store:
+        store.write(lambda _facts: None).result(PATIENCE_S)
+    assert copies_of(folder / FILE_NAME, NOON) == []  # of a store with nothing in it, the first of the day is no use
     with opened(folder) as store:
         store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
     for day in range(9):
