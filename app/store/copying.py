@@ -20,7 +20,7 @@ def copy_if_due(path: Path, now: datetime) -> None:
     target = path.parent / COPIES / copy_name(path, now)
     draft = target.with_suffix(".part")
     try:
-        if target.exists():
+        if target.exists() or _is_new(path):
             return
         target.parent.mkdir(exist_ok=True)
         _copy(path, draft)
@@ -29,6 +29,12 @@ def copy_if_due(path: Path, now: datetime) -> None:
             old.unlink(missing_ok=True)
     except (sqlite3.Error, OSError) as error:
         _log.warning("The store could not be copied: %s", error)
+
+
+def _is_new(path: Path) -> bool:
+    """It holds nothing but the name of its station: it is copied when it is opened again."""
+    with closing(connect_to_read(path)) as connection:
+        return len(connection.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) < 2
 
 
 def _copy(path: Path, draft: Path) -> None:

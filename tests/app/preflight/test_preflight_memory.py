@@ -83,7 +83,7 @@ DAMAGES = (
     _damaged("visit", "slots", "'no list'"), _damaged("visit", "slots", "json('[1, 2]')"),
     _damaged("visit", "slots", "json('[\"zz\"]')"), _damaged("visit", "boot_count", "10000000"),
     _damaged("preflight_check", "verdict", "3"), _damaged("preflight_check", "document", "'{'"),
-    _damaged("preflight_check", "measured", "json('[3]')"), _damaged("trigger_record", "raw", "'zz'"),
+    _damaged("preflight_check", "cell_voltage_v", "'x'"), _damaged("trigger_record", "raw", "'zz'"),
     "UPDATE facts SET content = '{'", "UPDATE facts SET content = '[]'", "UPDATE state SET value = '{'",
     "DROP TABLE facts", "DROP TABLE state",
 )  # fmt: skip

@@ -191,6 +191,9 @@ def copied(folder: Path, at: datetime = NOON) -> Path:
 @pytest.mark.promise("f")
 def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
     with opened(folder) as store:
+        store.write(lambda _facts: None).result(PATIENCE_S)
+    assert copies_of(folder / FILE_NAME, NOON) == []  # of a store with nothing in it, the first of the day is no use
+    with opened(folder) as store:
         store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
     for day in range(9):
         copied(folder, NOON + timedelta(days=day))
