@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
-from app.flights.many_logs import summarise_log
+from app.flights.many_logs import LogOrder, summarise_log
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary
 from app.recordings.export import export
@@ -67,7 +67,7 @@ def damaged(data: bytes, cut: float, changes: list[tuple[float, bytes]]) -> byte
 
 def check(path: Path) -> FlightSummary | None:
     """Checks what holds for every log."""
-    found = summarise_log(path)
+    found = summarise_log(path, LogOrder())
     if found.flight is None:
         assert found.why_not is not None
         assert found.why_not.in_english().endswith(".")
