@@ -161,7 +161,7 @@ def _meaning(name: str, unit: str) -> tuple[str, Column]:
 
 
 def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """The columns by quantity, in the units of `QUANTITIES`; a bare one gets its unit by its values.
+    """The values by quantity, in the units of `QUANTITIES`; a bare column gets its unit by its values.
 
     Raises `UserError` where one is not certain.
     """
@@ -169,12 +169,12 @@ def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Float
     for quantities, possible_units in _MEASURED_TOGETHER.items():
         used = {quantity: columns[quantity] for quantity in quantities if quantity in columns}
         bare = {quantity: column.name for quantity, column in used.items() if column.unit is None}
-        units = possible_units([values[name] for name in bare.values()]) if bare else [""]
+        units = possible_units([values[quantity] for quantity in bare]) if bare else [""]
         if len(units) != 1:
             text = marked("The unit of “{name}” is not certain.")
             raise _refusal(head, message(text, name=clean(next(iter(bare.values())), longest=60)), bare)
-        for quantity, (name, unit) in used.items():
-            scaled[quantity] = values[name] * QUANTITIES[quantity][units[0] if unit is None else unit]
+        for quantity, (_, unit) in used.items():
+            scaled[quantity] = values[quantity] * QUANTITIES[quantity][units[0] if unit is None else unit]
     return scaled
 
 

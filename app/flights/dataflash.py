@@ -6,7 +6,7 @@ pymavlink, which is larger than the rest of the program: see docs/flight-logs.md
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Final
 
@@ -15,6 +15,7 @@ import numpy as np
 from app.flights.raw_log import (
     TIME,
     Channel,
+    Floats,
     Places,
     RawLog,
     Source,
@@ -61,11 +62,15 @@ _COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns
 _EV_ARMED, _EV_DISARMED, _EV_LANDED, _EV_NOT_LANDED = 10, 11, 18, 28
 
 
-def _number(cell: str) -> float:
+def _numbers(cells: Sequence[str]) -> Floats:
+    """A text, or damage, costs its own cell."""
     try:
-        return float(cell)
-    except ValueError:  # a text, or damage
-        return np.nan
+        return np.array(cells, np.float64)
+    except ValueError:
+        if len(cells) == 1:
+            return np.array([np.nan])
+        half = len(cells) // 2
+        return np.concatenate((_numbers(cells[:half]), _numbers(cells[half:])))
 
 
 def _by_sensor(table: Table) -> list[Table]:
@@ -143,18 +148,17 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole record is damage."""
-        # Of the tables that are asked for: the names of the columns, and the cells of each line.
-        tables: dict[str, tuple[list[str], list[list[str]]]] = {}
+        # Of the tables that are asked for: the names of the columns, and each line.
+        tables: dict[str, tuple[list[str], list[str]]] = {}
         names = {"FMT"}
         damaged: list[int] = []
         *lines, cut_off = data.decode("latin-1").split("\n")
         for number, line in enumerate(lines):
             name, _, rest = line.partition(",")
             if name in tables:
-                cells = rest.split(",")
                 labels, rows = tables[name]
-                if len(cells) == len(labels):
-                    rows.append(cells)
+                if rest.count(",") == len(labels) - 1:
+                    rows.append(rest)
                 else:
                     damaged.append(number)
             elif name == "FMT":
@@ -172,9 +176,10 @@ class DataflashFile:
             self.read_until -= len(lines.pop()) + 1
         for name, (labels, rows) in tables.items():
             table: Table = {}
+            cells = ",".join(rows).split(",")
             for place, label in enumerate(labels):
                 if label in _COLUMNS and rows:
-                    table[label] = np.array([_number(row[place]) for row in rows])
+                    table[label] = _numbers(cells[place :: len(labels)])
             self.tables[name] = _by_sensor(table)
 
 

@@ -1,6 +1,7 @@
 """Reads any flight log, by its first bytes and not by its name; finds the logs in folders and archives."""
 
 import gzip
+import math
 import os
 import re
 import tempfile
@@ -142,9 +143,9 @@ def _read_recording(path: Path, name: str) -> RawLog:
         raw.problems.append(recording.damage)
     if entry.was_cut_off:
         raw.note(marked("cut off"))
-    # Where the end is damaged, the recording lasted until there.
-    lost_s = [end_s for _, end_s in recording.damaged if np.isfinite(end_s)]
-    raw.span_s = float(time_s[0]), max([float(time_s[-1]), *lost_s])
+    # What is damaged at the begin or at the end was a part of it.
+    bounds_s = [*time_s[[0, -1]].tolist(), *(at_s for gap in recording.damaged for at_s in gap if math.isfinite(at_s))]
+    raw.span_s = min(bounds_s), max(bounds_s)
     return raw
 
 
@@ -160,20 +161,23 @@ def _content(path: Path) -> bytes:
     """Unpacked. Raises `UserError`, OSError."""
     if path.exists() and not path.is_file():  # opening a pipe or a device may block
         raise unreadable(marked("unknown kind of file"))
+    archive = next((parent for parent in path.parents if parent.is_file()), None)
     try:
-        for parent in path.parents:
-            if parent.is_file() and _begins(parent, _ZIP):
-                return _member(parent, path.relative_to(parent).as_posix())
+        if archive is not None:
+            with zipfile.ZipFile(archive) as opened, opened.open(path.relative_to(archive).as_posix()) as packed:
+                return _bounded(packed)
         if _begins(path, _ZIP):
-            members = _members(path)
-            if len(members) != 1:
-                raise unreadable(marked("not one file in the archive"))
-            return _member(path, members[0])
+            # Else `find_logs` gives its members.
+            _members(path)
+            raise unreadable(marked("no file in the archive"))
         if _begins(path, _GZIP):
             with gzip.open(path) as packed:
                 return _bounded(packed)
-        with path.open("rb") as file:
-            return _bounded(file)
+        if path.stat().st_size > MAX_BYTES:
+            raise unreadable(marked("too large"))
+        return path.read_bytes()
+    except KeyError as error:
+        raise unreadable(marked("not in the archive any more")) from error
     except _DAMAGED as error:
         raise unreadable(marked("damaged, or encrypted")) from error
 
@@ -197,16 +201,8 @@ def _members(path: Path) -> list[str]:
     return sorted(name for name in names if not any(part.startswith((".", "__MACOSX")) for part in name.split("/")))
 
 
-def _member(path: Path, name: str) -> bytes:
-    try:
-        with zipfile.ZipFile(path) as archive, archive.open(name) as packed:
-            return _bounded(packed)
-    except KeyError as error:
-        raise unreadable(marked("not in the archive any more")) from error
-
-
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yields files as given, those in and below folders by name, and those of an archive with several. Raises OSError.
+    """Yields files as given, those in and below folders by name, and those in archives. Raises OSError.
 
     In folders everything is a log but what is known to be none: what cannot be read has to be said.
     """
@@ -223,11 +219,10 @@ def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 def _with_members(path: Path) -> list[Path]:
-    """The files of a zip archive with more than one, as paths below it; else the path itself."""
+    """The files in a zip archive, as paths below it; the path of any other file."""
     try:
         if path.is_file() and _begins(path, _ZIP):
-            members = [path / member for member in _members(path)]
-            return members if len(members) > 1 else [path]
+            return [path / name for name in _members(path)] or [path]
     except (UserError, *_DAMAGED):  # is said when it is read
         pass
     return [path]

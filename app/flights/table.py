@@ -7,11 +7,10 @@ Commas, semicolons, tabs or bars part the cells. Every row counts: what is not r
 import csv
 import math
 import re
-from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
-from itertools import islice
+from itertools import chain, islice
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -45,11 +44,13 @@ _PARTERS: Final = "\t;,|"
 _FLAGS: Final = {
     "true": 1.0, "yes": 1.0, "on": 1.0, "armed": 1.0, "false": 0.0, "no": 0.0, "off": 0.0, "disarmed": 0.0,
 }  # fmt: skip
-_EMPTY: Final = frozenset(("", "nan", "null", "none"))
+_EMPTY: Final = frozenset(("", "null", "none"))
+# How the characters of a number are read. An underscore, which Python takes for nothing, makes a cell no number.
+_PLAIN: Final = str.maketrans({"_": "?"})
+_DECIMAL: Final = str.maketrans({"_": "?", ",": ".", ".": ","})
 _WITH_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 # Thousands, or three decimals.
 _EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-_DATED: Final = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}.*")
 # Signs of units in Windows' western encoding.
 _SIGNS: Final = frozenset(b"\xb0\xb2\xb3\xb5\xa0")
 _VALUES: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
@@ -61,6 +62,8 @@ _VALUES: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
 }
 """The tilt in degrees, and the force in g, by the quantities of which they are computed."""
 _RESETS: Final = {kind.value: kind for kind in STATE_LOST}
+# Rows, each with the number of its line.
+_Block = Sequence[tuple[int, list[str]]]
 
 
 class UnreadTable(UserError):
@@ -163,8 +166,7 @@ def _cells(line: str, parter: str) -> list[str]:
 def _read_rows(lines: Sequence[str], head: Head, raw: RawLog, chosen: CsvColumns | None) -> RawLog:
     columns = recognise(head.names, head.units, chosen)
     rows = _Rows(head, columns)
-    rows.read(lines, raw)
-    scaled = resolve(head.names, columns, {name: np.frombuffer(numbers) for name, numbers in rows.numbers.items()})
+    scaled = resolve(head.names, columns, rows.read(lines, raw))
     time_s = _one_after_the_other(scaled["time"])
     if head.is_export and chosen is None:
         raw.is_of_module = True
@@ -188,14 +190,12 @@ def _read_rows(lines: Sequence[str], head: Head, raw: RawLog, chosen: CsvColumns
 
 
 class _Rows:
-    """The numbers of the columns that are used."""
+    """The columns that are used, by quantity."""
 
     def __init__(self, head: Head, columns: CsvColumns) -> None:
         self._head = head
-        self._quantities = {column.name: quantity for quantity, column in columns.items()}
-        self._places = {name: head.names.index(name) for name in self._quantities}
-        self._has_decimal_commas: bool | None = None
-        self.numbers = {name: array("d") for name in self._quantities}
+        self._places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
+        self._numbers: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
         # Of an export: the row of each event, and its word.
         self.events: list[tuple[int, str]] = []
         self._count = 0
@@ -203,18 +203,15 @@ class _Rows:
         self._bad_count = 0
         self._first_bad = (0, "")
 
-    def read(self, lines: Sequence[str], raw: RawLog) -> None:
+    def read(self, lines: Sequence[str], raw: RawLog) -> dict[str, Floats]:
         """Raises `UserError`."""
         *whole, cut_off = lines[self._head.first_row :] or [""]
         if len(_cells(cut_off, self._head.parter)) >= len(self._head.names):
             whole.append(cut_off)
         elif cut_off.strip():
             raw.note(marked("cut off"))
-        reader = csv.reader(
-            ("" if line.startswith("#") else line for line in whole),
-            delimiter=self._head.parter,
-            skipinitialspace=True,
-        )
+        without_comments = ("" if line.startswith("#") else line for line in whole)
+        reader = csv.reader(without_comments, delimiter=self._head.parter, skipinitialspace=True)
         rows = ((self._head.first_row + reader.line_num, row) for row in reader if row)
         try:
             while block := list(islice(rows, ROWS_AT_ONCE)):
@@ -229,8 +226,9 @@ class _Rows:
             raw.note(text, count=self._bad_count, line=line, cell=clean(cell, longest=40))
             if self._bad_count > MAX_BAD_SHARE * self._count:
                 raise UserError(raw.problems[-1])
+        return {quantity: np.concatenate(numbers) for quantity, numbers in self._numbers.items()}
 
-    def _take(self, block: Sequence[tuple[int, list[str]]]) -> None:
+    def _take(self, block: _Block) -> None:
         width, needed = len(self._head.names), max(self._places.values()) + 1
         for line, row in block:
             if len(row) > width and any(map(str.strip, row[width:])):
@@ -244,28 +242,32 @@ class _Rows:
         if self._head.is_export:
             words = [row[-1].partition(":")[0].strip().lower() for _, row in block]
             self.events += enumerate(words, self._count)
+        cells_of = {quantity: [row[place] for _, row in block] for quantity, place in self._places.items()}
+        if not self._count:
+            self._commas = _DECIMAL if are_decimal(chain(*cells_of.values())) else _PLAIN
         self._count += len(block)
-        cells_of = {name: [row[place] for _, row in block] for name, place in self._places.items()}
-        if self._has_decimal_commas is None:
-            self._has_decimal_commas = are_decimal(
-                cell.strip() for cells in cells_of.values() for cell in cells if "," in cell
-            )
-        for name, cells in cells_of.items():
-            numbers = _numbers(cells, has_decimal_commas=self._has_decimal_commas)
-            if numbers is None:  # one at a time, to find those that are none
-                numbers = [self._number(name, line, cell) for (line, _), cell in zip(block, cells, strict=True)]
-            self.numbers[name].extend(numbers)
+        for quantity, cells in cells_of.items():
+            plain = "\n".join([cell or "nan" for cell in cells]).translate(self._commas).split("\n")
+            self._numbers[quantity].append(self._read_cells(quantity, plain, block))
 
-    def _number(self, name: str, line: int, cell: str) -> float:
-        number = _number(cell, has_decimal_commas=bool(self._has_decimal_commas))
-        if number is None and self._quantities[name] == "time":
-            number = seconds_of(cell)
-        if number is None and self._quantities[name] == "armed":
-            number = _FLAGS.get(cell.strip().lower())
-        if number is None:
-            self._note_bad(line, cell)
-            return math.nan
-        return number
+    def _read_cells(self, quantity: str, cells: Sequence[str], block: _Block) -> Floats:
+        """All at once, where all are numbers; else in halves, to find those that are none."""
+        try:
+            return np.array(cells, np.float64)
+        except ValueError:
+            if len(cells) > 1:
+                half = len(cells) // 2
+                first = self._read_cells(quantity, cells[:half], block[:half])
+                return np.concatenate((first, self._read_cells(quantity, cells[half:], block[half:])))
+        word = cells[0].strip().lower()
+        if word in _EMPTY:
+            return np.array([np.nan])
+        if quantity == "armed" and word in _FLAGS:
+            return np.array([_FLAGS[word]])
+        if quantity == "time" and seconds_of(cells[0]) is not None:
+            return np.array([seconds_of(cells[0])])
+        self._note_bad(block[0][0], block[0][1][self._places[quantity]])
+        return np.array([np.nan])
 
     def _note_bad(self, line: int, cell: str) -> None:
         if not self._bad_count:
@@ -273,45 +275,18 @@ class _Rows:
         self._bad_count += 1
 
 
-# Cells
-
-
 def _is_value(cell: str) -> bool:
     """A number or a time: no name of a column."""
-    number = _number(cell, has_decimal_commas=False)
-    return (number is not None and math.isfinite(number)) or seconds_of(cell) is not None
-
-
-def _number(cell: str, *, has_decimal_commas: bool) -> float | None:
-    """The number in a cell, NaN in an empty one; None where it is not certainly a number."""
-    text = cell.strip()
-    if text.lower() in _EMPTY:
-        return math.nan
-    if "_" in text or (has_decimal_commas and "." in text):
-        return None
     try:
-        return float(text.replace(",", ".") if has_decimal_commas else text)
+        return math.isfinite(float(cell))
     except ValueError:
-        return None
-
-
-def _numbers(cells: Sequence[str], *, has_decimal_commas: bool) -> list[float] | None:
-    """All of them at once, where all are plain numbers or empty; else None."""
-    text = "\n".join(cells)
-    if "_" in text or (has_decimal_commas and "." in text):
-        return None
-    if has_decimal_commas:
-        cells = text.replace(",", ".").split("\n")
-    try:
-        return [float(cell or "nan") for cell in cells]
-    except ValueError:
-        return None
+        return seconds_of(cell) is not None
 
 
 def are_decimal(cells: Iterable[str]) -> bool:
     """Whether commas in these cells are decimal ones. Raises `UserError` where they may be thousands."""
-    with_comma = [cell for cell in cells if _WITH_COMMA.fullmatch(cell)]
-    if with_comma and all(map(_EITHER_COMMA.fullmatch, with_comma)):
+    with_comma = [cell for cell in cells if "," in cell and _WITH_COMMA.fullmatch(cell.strip())]
+    if with_comma and all(_EITHER_COMMA.fullmatch(cell.strip()) for cell in with_comma):
         cell = with_comma[0]
         text = marked("“{cell}” can be {one} or {other}.")
         raise UserError(text, cell=cell, one=cell.replace(",", "."), other=cell.replace(",", ""))
@@ -320,8 +295,6 @@ def are_decimal(cells: Iterable[str]) -> bool:
 
 def seconds_of(cell: str) -> float | None:
     """Seconds since 1970 of an ISO time ("2026-05-01T12:00:00.5Z"); None for other text."""
-    if not _DATED.fullmatch(cell.strip()):
-        return None
     try:
         moment = datetime.fromisoformat(cell.strip())
     except ValueError:

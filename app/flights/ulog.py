@@ -86,7 +86,7 @@ _ARMING: Final = (Source("vehicle_status", ("arming_state",), lambda state: stat
 _LANDING: Final = (Source("vehicle_land_detected", ("landed",)),)
 _SOURCES: Final = (*_TILTS, *chain(*_FORCES), *_ALTITUDES, *_ARMING, *_LANDING)
 # The columns of each topic that is asked for.
-_WANTED: Final = {one.table: dict.fromkeys(one.columns, 1.0) for one in _SOURCES}
+_WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for one in _SOURCES}
 
 
 class UlogFile:
@@ -103,8 +103,6 @@ class UlogFile:
         self.skipped_bytes = 0
         # Where the last record ends.
         self.read_until = _HEADER_BYTES
-        # Time that the flight controller itself reports as not logged.
-        self.dropout_s = 0.0
         self._refuse_newer_versions()
         known = np.concatenate((self._read_formats(), self._read_subscriptions_and_samples()))
         self._read_between(known[np.argsort(known[:, 0], kind="stable")])
@@ -165,9 +163,7 @@ class UlogFile:
             layout = self._layout(name)
             if name in _WANTED and layout is not None:
                 places = samples[numbers == number, 0] + _RECORD_HEAD + _ID_BYTES
-                table = columns_of(self._data, layout, places, _WANTED[name] | {"timestamp": 1e-6})
-                if "timestamp" in table:
-                    table[TIME] = table.pop("timestamp")
+                table = columns_of(self._data, layout, places, _WANTED[name])
                 self.topics.setdefault(name, []).append(table)
         return np.concatenate((np.array(known, np.int64).reshape(-1, 2), samples))
 
@@ -181,8 +177,6 @@ class UlogFile:
                 end = place + _RECORD_HEAD + size
                 if end > stop or size == 0 or kind not in _KINDS:
                     break
-                if kind == ord("O") and size == 2:
-                    self.dropout_s += int.from_bytes(self._data[place + _RECORD_HEAD : end], "little") / 1000
                 place = end
             self.skipped_bytes += stop - place
             self.read_until = place
@@ -211,11 +205,11 @@ class UlogFile:
             if size > _LARGEST:
                 return None
             if count is None:
-                parts.append((label, kind))
-            elif int(count) > _MOST_ELEMENTS or label.startswith(_PADDING):
-                parts.append((label, (kind, int(count))))
-            else:
+                parts.append((TIME if label == "timestamp" else label, kind))
+            elif int(count) <= _MOST_ELEMENTS and not label.startswith(_PADDING):
                 parts += [(f"{label}[{number}]", kind) for number in range(int(count))]
+            else:
+                parts.append((label, (kind, int(count))))
         try:
             return np.dtype(parts)
         except ValueError:  # two fields of one name
@@ -233,6 +227,4 @@ def read_ulog(data: bytes, name: str) -> RawLog:
     raw.armed = channels_of(file.topics, _ARMING)
     raw.on_ground = channels_of(file.topics, _LANDING)
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
-    if file.dropout_s:
-        raw.note(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s)
     return raw

@@ -13,17 +13,25 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.captures.entries import CaptureEntry, Way
 from app.flights.flight_log import FlightLog
 from app.flights.many_logs import LogOrder, summarise_log
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary
 from app.recordings.export import export
 from app.recordings.library import entry_of
+from app.recordings.session_format import Opening
 from app.text.user_error import UserError
+from protocol.messages import Status
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import recorded_reports
+from tests.support.records.recordings_made import NOON, PORT
+from tests.support.records.written_sessions import write_session
 
 TIMES = np.arange(60) / 20
+EVERY = 1 if settings().max_examples > 100 else 37
+"""Of the bytes of a recording, all in a thorough run."""
+FLIPS = (0x20, 0x01, 0xFF, 0x10, 0x80)
 MEGABYTE = 1 << 20
 Insertions = st.lists(st.tuples(st.floats(0, 1), st.binary(min_size=1, max_size=8)), max_size=4)
 
@@ -113,6 +121,64 @@ def test_a_recording_that_was_cut_off_says_so(originals: dict[str, bytes], tmp_p
     assert flight is not None
     assert 1 < flight.duration_s < 3
     assert flight.problems[0].in_english() == "cut off"
+
+
+def reports_of(path: Path, data: bytes) -> tuple[list[float], FlightLog | None]:
+    """The tilts that are read of a recording; no log where it is refused."""
+    path.write_bytes(data)
+    try:
+        log = read_flight_log(path)
+    except UserError:
+        return [], None
+    finally:
+        path.unlink()
+    return log.tilt_deg.tolist(), log
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A recording of several chunks, whose tilt is another in each report."""
+    path = tmp_path_factory.mktemp("session") / "session.mcap"
+    entries = [
+        CaptureEntry(number / 20, Way.IN, Status(number, 1.0, triggered=False, active=True).encode())
+        for number in range(80)
+    ]
+    opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
+    write_session(path, opening, entries, [(0.0, {"event": "connected", "port": PORT})])
+    return path.read_bytes()
+
+
+@pytest.mark.promise("g")
+def test_a_recording_that_is_cut_anywhere_is_read_up_to_there_and_says_so(session: bytes, tmp_path: Path) -> None:
+    whole, _ = reports_of(tmp_path / "whole.mcap", session)
+    assert len(whole) == 80
+    read_before = 0
+    for stop in range(0, len(session), EVERY):
+        found, log = reports_of(tmp_path / f"{stop}.mcap", session[:stop])
+        assert found == whole[: len(found)], stop
+        assert len(found) >= read_before, stop
+        assert found == whole or log is None or log.problems, stop
+        read_before = len(found)
+    assert read_before == len(whole)
+
+
+@pytest.mark.promise("g")
+def test_a_flipped_byte_in_a_recording_costs_nothing_before_it_and_is_said(session: bytes, tmp_path: Path) -> None:
+    whole, _ = reports_of(tmp_path / "whole.mcap", session)
+    for place in range(0, len(session), EVERY):
+        before, _ = reports_of(tmp_path / f"{place}-cut.mcap", session[:place])
+        changed = bytearray(session)
+        changed[place] ^= FLIPS[place % len(FLIPS)]
+        found, log = reports_of(tmp_path / f"{place}.mcap", bytes(changed))
+        if log is None:  # the heading, without which nobody knows what it is
+            assert before == [], place
+            continue
+        assert found[: len(before)] == before, place
+        assert set(found) <= set(whole), place
+        if found != whole:
+            assert log.problems, place
+            # Up to four reports of 20 a second are no pause in which a tilt may hide.
+            assert log.not_judged_s > 0 or len(found) >= len(whole) - 4, place
 
 
 @given(

@@ -283,7 +283,9 @@ def test_a_damaged_size_in_a_ulog_costs_its_own_record() -> None:
 def test_rubbish_in_a_ulog_is_not_taken_for_records() -> None:
     rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
     whole = samples_of(made.ulog_bytes(rows))
-    for rubbish in (b"\x40\x1fI" * 20, b"\x00\x02L" * 7 + b"\xff", bytes(range(256))):
+    # What looks like the flags of a newer version is damage where no flags stand.
+    flags = made.ulog_record("B", bytes(8) + b"\xff" * 8 + bytes(24))
+    for rubbish in (b"\x40\x1fI" * 20, b"\x00\x02L" * 7 + b"\xff", bytes(range(256)), flags):
         assert samples_of(made.ulog_bytes([*rows, (4.001, rubbish)])) == whole
 
 
