@@ -4,7 +4,6 @@ A name with its unit is taken at its word. A bare name, such as "timestamp", get
 flight; where none is, or more than one, the table is refused with its columns and what to say. Nothing is guessed.
 """
 
-import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
@@ -38,14 +37,12 @@ _CHOICES: Final[tuple[tuple[tuple[str, ...], ...], ...]] = (
 _ROLES: Final = {
     f"{quantity}_{unit}".rstrip("_"): (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units
 }
-_ALSO: Final = {
-    "elapsed_s": "time_s", "t_s": "time_s", "seconds": "time_s", "t_ms": "time_ms", "timems": "time_ms",
-    "t_us": "time_us", "timeus": "time_us", "t_ns": "time_ns", "timestamp": "time", "t": "time",
-    "q[0]": "qw", "q[1]": "qx", "q[2]": "qy", "q[3]": "qz",
-    "accelerometer_m_s2[0]": "x_m_s2", "accelerometer_m_s2[1]": "y_m_s2", "accelerometer_m_s2[2]": "z_m_s2",
+# How names begin, in front of the unit, if any.
+_NAMES: Final = {quantity: quantity for quantity in QUANTITIES} | {
+    "timestamp": "time", "elapsed": "time", "t": "time", "q[0]": "qw", "q[1]": "qx", "q[2]": "qy", "q[3]": "qz",
     "acc_x": "x", "acc_y": "y", "acc_z": "z", "accx": "x", "accy": "y", "accz": "z", "ax": "x", "ay": "y", "az": "z",
+    "accelerometer_m_s2[0]": "x", "accelerometer_m_s2[1]": "y", "accelerometer_m_s2[2]": "z",
 }  # fmt: skip
-"""Further names, with their unit or bare."""
 UNITS: Final = {
     "s": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
     "us": "us", "µs": "us", "μs": "us", "usec": "us", "microseconds": "us", "ns": "ns", "nanoseconds": "ns",
@@ -54,7 +51,6 @@ UNITS: Final = {
     "m": "m", "meter": "m", "meters": "m", "metres": "m",
 }  # fmt: skip
 """Units as they are written, and as roles end."""
-_IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]([^\[\]()]+)[\])]")
 # Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`.
 _STEPS_S: Final = (0.0005, 60.0)
 _USUAL_LENGTH_S: Final = 4 * 3600.0
@@ -67,13 +63,13 @@ _MAX_SHOCKS: Final = 0.1
 _MAX_SHOWN: Final = 30
 
 
-class Column(NamedTuple):
+class CsvColumn(NamedTuple):
     name: str
     # As roles end; None for a bare name.
     unit: str | None
 
 
-CsvColumns = Mapping[str, Column]
+CsvColumns = Mapping[str, CsvColumn]
 """By quantity."""
 
 
@@ -84,7 +80,7 @@ def role_words(columns: CsvColumns) -> list[str]:
 
 def parse_choice(words: Iterable[str]) -> CsvColumns:
     """Parses words such as `roll_deg=ATT.Roll`. Raises `UserError`."""
-    chosen: dict[str, Column] = {}
+    chosen: dict[str, CsvColumn] = {}
     for word in words:
         role, _, name = word.partition("=")
         if role not in _ROLES or not name:
@@ -93,7 +89,7 @@ def parse_choice(words: Iterable[str]) -> CsvColumns:
         quantity, unit = _ROLES[role]
         if quantity in chosen:
             raise UserError(marked("Choose one column for “{quantity}”."), quantity=quantity)
-        chosen[quantity] = Column(name, unit)
+        chosen[quantity] = CsvColumn(name, unit)
     return chosen
 
 
@@ -112,11 +108,11 @@ def recognise(head: Sequence[str], units: Sequence[str], chosen: CsvColumns | No
     Raises `UserError` where a column that is used is not there, or twice, or has another unit than is said.
     """
     by_person = chosen or {}
-    by_name: dict[str, Column] = {}
+    by_name: dict[str, CsvColumn] = {}
     # Where a quantity has several columns, the first one with a unit counts.
     for quantity, column in sorted(map(_meaning, head, units), key=lambda one: one[1].unit is None):
         by_name.setdefault(quantity, column)
-    used: dict[str, Column] = {}
+    used: dict[str, CsvColumn] = {}
     for choices in _CHOICES:
         is_chosen = any(quantity in by_person for choice in choices for quantity in choice)
         known = by_person if is_chosen else by_name
@@ -141,23 +137,18 @@ def recognise(head: Sequence[str], units: Sequence[str], chosen: CsvColumns | No
     return used
 
 
-def _meaning(name: str, unit: str) -> tuple[str, Column]:
+def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
     """The quantity of a column, and its unit; no quantity for a name that is unknown, or that contradicts its unit."""
     word = name.strip().lower()
-    bracketed = _IN_BRACKETS.fullmatch(word)
-    if bracketed is not None and bracketed[2].strip() in UNITS:
-        word, named_unit = bracketed[1], UNITS[bracketed[2].strip()]
-        if unit not in ("", named_unit):
-            return "", Column(name, None)
-        unit = named_unit
-    word = word.replace(" ", "_")
-    word = _ALSO.get(word, word)
-    if word in _ROLES:
-        quantity, named_unit = _ROLES[word]
-        return quantity if not unit or unit == named_unit else "", Column(name, named_unit)
-    if word in QUANTITIES and (not unit or unit in QUANTITIES[word]):
-        return word, Column(name, unit or None)
-    return "", Column(name, None)
+    for begin, quantity in _NAMES.items():
+        rest = word.removeprefix(begin).strip(" _[]()")
+        if word.startswith(begin) and (not rest or rest in UNITS):
+            units = {UNITS.get(rest, ""), unit} - {""}
+            if len(units) == 1 and units <= QUANTITIES[quantity].keys():
+                return quantity, CsvColumn(name, *units)
+            if not units and quantity != "altitude":  # metres or feet: nothing in it tells
+                return quantity, CsvColumn(name, "" if "" in QUANTITIES[quantity] else None)
+    return "", CsvColumn(name, None)
 
 
 def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -180,7 +171,7 @@ def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Float
 
 def _refusal(head: Sequence[str], why: UserMessage, unknown: Mapping[str, str]) -> UserError:
     """Why, the columns that are there, and what to say of the unknown ones, as it has to be typed."""
-    likely = {quantity: Column(name, next(iter(QUANTITIES[quantity]))) for quantity, name in unknown.items()}
+    likely = {quantity: CsvColumn(name, next(iter(QUANTITIES[quantity]))) for quantity, name in unknown.items()}
     cure = " ".join(f"--column {shlex.quote(word)}" for word in role_words(likely))
     text = marked("{why} Say which column holds what, in which unit: {cure} (columns: {columns}).")
     return UserError(text, why=why, columns=_shown(head), cure=cure)

@@ -15,10 +15,10 @@ import numpy as np
 from app.flights.raw_log import (
     TIME,
     Channel,
+    ChannelSource,
     Floats,
     Places,
     RawLog,
-    Source,
     Table,
     channels_of,
     columns_of,
@@ -43,18 +43,18 @@ _CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 # The number of the sensor; older logs have a table for each.
 _SENSOR: Final = "I"
 _MAX_SENSORS: Final = 6
-_TILTS: Final = tuple(Source(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
+_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
 _FORCES: Final = tuple(
-    Source(table, ("AccX", "AccY", "AccZ"), force_of_axes)
+    ChannelSource(table, ("AccX", "AccY", "AccZ"), force_of_axes)
     for table in ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
 )
 # The estimator's altitude, else the barometer's.
 _ALTITUDES: Final = tuple(
-    Source(table, (column,))
+    ChannelSource(table, (column,))
     for table, column in (("POS", "RelHomeAlt"), ("POS", "Alt"), ("CTUN", "Alt"), ("BARO", "Alt"))
 )
-_ARMING: Final = (Source("ARM", ("ArmState",)),)
-_EVENTS: Final = (Source("EV", ("Id",)),)
+_ARMING: Final = (ChannelSource("ARM", ("ArmState",)),)
+_EVENTS: Final = (ChannelSource("EV", ("Id",)),)
 _SOURCES: Final = (*_TILTS, *_FORCES, *_ALTITUDES, *_ARMING, *_EVENTS)
 _TABLES: Final = frozenset(one.table for one in _SOURCES)
 _COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns for one in _SOURCES)))

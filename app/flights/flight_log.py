@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Spans = NDArray[np.float64]
 
 REPORT_HZ: Final = 50
-"""Places per second of a `FlightLog` that no module measured; the rate of the simulated module."""
+"""Rows per second of a `FlightLog` that no module measured; the rate of the simulated module."""
 TILT_GAP_S: Final = 0.2
 """The shortest tilt that fires under either reading of the rule. A longer pause between two attitudes may hide one."""
 GAP_TOLERANCE_S: Final = 0.01
@@ -84,14 +84,11 @@ class FlightLog:
         return self._gaps(self.specific_force_g, MAX_GAP_S)
 
     def _gaps(self, values: Floats, longest_s: float) -> Spans:
-        known_s = self.time_s[np.isfinite(values)]
-        found = [np.empty((0, 2))]
-        for begin_s, end_s in self.flights.tolist():
-            first, stop = np.searchsorted(known_s, (begin_s, end_s))
-            bounds_s = np.concatenate(((begin_s,), known_s[first:stop], (end_s,)))
-            is_gap = np.diff(bounds_s) > longest_s + GAP_TOLERANCE_S
-            found.append(np.column_stack((bounds_s[:-1][is_gap], bounds_s[1:][is_gap])))
-        return np.concatenate(found)
+        known_s = self.time_s[np.isfinite(values) & self.is_judged]
+        bounds_s = np.sort(np.concatenate((known_s, self.flights.ravel())))
+        # What follows the end of a flight is on the ground.
+        is_gap = (np.diff(bounds_s) > longest_s + GAP_TOLERANCE_S) & ~np.isin(bounds_s[:-1], self.flights[:, 1])
+        return np.column_stack((bounds_s[:-1][is_gap], bounds_s[1:][is_gap]))
 
     @property
     def not_judged_s(self) -> float:

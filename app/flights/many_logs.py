@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -24,8 +24,6 @@ from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
 """Fewer logs are read in this process, since starting workers takes longer."""
-MAX_PROCESSES: Final = 60
-"""Windows cannot wait for more."""
 POLLED_S: Final = 0.1
 """Longest delay of a cancellation."""
 
@@ -73,7 +71,7 @@ def summarise_logs(
     Blocks: call it in a thread of its own, which polls `is_cancelled` about ten times a second. `processes`: None uses
     one per processor.
     """
-    count = min(processes or os.cpu_count() or 1, MAX_PROCESSES, len(paths))
+    count = min(processes or os.cpu_count() or 1, len(paths))
     if len(paths) < FEW_LOGS or count < 2:
         for path in paths:
             if is_cancelled():
@@ -81,44 +79,34 @@ def summarise_logs(
             yield summarise_log(path, order)
         return
     waiting = deque(paths)
-    while waiting and not is_cancelled():
-        suspects = yield from _in_processes(waiting, order, is_cancelled, count)
-        # One of them crashed its process: each is read once more, in a process of its own.
-        for path in suspects:
-            if (yield from _in_processes(deque([path]), order, is_cancelled, 1)):
-                yield SummarisedLog(path, None, unreadable(marked("cannot be read")).message)
-
-
-def _in_processes(
-    waiting: deque[Path], order: LogOrder, is_cancelled: Callable[[], bool], count: int
-) -> Generator[SummarisedLog, None, list[Path]]:
-    """Takes from `waiting` until it is empty or a process crashed; returns the logs that were being read then."""
-    # Spawned, because a fork of a process with threads may hang, and Windows has none.
-    context = multiprocessing.get_context("spawn")
-    path_of: dict[Future[SummarisedLog], Path] = {}
-    suspects: list[Path] = []
-    pool = ProcessPoolExecutor(count, context, initializer=_begin_worker)
+    idle = [_new_worker() for _ in range(count)]
+    reading: dict[Future[SummarisedLog], tuple[Path, ProcessPoolExecutor]] = {}
     try:
-        while (waiting and not suspects) or path_of:
-            if is_cancelled():
-                return []
-            # Few ahead: a cancellation waits for those that have begun.
-            while waiting and not suspects and len(path_of) < 2 * count:
-                path = waiting.popleft()
-                try:
-                    path_of[pool.submit(summarise_log, path, order)] = path
-                except BrokenProcessPool:  # so the logs that were submitted before say, too
-                    suspects.append(path)
-            done, _ = wait(path_of, POLLED_S, FIRST_COMPLETED)
+        while (waiting or reading) and not is_cancelled():
+            while waiting and idle:
+                path, worker = waiting.popleft(), idle.pop()
+                reading[worker.submit(summarise_log, path, order)] = path, worker
+            done, _ = wait(reading, POLLED_S, FIRST_COMPLETED)
             for future in done:
-                path = path_of.pop(future)
-                try:
+                path, worker = reading.pop(future)
+                if isinstance(future.exception(), BrokenProcessPool):  # this log crashed its process
+                    worker.shutdown()
+                    idle.append(_new_worker())
+                    yield SummarisedLog(path, None, unreadable(marked("cannot be read")).message)
+                else:
+                    idle.append(worker)
                     yield future.result()
-                except BrokenProcessPool:
-                    suspects.append(path)
-        return suspects
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for worker in (*idle, *(worker for _, worker in reading.values())):
+            worker.shutdown(cancel_futures=True)
+
+
+def _new_worker() -> ProcessPoolExecutor:
+    """One process, so that a crash costs the one log that it reads.
+
+    Spawned, because a fork of a process with threads may hang, and Windows has none.
+    """
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_begin_worker)
 
 
 def _begin_worker() -> None:

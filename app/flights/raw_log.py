@@ -44,7 +44,7 @@ class Channel(NamedTuple):
     values: Floats
 
 
-class Source(NamedTuple):
+class ChannelSource(NamedTuple):
     """Where logs of a kind have a quantity: in which table, in which columns, and what makes one value of these."""
 
     table: str
@@ -52,7 +52,7 @@ class Source(NamedTuple):
     value_of: Callable[..., Floats] = np.positive
 
 
-def channels_of(tables: Mapping[str, Sequence[Table]], sources: Iterable[Source]) -> list[Channel]:
+def channels_of(tables: Mapping[str, Sequence[Table]], sources: Iterable[ChannelSource]) -> list[Channel]:
     """A channel for each table that has the columns, in the order of the sources."""
     found: list[Channel] = []
     for name, columns, value_of in sources:

@@ -15,9 +15,9 @@ from app.flights.raw_log import (
     STANDARD_GRAVITY_M_S2,
     TIME,
     Channel,
+    ChannelSource,
     Layout,
     RawLog,
-    Source,
     Table,
     channels_of,
     columns_of,
@@ -86,15 +86,15 @@ _KINDS: Final = {
     116: _kind("SCALED_IMU2", 76, 22, time=_BOOT_MS, **_SCALED),
     129: _kind("SCALED_IMU3", 46, 22, time=_BOOT_MS, **_SCALED),
 }
-_TILTS: Final = (Source("ATTITUDE", ("roll", "pitch"), tilt_of_roll_and_pitch),)
+_TILTS: Final = (ChannelSource("ATTITUDE", ("roll", "pitch"), tilt_of_roll_and_pitch),)
 _FORCES: Final = tuple(
-    Source(table, ("x", "y", "z"), force_of_axes)
+    ChannelSource(table, ("x", "y", "z"), force_of_axes)
     for table in ("HIGHRES_IMU", "RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "SCALED_IMU3")
 )
-_ALTITUDES: Final = (Source("GLOBAL_POSITION_INT", ("altitude",)),)
-_ARMING: Final = (Source("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _ARMED),)
-_LANDING: Final = (Source("EXTENDED_SYS_STATE", ("landed",), lambda state: state == _ON_GROUND),)
-_CLOCK: Final = (Source("ATTITUDE", ("stamp",)),)
+_ALTITUDES: Final = (ChannelSource("GLOBAL_POSITION_INT", ("altitude",)),)
+_ARMING: Final = (ChannelSource("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _ARMED),)
+_LANDING: Final = (ChannelSource("EXTENDED_SYS_STATE", ("landed",), lambda state: state == _ON_GROUND),)
+_CLOCK: Final = (ChannelSource("ATTITUDE", ("stamp",)),)
 
 
 def is_telemetry(start: bytes) -> bool:

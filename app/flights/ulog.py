@@ -10,18 +10,17 @@ docs/flight-logs.md.
 
 import re
 from collections.abc import Mapping
-from itertools import chain
 from typing import Final
 
 import numpy as np
 
 from app.flights.raw_log import (
     TIME,
+    ChannelSource,
     Floats,
     Layout,
     Places,
     RawLog,
-    Source,
     Table,
     channels_of,
     columns_of,
@@ -56,35 +55,33 @@ _ARMED: Final = 2
 _MAX_SENSORS: Final = 6
 
 
+def _axes(name: str) -> tuple[str, str, str]:
+    return f"{name}[0]", f"{name}[1]", f"{name}[2]"
+
+
 def _force_of_changes(x_m_s: Floats, y_m_s: Floats, z_m_s: Floats, took_us: Floats) -> Floats:
     """Of changes of velocity, and how long each took."""
     took_s = np.where(took_us > 0, took_us * 1e-6, np.nan)
     return force_of_axes(x_m_s / took_s, y_m_s / took_s, z_m_s / took_s)
 
 
-_TILTS: Final = (Source("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
-# What the estimator uses comes first, then each sensor. Of each pair one is enough.
-_FORCES: Final = (
-    (
-        Source("sensor_combined", tuple(f"accelerometer_m_s2[{axis}]" for axis in range(3)), force_of_axes),
-        Source("vehicle_acceleration", ("xyz[0]", "xyz[1]", "xyz[2]"), force_of_axes),
-    ),
-    (
-        Source(
-            "vehicle_imu",
-            ("delta_velocity[0]", "delta_velocity[1]", "delta_velocity[2]", "delta_velocity_dt"),
-            _force_of_changes,
-        ),
-        Source("sensor_accel", ("x", "y", "z"), force_of_axes),
-    ),
+_TILTS: Final = (ChannelSource("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
+# What the estimator uses, and each sensor; of both the first that is there.
+_ESTIMATOR_FORCES: Final = (
+    ChannelSource("sensor_combined", _axes("accelerometer_m_s2"), force_of_axes),
+    ChannelSource("vehicle_acceleration", _axes("xyz"), force_of_axes),
+)
+_SENSOR_FORCES: Final = (
+    ChannelSource("vehicle_imu", (*_axes("delta_velocity"), "delta_velocity_dt"), _force_of_changes),
+    ChannelSource("sensor_accel", ("x", "y", "z"), force_of_axes),
 )
 _ALTITUDES: Final = (
-    Source("vehicle_local_position", ("z",), np.negative),
-    Source("vehicle_air_data", ("baro_alt_meter",)),
+    ChannelSource("vehicle_local_position", ("z",), np.negative),
+    ChannelSource("vehicle_air_data", ("baro_alt_meter",)),
 )
-_ARMING: Final = (Source("vehicle_status", ("arming_state",), lambda state: state == _ARMED),)
-_LANDING: Final = (Source("vehicle_land_detected", ("landed",)),)
-_SOURCES: Final = (*_TILTS, *chain(*_FORCES), *_ALTITUDES, *_ARMING, *_LANDING)
+_ARMING: Final = (ChannelSource("vehicle_status", ("arming_state",), lambda state: state == _ARMED),)
+_LANDING: Final = (ChannelSource("vehicle_land_detected", ("landed",)),)
+_SOURCES: Final = (*_TILTS, *_ESTIMATOR_FORCES, *_SENSOR_FORCES, *_ALTITUDES, *_ARMING, *_LANDING)
 # The columns of each topic that is asked for.
 _WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for one in _SOURCES}
 
@@ -104,8 +101,21 @@ class UlogFile:
         # Where the last record ends.
         self.read_until = _HEADER_BYTES
         self._refuse_newer_versions()
-        known = np.concatenate((self._read_formats(), self._read_subscriptions_and_samples()))
-        self._read_between(known[np.argsort(known[:, 0], kind="stable")])
+        for begin, end in self._found("F", _LONGEST_FORMAT).tolist():
+            match = _FORMAT.fullmatch(data, begin + _RECORD_HEAD, end)
+            if match is not None:
+                self._formats.setdefault(match[1].decode(), match[2].decode())
+        # A subscription gives a topic and its instance the number that stands in their samples.
+        subscribed: dict[int, tuple[str, int]] = {}
+        for begin, end in self._found("A", _LONGEST_NAME).tolist():
+            instance, number, name = (
+                data[begin + 3],
+                data[begin + 4 : begin + 6],
+                data[begin + 6 : end].decode("latin-1"),
+            )
+            if name in self._formats:
+                subscribed.setdefault(int.from_bytes(number, "little"), (name, instance))
+        self._read_samples(subscribed)
 
     def _refuse_newer_versions(self) -> None:
         """Version 1 begins with its flags, of which the second eight bytes say what a reader must understand."""
@@ -119,44 +129,24 @@ class UlogFile:
         begins = np.flatnonzero(self._bytes[_HEADER_BYTES + 2 :] == ord(kind)) + _HEADER_BYTES
         sizes = self._numbers_at(begins)
         ends = begins + _RECORD_HEAD + sizes
-        return np.column_stack((begins, ends))[(sizes <= longest) & (ends <= len(self._data))]
+        return np.column_stack((begins, ends))[(sizes > _ID_BYTES) & (sizes <= longest) & (ends <= len(self._data))]
 
     def _numbers_at(self, places: Places) -> Places:
         """Numbers of two bytes."""
         numbers: Places = self._bytes[places] + 256 * self._bytes[places + 1].astype(np.int64)
         return numbers
 
-    def _read_formats(self) -> Places:
-        known: list[tuple[int, int]] = []
-        for begin, end in self._found("F", _LONGEST_FORMAT).tolist():
-            match = _FORMAT.fullmatch(self._data, begin + _RECORD_HEAD, end)
-            if match is not None:
-                self._formats.setdefault(match[1].decode(), match[2].decode())
-                known.append((begin, end))
-        return np.array(known, np.int64).reshape(-1, 2)
-
-    def _read_subscriptions_and_samples(self) -> Places:
-        """A subscription gives a topic and its instance the number that stands in its samples."""
-        known: list[tuple[int, int]] = []
-        subscribed: dict[int, tuple[str, int]] = {}
-        for begin, end in self._found("A", _LONGEST_NAME).tolist():
-            body = self._data[begin + _RECORD_HEAD : end]
-            name = body[3:].decode("latin-1")
-            if name in self._formats:
-                known.append((begin, end))
-                subscribed.setdefault(int.from_bytes(body[1:3], "little"), (name, body[0]))
-        # What the body of a sample may have at least and at most, by its number: padding at its end is not written.
+    def _read_samples(self, subscribed: Mapping[int, tuple[str, int]]) -> None:
+        # What a sample may have at least and at most, by its number: padding at its end is not written.
         least, most = np.ones(_LARGEST + 1, np.int64), np.zeros(_LARGEST + 1, np.int64)
         for number, (name, _) in subscribed.items():
             layout = self._layout(name)
             if layout is not None:
-                most[number] = least[number] = _ID_BYTES + layout.itemsize
+                most[number] = least[number] = _RECORD_HEAD + _ID_BYTES + layout.itemsize
                 if (layout.names or ("",))[-1].startswith(_PADDING):
                     least[number] -= layout[-1].itemsize
         samples = self._found("D", _LARGEST)
-        sizes = samples[:, 1] - samples[:, 0] - _RECORD_HEAD
-        samples, sizes = samples[sizes >= _ID_BYTES], sizes[sizes >= _ID_BYTES]
-        numbers = self._numbers_at(samples[:, 0] + _RECORD_HEAD)
+        sizes, numbers = samples[:, 1] - samples[:, 0], self._numbers_at(samples[:, 0] + _RECORD_HEAD)
         is_sample = (least[numbers] <= sizes) & (sizes <= most[numbers])
         samples, numbers = samples[is_sample], numbers[is_sample]
         for number, (name, _) in sorted(subscribed.items(), key=lambda one: one[1]):
@@ -164,12 +154,13 @@ class UlogFile:
             if name in _WANTED and layout is not None:
                 places = samples[numbers == number, 0] + _RECORD_HEAD + _ID_BYTES
                 table = columns_of(self._data, layout, places, _WANTED[name])
-                self.topics.setdefault(name, []).append(table)
-        return np.concatenate((np.array(known, np.int64).reshape(-1, 2), samples))
+                if table:
+                    self.topics.setdefault(name, []).append(table)
+        self._read_between(samples)
 
-    def _read_between(self, known: Places) -> None:
-        """Between the records that are known there are whole other ones, or damage."""
-        bounds = np.concatenate(((0, _HEADER_BYTES), known.ravel(), (len(self._data),) * 2)).reshape(-1, 2)
+    def _read_between(self, samples: Places) -> None:
+        """Between samples there are whole other records, or damage."""
+        bounds = np.concatenate(((0, _HEADER_BYTES), samples.ravel(), (len(self._data),) * 2)).reshape(-1, 2)
         for row in np.flatnonzero(bounds[1:, 0] > bounds[:-1, 1]).tolist():
             place, stop = int(bounds[row, 1]), int(bounds[row + 1, 0])
             while place + _RECORD_HEAD < stop:
@@ -220,8 +211,9 @@ def read_ulog(data: bytes, name: str) -> RawLog:
     """Raises `UserError`."""
     file = UlogFile(data)
     raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _TILTS))
-    for pair in _FORCES:
-        raw.forces_g += next(filter(None, (channels_of(file.topics, [source]) for source in pair)), [])
+    for sources in (_ESTIMATOR_FORCES, _SENSOR_FORCES):
+        there = [source for source in sources if source.table in file.topics]
+        raw.forces_g += channels_of(file.topics, there[:1])
     del raw.forces_g[_MAX_SENSORS:]
     raw.altitudes_m = channels_of(file.topics, _ALTITUDES)
     raw.armed = channels_of(file.topics, _ARMING)

@@ -2024,10 +2024,6 @@
         <translation>不发送任何内容。</translation>
     </message>
     <message>
-        <source>Nothing logged for {seconds:.2f} s.</source>
-        <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
         <source>Nothing was applied:</source>
         <translation>未应用任何内容：</translation>
     </message>
@@ -4234,6 +4230,10 @@
         <translation>未接外接供电</translation>
     </message>
     <message>
+        <source>no file in the archive</source>
+        <translation>压缩包中没有文件</translation>
+    </message>
+    <message>
         <source>no frame</source>
         <translation>不是有效帧</translation>
     </message>
@@ -4380,10 +4380,6 @@
     <message>
         <source>not named</source>
         <translation>未填写</translation>
-    </message>
-    <message>
-        <source>not one file in the archive</source>
-        <translation>压缩包中不是正好一个文件</translation>
     </message>
     <message>
         <source>not possible</source>
