@@ -5,7 +5,7 @@ flight; where none is, or more than one, the table is refused with its columns a
 """
 
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -51,11 +51,12 @@ UNITS: Final = {
     "m": "m", "meter": "m", "meters": "m", "metres": "m",
 }  # fmt: skip
 """Units as they are written, and as roles end."""
+# The quantities of which those without a unit have the same one.
+_MEASURED_TOGETHER: Final = (("time",), ("tilt", "roll", "pitch"), ("acceleration", "x", "y", "z"))
 # Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`.
 _STEPS_S: Final = (0.0005, 60.0)
 _USUAL_LENGTH_S: Final = 4 * 3600.0
-_LARGEST_RAD: Final = np.pi + 0.01
-# The unit of an acceleration is known by the share of the flight at rest, and by shocks that no aircraft survives.
+_LARGEST_DEG: Final = 180.5
 _REST_M_S2: Final = (8.0, 12.0)
 _MIN_REST: Final = 0.05
 _SHOCK_M_S2: Final = 60.0
@@ -156,17 +157,17 @@ def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Float
 
     Raises `UserError` where one is not certain.
     """
-    scaled: dict[str, Floats] = {}
-    for quantities, possible_units in _MEASURED_TOGETHER.items():
-        used = {quantity: columns[quantity] for quantity in quantities if quantity in columns}
-        bare = {quantity: column.name for quantity, column in used.items() if column.unit is None}
-        units = possible_units([values[quantity] for quantity in bare]) if bare else [""]
-        if len(units) != 1:
-            text = marked("The unit of “{name}” is not certain.")
-            raise _refusal(head, message(text, name=clean(next(iter(bare.values())), longest=60)), bare)
-        for quantity, (_, unit) in used.items():
-            scaled[quantity] = values[quantity] * QUANTITIES[quantity][units[0] if unit is None else unit]
-    return scaled
+    units = {quantity: unit for quantity, (_, unit) in columns.items()}
+    for together in _MEASURED_TOGETHER:
+        bare = [quantity for quantity in together if quantity in columns and units[quantity] is None]
+        if bare:
+            possible = _possible_units(bare[0], [values[quantity] for quantity in bare])
+            if len(possible) != 1:
+                text = marked("The unit of “{name}” is not certain.")
+                unknown = {quantity: columns[quantity].name for quantity in bare}
+                raise _refusal(head, message(text, name=clean(unknown[bare[0]], longest=60)), unknown)
+            units.update(dict.fromkeys(bare, possible[0]))
+    return {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
 
 
 def _refusal(head: Sequence[str], why: UserMessage, unknown: Mapping[str, str]) -> UserError:
@@ -181,47 +182,31 @@ def _shown(head: Sequence[str]) -> str:
     return ", ".join(clean(name, longest=40) for name in head[:_MAX_SHOWN])
 
 
-def _time_units(columns: Sequence[Floats]) -> list[str]:
-    """The units in which these can be the times of a flight: by its length and its steps."""
-    known = columns[0][np.isfinite(columns[0])]
-    steps = np.diff(known)
-    steps = steps[steps > 0]
-    if not len(steps):
+def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
+    """The units in which these columns, all of one kind of quantity, can be of a flight."""
+    scales = QUANTITIES[quantity]
+    known = np.isfinite(sum(columns))
+    columns = [column[known] for column in columns]
+    if not known.any():
         return []
-    step, length = float(np.median(steps)), float(np.ptp(known))
-    possible: list[str] = []
-    usual: list[str] = []
-    for unit, scale in QUANTITIES["time"].items():
-        if _STEPS_S[0] <= step * scale <= _STEPS_S[1] and SHORTEST_LOG_S <= length * scale <= LONGEST_LOG_S:
-            possible.append(unit)
-            if length * scale <= _USUAL_LENGTH_S:
-                usual.append(unit)
-    return usual if len(possible) > 1 else possible
+    possible = [unit for unit in scales if _is_plausible(quantity, unit, [one * scales[unit] for one in columns])]
+    if quantity == "time" and len(possible) > 1:
+        return [unit for unit in possible if np.ptp(columns[0]) * scales[unit] <= _USUAL_LENGTH_S]
+    return possible
 
 
-def _angle_units(columns: Sequence[Floats]) -> list[str]:
-    """Degrees where one of them is larger than any in radians; else they can be either."""
-    largest = max(float(np.nanmax(np.abs(column), initial=0.0)) for column in columns)
-    return ["deg"] if largest > _LARGEST_RAD else ["deg", "rad"]
-
-
-def _force_units(columns: Sequence[Floats]) -> list[str]:
-    """The units in which an aircraft is at rest for a part of the time, as every one is."""
-    length = np.sqrt(sum(column * column for column in columns))
-    length = length[np.isfinite(length)]
-    found: list[str] = []
-    for unit, scale in _FORCES.items():
-        is_rest = (length * scale >= _REST_M_S2[0]) & (length * scale <= _REST_M_S2[1])
-        is_shock = length * scale > _SHOCK_M_S2
-        if len(length) and is_rest.mean() >= _MIN_REST and is_shock.mean() <= _MAX_SHOCKS:
-            found.append(unit)
-    return found
-
-
-_MEASURED_TOGETHER: Final[Mapping[tuple[str, ...], Callable[[Sequence[Floats]], list[str]]]] = {
-    ("time",): _time_units,
-    ("tilt", "roll", "pitch"): _angle_units,
-    ("acceleration", "x", "y", "z"): _force_units,
-    ("qw", "qx", "qy", "qz", "altitude", "armed"): lambda _columns: [],
-}
-"""And what finds their unit."""
+def _is_plausible(quantity: str, unit: str, columns: Sequence[Floats]) -> bool:
+    """`columns`: known values, in seconds, degrees or m/s² if their unit is this one."""
+    if quantity == "time":
+        steps_s = np.diff(columns[0])
+        steps_s = steps_s[steps_s > 0]
+        if not len(steps_s) or not SHORTEST_LOG_S <= np.ptp(columns[0]) <= LONGEST_LOG_S:
+            return False
+        return bool(_STEPS_S[0] <= np.median(steps_s) <= _STEPS_S[1])
+    if quantity in ("tilt", "roll", "pitch"):
+        # Degrees may be few; only an angle that is none in radians tells.
+        return unit == "deg" or float(np.abs(columns).max()) <= _LARGEST_DEG
+    # An aircraft is at rest for a part of the time, and survives few shocks.
+    force_m_s2 = np.sqrt(sum(column * column for column in columns))
+    is_rest = (force_m_s2 >= _REST_M_S2[0]) & (force_m_s2 <= _REST_M_S2[1])
+    return bool(is_rest.mean() >= _MIN_REST and (force_m_s2 > _SHOCK_M_S2).mean() <= _MAX_SHOCKS)

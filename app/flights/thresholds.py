@@ -118,7 +118,6 @@ def fire_map(
 FULL_MARGIN_DEG: Final = 10
 FULL_MARGIN_S: Final = 0.3
 """Margins count up to these; among equal proposals the one nearest to the vendor's defaults is chosen."""
-MAX_CONFLICTS: Final = 20
 # The bounds of a proposal are this program's. The vendor's table says less: 55° and up, below 0.7 g, and the defaults.
 LEAST_TILT_DEG: Final = 55
 MOST_TILT_DEG: Final = 80
@@ -203,7 +202,7 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
         wrong = reduce(np.add, ((one.margins() <= 0).astype(np.int64) for one in (*calm, *lost)))
         best = np.where(wrong == wrong.min(), off_defaults, np.inf).argmin()
         conflicts = [one.conflict(_limits_at(best)) for one in (*calm, *lost) if one.margins().flat[best] <= 0]
-        return ThresholdProposal(None, conflicts=tuple(conflicts[:MAX_CONFLICTS]))
+        return ThresholdProposal(None, conflicts=tuple(conflicts))
     best = np.where(least == least.max(), off_defaults, np.inf).argmin()
     limits = _limits_at(best)
     nearest = [min(side, key=lambda one: float(one.margins().flat[best])) for side in (calm, lost)]

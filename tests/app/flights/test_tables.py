@@ -258,3 +258,13 @@ def test_any_table_that_says_the_same_is_judged_the_same_or_refused(tmp_path: Pa
     except UserError:
         return
     assert summarise(log).answer(TriggerLimits()) is expected
+
+
+def test_bare_columns_with_empty_cells_have_their_unit_all_the_same(tmp_path: Path) -> None:
+    """Each sensor has rows of its own, and there are rows without a time."""
+    lines = []
+    for at_s, _, force in FALL:
+        axis = force * 9.80665
+        lines += [f"{at_s * 1000:.0f},95,,,,", f"{at_s * 1000:.0f},,,{0.6 * axis:.3f},0,{0.8 * axis:.3f}", ",,,,,"]
+    path = written(tmp_path / "a.csv", "\n".join(["timestamp,roll,pitch,ax,ay,az", *lines]).replace("95,,", "95,0,"))
+    assert answer(path) is Answer.FIRES
