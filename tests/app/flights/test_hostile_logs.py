@@ -103,26 +103,6 @@ def test_cut_and_damaged_files(
     check(path)
 
 
-@pytest.mark.parametrize("kind", ["ulog", "dataflash", "csv"])
-def test_a_file_that_is_cut_in_the_middle_is_judged_up_to_there(
-    kind: str, originals: dict[str, bytes], tmp_path: Path
-) -> None:
-    path = tmp_path / ("log.csv" if kind == "csv" else "log")
-    path.write_bytes(originals[kind][: len(originals[kind]) * 7 // 8])
-    flight = check(path)
-    assert flight is not None
-    assert 1 < flight.duration_s < 3
-
-
-def test_a_recording_that_was_cut_off_says_so(originals: dict[str, bytes], tmp_path: Path) -> None:
-    path = tmp_path / "log.mcap"
-    path.write_bytes(originals["mcap"][: originals["mcap"].index(b"dps-s end")])
-    flight = check(path)
-    assert flight is not None
-    assert 1 < flight.duration_s < 3
-    assert flight.problems[0].in_english() == "cut off"
-
-
 def reports_of(path: Path, data: bytes) -> tuple[list[float], FlightLog | None]:
     """The tilts that are read of a recording; no log where it is refused."""
     path.write_bytes(data)

@@ -16,6 +16,7 @@ from app.flights.judging import RuleReading, coverage_of
 from app.flights.raw_log import Channel, RawLog, kept_apart, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
 from app.flights.table import JOIN_S
+from app.recordings.excerpt import HEAD
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.recordings.session_format import Opening
@@ -133,6 +134,13 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
         assert len(log.time_s) == len(FAST)
         assert fires(log) == EXPECTED
         assert log.problems == ()
+
+
+def test_of_several_reports_of_one_time_none_is_lost(tmp_path: Path) -> None:
+    rows = "".join(f"x,{row / 50:.2f},{tilt},1.0,false,true,,,\r\n" for row in range(100) for tilt in (5, 70, 5))
+    path = tmp_path / "out.csv"
+    path.write_text(f"{HEAD}\r\n{rows}", encoding="utf-8")
+    assert len(fires(read_flight_log(path))) == 100
 
 
 @pytest.mark.parametrize("kind", ["restarted", "another module?"])

@@ -167,6 +167,12 @@ def test_two_vehicles_in_one_telemetry_file_are_not_judged_as_one(tmp_path: Path
         read(tmp_path / "a.tlog", made.telemetry_bytes(rows))
     rows[-1] = made.telemetry("ATTITUDE", 1.0, 1000, 1.5, 0, 0, 0, 0, 0, component=154)  # a gimbal
     assert answer(read(tmp_path / "a.tlog", made.telemetry_bytes(rows))) is not Answer.FIRES
+    # Another system without an attitude is no vehicle, and whether it is armed does not matter.
+    rows[-1] = made.telemetry("HEARTBEAT", 0.0, 0, 2, 3, 0x80, 4, 3, system=2)
+    rows += made.telemetry_force(TIMES, REST) + made.telemetry_heartbeat(2.0, is_armed=False)
+    log = read(tmp_path / "a.tlog", made.telemetry_bytes(rows))
+    assert answer(log) is Answer.DOES_NOT_FIRE
+    assert log.problems == ()
 
 
 def test_telemetry_before_arming_is_not_judged(tmp_path: Path) -> None:
