@@ -9,15 +9,13 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from app.cli.results import FiredJson, FireJson
-from app.flights.answer import Answer
 from app.flights.columns import parse_choice
-from app.flights.curves import JudgedFlight, LogFiring
-from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
+from app.flights.judging import Answer, LogFiring, RuleReading
 from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
-from app.flights.proposal import defaults_result
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
+from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
 from app.terminal.setting_words import parse_settings, typed
@@ -71,9 +69,10 @@ def run(args: argparse.Namespace) -> int:
     answers = [answer_of(log, limits) for log in logs]
     if args.json:
         console.note(judged_with)
-        console.write_lines([console.as_json(json_of(log, answer)) for log, answer in zip(logs, answers, strict=True)])
+        results = [json_of(log, answer, limits) for log, answer in zip(logs, answers, strict=True)]
+        console.write_lines(map(console.as_json, results))
     elif any(log.flight is not None for log in logs):
-        console.write_lines([*_page(logs, answers, is_must=args.must), "", *judged_with.splitlines()])
+        console.write_lines([*_page(logs, answers, limits, is_must=args.must), "", *judged_with.splitlines()])
     for log in logs:
         if log.why_not is not None:
             console.notify(labelled(log.path, log.why_not.translated()))
@@ -142,7 +141,7 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
 # What is printed
 
 
-def json_of(log: SummarisedLog, answer: Answer) -> FiredJson:
+def json_of(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> FiredJson:
     """Always in English. `fires` is null where nobody can know whether it fires."""
     fires: list[FireJson] | None = None
     tilt_max_deg: float | None = None
@@ -151,10 +150,10 @@ def json_of(log: SummarisedLog, answer: Answer) -> FiredJson:
     flight = log.flight
     if flight is not None:
         if answer is not Answer.NOT_JUDGED:
-            fires = [fire for firing in log.judged[0].firings for fire in _fires(firing)]
+            fires = [fire for firing in log.firings for fire in _fires(firing)]
         tilt_max_deg = _number(flight.tilt_max_deg, 1)
         if flight.has_acceleration:
-            longest_fall_s = _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2)
+            longest_fall_s = _number(max(0.0, flight.longest_fall_s(limits)), 2)
         not_judged_s = _number(flight.not_judged_s, 2)
     return FiredJson(
         log=str(log.path),
@@ -162,7 +161,7 @@ def json_of(log: SummarisedLog, answer: Answer) -> FiredJson:
         tilt_max_deg=tilt_max_deg,
         longest_fall_s=longest_fall_s,
         not_judged_s=not_judged_s,
-        problems=[problem.in_english() for problem in _problems(log, answer)],
+        problems=[problem.in_english() for problem in _problems(log, answer, limits)],
         answer=answer.value,
     )
 
@@ -182,28 +181,31 @@ def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def _problems(log: SummarisedLog, answer: Answer) -> list[UserMessage]:
+def _problems(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> list[UserMessage]:
     """Includes why it cannot be read or not be judged, and a difference between the readings of the vendor's rule."""
     if log.why_not is not None:
         return [log.why_not]
     if log.flight is None:
         return []
-    direct, damped = log.judged
     problems = list(log.flight.problems)
-    why_not = log.flight.coverage.why_not_enough(direct.limits)
+    why_not = log.flight.coverage.why_not_enough(limits)
     if answer is Answer.NOT_JUDGED and why_not is not None:
         problems.append(why_not)
-    first_s, other_s = (judged.firings[0].at_s if judged.firings else math.inf for judged in (direct, damped))
+    first_s, other_s = (log.flight.first_fire(limits, reading).at_s for reading in RuleReading)
     if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
         text = _NEVER if other_s == math.inf else _LATER
-        problems.append(message(text, reading=message(damped.reading.value), time=other_s))
+        problems.append(message(text, reading=message(RuleReading.DAMPED.value), time=other_s))
     return problems
 
 
-def _page(logs: Sequence[SummarisedLog], answers: Sequence[Answer], *, is_must: bool) -> list[str]:
+def _page(
+    logs: Sequence[SummarisedLog], answers: Sequence[Answer], limits: TriggerLimits, *, is_must: bool
+) -> list[str]:
     head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), capitalised(tr("not judged")))
     names = distinct_names([log.path for log in logs])
-    rows = [_row(log, name, answer, is_must=is_must) for log, name, answer in zip(logs, names, answers, strict=True)]
+    rows = [
+        _row(log, name, answer, limits, is_must=is_must) for log, name, answer in zip(logs, names, answers, strict=True)
+    ]
     counted = [tr("{count} of {total} fire.", count=answers.count(Answer.FIRES), total=len(logs))]
     if Answer.UNREADABLE in answers:
         counted.append(tr("{count} of {total} not read.", count=answers.count(Answer.UNREADABLE), total=len(logs)))
@@ -212,36 +214,36 @@ def _page(logs: Sequence[SummarisedLog], answers: Sequence[Answer], *, is_must: 
     problems: list[str] = []
     for log, name, answer in zip(logs, names, answers, strict=True):
         if log.flight is not None:
-            problems += [labelled(name, problem.translated()) for problem in _problems(log, answer)]
+            problems += [labelled(name, problem.translated()) for problem in _problems(log, answer, limits)]
     lines = [*console.columns([head, *rows]), "", join_sentences(counted)]
     return [*lines, "", *problems] if problems else lines
 
 
-def _row(log: SummarisedLog, name: str, answer: Answer, *, is_must: bool) -> tuple[str, ...]:
+def _row(log: SummarisedLog, name: str, answer: Answer, limits: TriggerLimits, *, is_must: bool) -> tuple[str, ...]:
     flight = log.flight
     if flight is None:
         return (name, tr("not read"), "–", "–", "–")
-    fall_s = max(0.0, flight.longest_fall_s(log.judged[0].limits))
+    fall_s = max(0.0, flight.longest_fall_s(limits))
     return (
         name,
-        _verdict(log.judged[0], flight, answer, is_must=is_must),
+        _verdict(log, flight, answer, limits, is_must=is_must),
         f"{flight.tilt_max_deg:.0f}°" if flight.has_attitude else "–",
         f"{fall_s:.2f} s" if flight.has_acceleration else "–",
         f"{flight.not_judged_s:.1f} s",
     )
 
 
-def _verdict(judged: JudgedFlight, flight: FlightSummary, answer: Answer, *, is_must: bool) -> str:
+def _verdict(log: SummarisedLog, flight: FlightSummary, answer: Answer, limits: TriggerLimits, *, is_must: bool) -> str:
     if answer is Answer.NOT_JUDGED:
         return tr("not judged")
-    if not judged.firings:
+    if not log.firings:
         return tr("no")
-    first = judged.firings[0]
+    first = log.firings[0]
     why = [tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg)] if Source.ATTITUDE in first.sources else []
     if Source.FREEFALL in first.sources:
         why.append(tr("free fall, {weight:.1f} g", weight=first.acceleration_g))
     text = tr("at {time:.2f} s: {why}", time=first.at_s, why=" + ".join(why))
-    fire = flight.first_fire(judged.limits)
+    fire = flight.first_fire(limits)
     if not is_must or not math.isfinite(fire.delay_s):
         return text
     return f"{text}; {fire.late_text}" if fire.is_in_time else f"{text}; {fire.late_text}; {tr('after the impact')}"

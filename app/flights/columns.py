@@ -4,143 +4,94 @@ A name with its unit is taken at its word. A bare name, such as "timestamp", get
 flight; where none is, or more than one, the table is refused with its columns and what to say. Nothing is guessed.
 """
 
-import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from typing import Final
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flights.cells import UNITS
-from app.flights.flight_log import LONGEST_LOG_S, SHORTEST_LOG_S, Floats
-from app.flights.raw_log import STANDARD_GRAVITY_M_S2, force_of_axes, tilt_of_quaternion, tilt_of_roll_and_pitch
+from app.flights.flight_log import LONGEST_LOG_S, SHORTEST_LOG_S
+from app.flights.raw_log import STANDARD_GRAVITY_M_S2, Floats
 from app.text.messages import UserMessage, clean, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-
-class CsvRole(Enum):
-    """Content of a column; the value is its name on the command line."""
-
-    TIME_S = "time_s"
-    TIME_MS = "time_ms"
-    TIME_US = "time_us"
-    TIME_NS = "time_ns"
-    TILT_DEG = "tilt_deg"
-    TILT_RAD = "tilt_rad"
-    ROLL_DEG = "roll_deg"
-    PITCH_DEG = "pitch_deg"
-    ROLL_RAD = "roll_rad"
-    PITCH_RAD = "pitch_rad"
-    QW = "qw"
-    QX = "qx"
-    QY = "qy"
-    QZ = "qz"
-    ACCELERATION_G = "acceleration_g"
-    """Length of the specific force."""
-    ACCELERATION_M_S2 = "acceleration_m_s2"
-    X_G = "x_g"
-    Y_G = "y_g"
-    Z_G = "z_g"
-    X_M_S2 = "x_m_s2"
-    Y_M_S2 = "y_m_s2"
-    Z_M_S2 = "z_m_s2"
-    ALTITUDE_M = "altitude_m"
-    ARMED = "armed"
-    """Not 0: armed."""
-
-
-TIMES: Final[Mapping[CsvRole, float]] = {
-    CsvRole.TIME_S: 1.0, CsvRole.TIME_MS: 1e-3, CsvRole.TIME_US: 1e-6, CsvRole.TIME_NS: 1e-9,
+_ANGLES: Final = {"deg": 1.0, "rad": 180 / np.pi}
+_FORCES: Final = {"g": STANDARD_GRAVITY_M_S2, "m_s2": 1.0}
+QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "tilt": _ANGLES, "roll": _ANGLES, "pitch": _ANGLES,
+    "qw": {"": 1.0}, "qx": {"": 1.0}, "qy": {"": 1.0}, "qz": {"": 1.0},
+    "acceleration": _FORCES, "x": _FORCES, "y": _FORCES, "z": _FORCES,
+    "altitude": {"m": 1.0},
+    "armed": {"": 1.0},
 }  # fmt: skip
-"""Unit of each in seconds."""
-Computed = Mapping[tuple[CsvRole, ...], Callable[..., Floats]]
-ATTITUDES: Final[Computed] = {
-    (CsvRole.TILT_DEG,): np.abs,
-    (CsvRole.TILT_RAD,): lambda tilt: np.degrees(np.abs(tilt)),
-    (CsvRole.QW, CsvRole.QX, CsvRole.QY, CsvRole.QZ): tilt_of_quaternion,
-    (CsvRole.ROLL_DEG, CsvRole.PITCH_DEG): tilt_of_roll_and_pitch,
-    (CsvRole.ROLL_RAD, CsvRole.PITCH_RAD): lambda *rad: tilt_of_roll_and_pitch(*np.degrees(rad)),
+"""What a column can hold, and what makes seconds, degrees, m/s² and metres of its units. "acceleration" is the length
+of x, y and z."""
+ATTITUDES: Final = (("tilt",), ("qw", "qx", "qy", "qz"), ("roll", "pitch"))
+FORCES: Final = (("acceleration",), ("x", "y", "z"))
+_CHOICES: Final[tuple[tuple[tuple[str, ...], ...], ...]] = (
+    (("time",),), ATTITUDES, FORCES, (("altitude",),), (("armed",),),
+)  # fmt: skip
+# The word of a role on the command line, such as "time_ms".
+_ROLES: Final = {
+    f"{quantity}_{unit}".rstrip("_"): (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units
 }
-"""Roles, and the tilt of their columns."""
-FORCES: Final[Computed] = {
-    (CsvRole.ACCELERATION_G,): np.abs,
-    (CsvRole.ACCELERATION_M_S2,): lambda length: np.abs(length) / STANDARD_GRAVITY_M_S2,
-    (CsvRole.X_G, CsvRole.Y_G, CsvRole.Z_G): lambda *g: force_of_axes(*(axis * STANDARD_GRAVITY_M_S2 for axis in g)),
-    (CsvRole.X_M_S2, CsvRole.Y_M_S2, CsvRole.Z_M_S2): force_of_axes,
-}
-"""Roles, and the specific force of their columns."""
-_GROUPS: Final = (frozenset(TIMES), frozenset().union(*ATTITUDES), frozenset().union(*FORCES))
-"""Of each group a person chooses all columns, or none."""
-_ALSO: Final[Mapping[str, str]] = {
-    "elapsed_s": "time_s", "t_s": "time_s", "seconds": "time_s", "t_ms": "time_ms", "timems": "time_ms",
-    "t_us": "time_us", "timeus": "time_us", "t_ns": "time_ns",
-    "q[0]": "qw", "q[1]": "qx", "q[2]": "qy", "q[3]": "qz",
-    "accelerometer_m_s2[0]": "x_m_s2", "accelerometer_m_s2[1]": "y_m_s2", "accelerometer_m_s2[2]": "z_m_s2",
+# How names begin, in front of the unit, if any.
+_NAMES: Final = {quantity: quantity for quantity in QUANTITIES} | {
+    "timestamp": "time", "elapsed": "time", "t": "time", "q[0]": "qw", "q[1]": "qx", "q[2]": "qy", "q[3]": "qz",
+    "acc_x": "x", "acc_y": "y", "acc_z": "z", "accx": "x", "accy": "y", "accz": "z", "ax": "x", "ay": "y", "az": "z",
+    "accelerometer_m_s2[0]": "x", "accelerometer_m_s2[1]": "y", "accelerometer_m_s2[2]": "z",
 }  # fmt: skip
-"""Further names with their unit."""
-_BARE: Final[Mapping[str, str]] = {
-    "time": "time", "timestamp": "time", "t": "time", "tilt": "tilt", "roll": "roll", "pitch": "pitch",
-    "acceleration": "acceleration", "acc_x": "x", "acc_y": "y", "acc_z": "z", "accx": "x", "accy": "y", "accz": "z",
-    "ax": "x", "ay": "y", "az": "z",
+UNITS: Final = {
+    "s": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
+    "us": "us", "µs": "us", "μs": "us", "usec": "us", "microseconds": "us", "ns": "ns", "nanoseconds": "ns",
+    "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
+    "g": "g", "m/s²": "m_s2", "m/s^2": "m_s2", "m/s2": "m_s2", "m/s/s": "m_s2", "m_s2": "m_s2", "m/s**2": "m_s2",
+    "m": "m", "meter": "m", "meters": "m", "metres": "m",
 }  # fmt: skip
-"""Names without a unit, and what they are of."""
-_UNITS_OF: Final[Mapping[str, tuple[str, ...]]] = {
-    "time": ("s", "ms", "us", "ns"), "tilt": ("deg", "rad"), "roll": ("deg", "rad"), "pitch": ("deg", "rad"),
-    "acceleration": ("g", "m_s2"), "x": ("g", "m_s2"), "y": ("g", "m_s2"), "z": ("g", "m_s2"),
-}  # fmt: skip
-_BARE_ATTITUDES: Final = (("tilt",), ("roll", "pitch"))
-_BARE_FORCES: Final = (("acceleration",), ("x", "y", "z"))
-_IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]([^\[\]()]+)[\])]")
+"""Units as they are written, and as roles end."""
+# The quantities of which those without a unit have the same one.
+_MEASURED_TOGETHER: Final = (("time",), ("tilt", "roll", "pitch"), ("acceleration", "x", "y", "z"))
+# Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`.
 _STEPS_S: Final = (0.0005, 60.0)
-"""Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`."""
 _USUAL_LENGTH_S: Final = 4 * 3600.0
-_REST_G: Final = (0.8, 1.25)
+_LARGEST_DEG: Final = 180.5
+_REST_M_S2: Final = (8.0, 12.0)
 _MIN_REST: Final = 0.05
-"""Share of a flight at rest by which the unit of an acceleration is known."""
-_SHOCK_G: Final = 6.0
+_SHOCK_M_S2: Final = 60.0
 _MAX_SHOCKS: Final = 0.1
-"""Share of a flight above `_SHOCK_G` that no aircraft survives."""
 _MAX_SHOWN: Final = 30
 
 
-@dataclass(frozen=True, slots=True)
-class CsvColumns:
-    """Column names by role."""
-
-    names: Mapping[CsvRole, str]
-
-    @property
-    def time(self) -> CsvRole | None:
-        return next((role for role in TIMES if role in self.names), None)
-
-    @property
-    def attitude(self) -> tuple[CsvRole, ...]:
-        """Roles from which the tilt is computed; may be empty."""
-        return next((roles for roles in ATTITUDES if all(role in self.names for role in roles)), ())
-
-    @property
-    def force(self) -> tuple[CsvRole, ...]:
-        """Roles from which the specific force is computed; may be empty."""
-        return next((roles for roles in FORCES if all(role in self.names for role in roles)), ())
+class CsvColumn(NamedTuple):
+    name: str
+    # As roles end; None for a bare name.
+    unit: str | None
 
 
-def parse_choice(words: Sequence[str]) -> CsvColumns:
+CsvColumns = Mapping[str, CsvColumn]
+"""By quantity."""
+
+
+def role_words(columns: CsvColumns) -> list[str]:
+    """As they are typed: "roll_deg=ATT.Roll"."""
+    return [f"{quantity}_{unit}={name}" if unit else f"{quantity}={name}" for quantity, (name, unit) in columns.items()]
+
+
+def parse_choice(words: Iterable[str]) -> CsvColumns:
     """Parses words such as `roll_deg=ATT.Roll`. Raises `UserError`."""
-    names: dict[CsvRole, str] = {}
-    by_word = {role.value: role for role in CsvRole}
+    chosen: dict[str, CsvColumn] = {}
     for word in words:
-        key, equals, name = word.partition("=")
-        role = by_word.get(key)
-        if role is None or not equals or not name:
-            text, roles = marked("“{word}”: ROLE=COLUMN is needed, of {roles}."), ", ".join(by_word)
-            raise UserError(text, word=clean(word, longest=60), roles=roles)
-        names[role] = name
-    if sum(role in TIMES for role in names) > 1:
-        raise UserError(marked("Choose the one column with the time."))
-    return CsvColumns(names)
+        role, _, name = word.partition("=")
+        if role not in _ROLES or not name:
+            text = marked("“{word}”: ROLE=COLUMN is needed, of {roles}.")
+            raise UserError(text, word=clean(word, longest=60), roles=", ".join(_ROLES))
+        quantity, unit = _ROLES[role]
+        if quantity in chosen:
+            raise UserError(marked("Choose one column for “{quantity}”."), quantity=quantity)
+        chosen[quantity] = CsvColumn(name, unit)
+    return chosen
 
 
 def parse_line(line: str) -> CsvColumns:
@@ -149,179 +100,113 @@ def parse_line(line: str) -> CsvColumns:
         words = shlex.split(line)
     except ValueError:  # a quote without its end
         words = line.split()
-    return parse_choice([word for word in words if word != "--column"])
+    return parse_choice(word for word in words if word != "--column")
 
 
-class Recognised:
-    """The columns of one table: `names` by role, and `bare` by what they are of, whose unit the values have to tell.
+def recognise(head: Sequence[str], units: Sequence[str], chosen: CsvColumns | None) -> CsvColumns:
+    """The columns that are used, some of them still without a unit. `units`: from a line of units; empty where unknown.
 
-    `units`: of each column, from a line of units or from the cells; empty where unknown.
+    Raises `UserError` where a column that is used is not there, or twice, or has another unit than is said.
     """
-
-    def __init__(self, head: Sequence[str], units: Sequence[str], chosen: CsvColumns | None) -> None:
-        """Raises `UserError` where a chosen column is not there, or twice."""
-        self._head = head
-        self.names: dict[CsvRole, str] = {}
-        self.bare: dict[str, str] = {}
-        chosen_names = {} if chosen is None else chosen.names
-        for name, unit in zip(head, units, strict=True):
-            self._recognise(name, unit)
-        for group in _GROUPS:
-            if group & chosen_names.keys():
-                stems = {role.value.partition("_")[0] for role in group}
-                self.names = {role: name for role, name in self.names.items() if role not in group}
-                self.bare = {stem: name for stem, name in self.bare.items() if stem not in stems}
-        self.names.update(chosen_names)
-        unit_of = dict(zip(head, units, strict=True))
-        for role, name in chosen_names.items():
-            unit = unit_of.get(name, "")
-            if unit and not role.value.endswith(f"_{unit}"):
-                text = marked("“{name}” is in {unit}.")
-                raise UserError(text, name=clean(name, longest=60), unit=unit)
-        self._drop_unused()
-        if CsvColumns(self.names).time is not None:
-            self.bare.pop("time", None)
-        for name in (*self.names.values(), *self.bare.values()):
-            if name not in head:
-                shown = ", ".join(clean(one, longest=40) for one in head[:_MAX_SHOWN])
-                raise UserError(
-                    marked("“{name}” is unknown; the columns are {columns}."),
-                    name=clean(name, longest=60),
-                    columns=shown,
-                )
-            if head.count(name) > 1:
-                raise UserError(marked("“{name}” is there twice."), name=clean(name, longest=60))
-
-    def _drop_unused(self) -> None:
-        """What is not needed must not make the table unreadable, such as a second attitude with bad cells."""
-        columns = CsvColumns(self.names)
-        used = {*columns.attitude, *columns.force, CsvRole.ALTITUDE_M, CsvRole.ARMED}
-        if columns.time is not None:
-            used.add(columns.time)
-        self.names = {role: name for role, name in self.names.items() if role in used}
-        wanted = {"time"}
-        if not columns.attitude:
-            wanted.update(self._first_whole(_BARE_ATTITUDES))
-        if not columns.force:
-            wanted.update(self._first_whole(_BARE_FORCES))
-        self.bare = {stem: name for stem, name in self.bare.items() if stem in wanted}
-
-    def _first_whole(self, choices: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-        """The first choice of bare columns that are all there."""
-        whole = (stems for stems in choices if all(stem in self.bare for stem in stems))
-        return next(whole, ())
-
-    def quantity_of(self, name: str) -> str:
-        """What a used column is of, such as "time"."""
-        found = [role.value for role, known in self.names.items() if known == name]
-        found += [stem for stem, known in self.bare.items() if known == name]
-        return found[0].partition("_")[0]
-
-    def _recognise(self, name: str, unit: str) -> None:
-        word = name.strip().lower()
-        bracketed = _IN_BRACKETS.fullmatch(word)
-        if bracketed is not None and bracketed[2].strip() in UNITS:
-            word, named_unit = bracketed[1], UNITS[bracketed[2].strip()]
-            if unit not in ("", named_unit):
-                return  # it contradicts itself
-            unit = named_unit
-        word = word.replace(" ", "_")
-        word = _ALSO.get(word, word)
-        role = next((role for role in CsvRole if role.value == word), None)
-        if role is not None:
-            if unit and role is not CsvRole.ARMED and not word.endswith(f"_{unit}"):
-                return
-            if role in TIMES and CsvColumns(self.names).time is not None:
-                return  # the first one counts
-            self.names.setdefault(role, name)
-            return
-        stem = _BARE.get(word)
-        if stem is None:
-            return
-        if unit in _UNITS_OF[stem]:
-            role = CsvRole(f"{stem}_{unit}")
-            if role not in TIMES or CsvColumns(self.names).time is None:
-                self.names.setdefault(role, name)
-        elif not unit:
-            self.bare.setdefault(stem, name)
-
-    def resolve(self, values: Mapping[str, Floats]) -> CsvColumns:
-        """Gives each bare column its unit, by its values. Raises `UserError` where one is not certain."""
-        columns = CsvColumns(self.names)
-        names = dict(self.names)
-        if columns.time is None:
-            if "time" not in self.bare:
-                raise self.refusal_of_time()
-            self._add(names, ("time",), time_units(values[self.bare["time"]]))
-        if not columns.attitude:
-            stems = self._first_whole(_BARE_ATTITUDES)
-            if stems:
-                self._add(names, stems, angle_units(*(values[self.bare[stem]] for stem in stems)))
-        if not columns.force:
-            stems = self._first_whole(_BARE_FORCES)
-            if stems:
-                self._add(names, stems, force_units(*(values[self.bare[stem]] for stem in stems)))
-        columns = CsvColumns(names)
-        if not columns.attitude and not columns.force:
-            why = message(marked("No column is known to hold attitude or acceleration."))
-            raise self.refusal(why, {"tilt": self._head[-1]})
-        return columns
-
-    def _add(self, names: dict[CsvRole, str], stems: Sequence[str], units: Sequence[str]) -> None:
-        """Gives bare columns, which belong together, their one possible unit."""
-        bare = {stem: self.bare[stem] for stem in stems}
-        if len(units) != 1:
-            text = marked("The unit of “{name}” is not certain.")
-            raise self.refusal(message(text, name=clean(bare[stems[0]], longest=60)), bare)
-        for stem, name in bare.items():
-            names[CsvRole(f"{stem}_{units[0]}")] = name
-
-    def refusal_of_time(self) -> UserError:
-        return self.refusal(message(marked("No column is known to hold the time.")), {"time": self._head[0]})
-
-    def refusal(self, why: UserMessage, unknown: Mapping[str, str]) -> UserError:
-        """Why, the columns that are there, and what to say of the unknown ones, as it has to be typed."""
-        shown = ", ".join(clean(name, longest=40) for name in self._head[:_MAX_SHOWN])
-        words = [f"{stem}_{_UNITS_OF[stem][0]}={name}" for stem, name in unknown.items()]
-        cure = " ".join(f"--column {shlex.quote(word)}" for word in words)
-        text = marked("{why} Say which column holds what, in which unit: {cure} (columns: {columns}).")
-        return UserError(text, why=why, columns=shown, cure=cure)
+    by_person = chosen or {}
+    by_name: dict[str, CsvColumn] = {}
+    # Where a quantity has several columns, the first one with a unit counts.
+    for quantity, column in sorted(map(_meaning, head, units), key=lambda one: one[1].unit is None):
+        by_name.setdefault(quantity, column)
+    used: dict[str, CsvColumn] = {}
+    for choices in _CHOICES:
+        is_chosen = any(quantity in by_person for choice in choices for quantity in choice)
+        known = by_person if is_chosen else by_name
+        whole = [choice for choice in choices if all(quantity in known for quantity in choice)]
+        whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
+        # What is not needed must not make the table unreadable, such as a second attitude with bad cells.
+        used.update((quantity, known[quantity]) for choice in whole[:1] for quantity in choice)
+    for name, unit in (*by_person.values(), *used.values()):
+        if name not in head:
+            text = marked("“{name}” is unknown; the columns are {columns}.")
+            raise UserError(text, name=clean(name, longest=60), columns=_shown(head))
+        if head.count(name) > 1:
+            raise UserError(marked("“{name}” is there twice."), name=clean(name, longest=60))
+        said = units[head.index(name)]
+        if unit and said and said != unit:
+            raise UserError(marked("“{name}” is in {unit}."), name=clean(name, longest=60), unit=said)
+    if "time" not in used:
+        raise _refusal(head, message(marked("No column is known to hold the time.")), {"time": head[0]})
+    if not any(choice[0] in used for choice in (*ATTITUDES, *FORCES)):
+        why = message(marked("No column is known to hold attitude or acceleration."))
+        raise _refusal(head, why, {"tilt": head[-1]})
+    return used
 
 
-def time_units(values: Floats) -> list[str]:
-    """The units in which these can be the times of a flight: by its length and its steps."""
-    known = values[np.isfinite(values)]
-    steps = np.diff(known)
-    steps = steps[steps > 0]
-    if not len(steps):
+def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
+    """The quantity of a column, and its unit; no quantity for a name that is unknown, or that contradicts its unit."""
+    word = name.strip().lower()
+    for begin, quantity in _NAMES.items():
+        rest = word.removeprefix(begin).strip(" _[]()")
+        if word.startswith(begin) and (not rest or rest in UNITS):
+            units = {UNITS.get(rest, ""), unit} - {""}
+            if len(units) == 1 and units <= QUANTITIES[quantity].keys():
+                return quantity, CsvColumn(name, *units)
+            if not units and quantity != "altitude":  # metres or feet: nothing in it tells
+                return quantity, CsvColumn(name, "" if "" in QUANTITIES[quantity] else None)
+    return "", CsvColumn(name, None)
+
+
+def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Floats]) -> dict[str, Floats]:
+    """The values by quantity, in the units of `QUANTITIES`; a bare column gets its unit by its values.
+
+    Raises `UserError` where one is not certain.
+    """
+    units = {quantity: unit for quantity, (_, unit) in columns.items()}
+    for together in _MEASURED_TOGETHER:
+        bare = [quantity for quantity in together if quantity in columns and units[quantity] is None]
+        if bare:
+            possible = _possible_units(bare[0], [values[quantity] for quantity in bare])
+            if len(possible) != 1:
+                text = marked("The unit of “{name}” is not certain.")
+                unknown = {quantity: columns[quantity].name for quantity in bare}
+                raise _refusal(head, message(text, name=clean(unknown[bare[0]], longest=60)), unknown)
+            units.update(dict.fromkeys(bare, possible[0]))
+    return {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
+
+
+def _refusal(head: Sequence[str], why: UserMessage, unknown: Mapping[str, str]) -> UserError:
+    """Why, the columns that are there, and what to say of the unknown ones, as it has to be typed."""
+    likely = {quantity: CsvColumn(name, next(iter(QUANTITIES[quantity]))) for quantity, name in unknown.items()}
+    cure = " ".join(f"--column {shlex.quote(word)}" for word in role_words(likely))
+    text = marked("{why} Say which column holds what, in which unit: {cure} (columns: {columns}).")
+    return UserError(text, why=why, columns=_shown(head), cure=cure)
+
+
+def _shown(head: Sequence[str]) -> str:
+    return ", ".join(clean(name, longest=40) for name in head[:_MAX_SHOWN])
+
+
+def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
+    """The units in which these columns, all of one kind of quantity, can be of a flight."""
+    scales = QUANTITIES[quantity]
+    known = np.isfinite(sum(columns))
+    columns = [column[known] for column in columns]
+    if not known.any():
         return []
-    step, length = float(np.median(steps)), float(np.ptp(known))
-    possible: list[str] = []
-    usual: list[str] = []
-    for role, scale in TIMES.items():
-        if _STEPS_S[0] <= step * scale <= _STEPS_S[1] and SHORTEST_LOG_S <= length * scale <= LONGEST_LOG_S:
-            unit = role.value.removeprefix("time_")
-            possible.append(unit)
-            if length * scale <= _USUAL_LENGTH_S:
-                usual.append(unit)
-    return usual if len(possible) > 1 else possible
+    possible = [unit for unit in scales if _is_plausible(quantity, unit, [one * scales[unit] for one in columns])]
+    if quantity == "time" and len(possible) > 1:
+        return [unit for unit in possible if np.ptp(columns[0]) * scales[unit] <= _USUAL_LENGTH_S]
+    return possible
 
 
-def angle_units(*angles: Floats) -> list[str]:
-    """Degrees where one of them is larger than any in radians; else they can be either."""
-    largest = max(float(np.nanmax(np.abs(angle), initial=0.0)) for angle in angles)
-    return ["deg"] if largest > np.pi + 0.01 else ["deg", "rad"]
-
-
-def force_units(*axes: Floats) -> list[str]:
-    """The units in which an aircraft is at rest for a part of the time, as every one is."""
-    length = np.sqrt(sum(axis * axis for axis in axes))
-    length = length[np.isfinite(length)]
-    if not len(length):
-        return []
-    found: list[str] = []
-    for unit, scale in (("g", 1.0), ("m_s2", 1 / STANDARD_GRAVITY_M_S2)):
-        is_rest = (length * scale >= _REST_G[0]) & (length * scale <= _REST_G[1])
-        if is_rest.mean() >= _MIN_REST and (length * scale > _SHOCK_G).mean() <= _MAX_SHOCKS:
-            found.append(unit)
-    return found
+def _is_plausible(quantity: str, unit: str, columns: Sequence[Floats]) -> bool:
+    """`columns`: known values, in seconds, degrees or m/s² if their unit is this one."""
+    if quantity == "time":
+        steps_s = np.diff(columns[0])
+        steps_s = steps_s[steps_s > 0]
+        if not len(steps_s) or not SHORTEST_LOG_S <= np.ptp(columns[0]) <= LONGEST_LOG_S:
+            return False
+        return bool(_STEPS_S[0] <= np.median(steps_s) <= _STEPS_S[1])
+    if quantity in ("tilt", "roll", "pitch"):
+        # Degrees may be few; only an angle that is none in radians tells.
+        return unit == "deg" or float(np.abs(columns).max()) <= _LARGEST_DEG
+    # An aircraft is at rest for a part of the time, and survives few shocks.
+    force_m_s2 = np.sqrt(sum(column * column for column in columns))
+    is_rest = (force_m_s2 >= _REST_M_S2[0]) & (force_m_s2 <= _REST_M_S2[1])
+    return bool(is_rest.mean() >= _MIN_REST and (force_m_s2 > _SHOCK_M_S2).mean() <= _MAX_SHOCKS)

@@ -1,202 +1,209 @@
-"""Reads ArduPilot's DataFlash logs, binary (`.bin`) or text (`.log`), which define their own record formats: attitude,
-acceleration of every sensor, altitude, arming, landing.
+"""Reads ArduPilot's DataFlash logs, binary (`.bin`) or text (`.log`): attitude, acceleration of every sensor, altitude,
+arming, landing.
 
-Read without pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
+Both define their own records: a binary `FMT` record, or a line `FMT`, names the columns of a table. Read without
+pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
 """
 
-from array import array
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Final, Protocol
+import re
+from collections.abc import Mapping, Sequence
+from itertools import chain
+from typing import Final
 
 import numpy as np
 
-from app.flights.flight_log import Floats, unreadable
-from app.flights.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
-from app.flights.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
-from app.text.messages import message
-from protocol.translatable import marked
+from app.flights.raw_log import (
+    TIME,
+    Channel,
+    ChannelSource,
+    Floats,
+    Places,
+    RawLog,
+    Table,
+    channels_of,
+    columns_of,
+    force_of_axes,
+    tilt_of_roll_and_pitch,
+)
 
 MAGIC: Final = b"\xa3\x95"
+TEXT_FORMAT: Final = re.compile(rb"^FMT,", re.MULTILINE)
+"""A line of a log that was saved as text."""
 _FORMAT_KIND: Final = 128
 _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
-
-
-_TYPES: Final[Mapping[str, tuple[str, float]]] = {
-    "a": ("S64", 1), "b": ("<i1", 1), "B": ("<u1", 1), "h": ("<i2", 1), "H": ("<u2", 1), "i": ("<i4", 1),
-    "I": ("<u4", 1), "f": ("<f4", 1), "d": ("<f8", 1), "n": ("S4", 1), "N": ("S16", 1), "Z": ("S64", 1),
-    "c": ("<i2", 0.01), "C": ("<u2", 0.01), "e": ("<i4", 0.01), "E": ("<u4", 0.01),
-    "L": ("<i4", 1e-7), "M": ("<u1", 1), "q": ("<i8", 1), "Q": ("<u8", 1), "g": ("<f2", 1),
+_TYPES: Final[Mapping[str, str]] = {
+    "a": "S64", "b": "<i1", "B": "<u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
+    "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1",
+    "q": "<i8", "Q": "<u8", "g": "<f2",
 }  # fmt: skip
+_SCALES: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
+# Logs from before 2014 have none.
+_CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
+# The number of the sensor; older logs have a table for each.
+_SENSOR: Final = "I"
+_MAX_SENSORS: Final = 6
+_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
+_FORCES: Final = tuple(
+    ChannelSource(table, ("AccX", "AccY", "AccZ"), force_of_axes)
+    for table in ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
+)
+# The estimator's altitude, else the barometer's.
+_ALTITUDES: Final = tuple(
+    ChannelSource(table, (column,))
+    for table, column in (("POS", "RelHomeAlt"), ("POS", "Alt"), ("CTUN", "Alt"), ("BARO", "Alt"))
+)
+_ARMING: Final = (ChannelSource("ARM", ("ArmState",)),)
+_EVENTS: Final = (ChannelSource("EV", ("Id",)),)
+_SOURCES: Final = (*_TILTS, *_FORCES, *_ALTITUDES, *_ARMING, *_EVENTS)
+_TABLES: Final = frozenset(one.table for one in _SOURCES)
+_COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns for one in _SOURCES)))
+# Numbers of events.
+_EV_ARMED, _EV_DISARMED, _EV_LANDED, _EV_NOT_LANDED = 10, 11, 18, 28
 
 
-class DataflashTable(Protocol):
-    """All records of one name."""
+def _numbers(cells: Sequence[str]) -> Floats:
+    """A text, or damage, costs its own cell."""
+    try:
+        return np.array(cells, np.float64)
+    except ValueError:
+        if len(cells) == 1:
+            return np.array([np.nan])
+        half = len(cells) // 2
+        return np.concatenate((_numbers(cells[:half]), _numbers(cells[half:])))
 
-    def has(self, *names: str) -> bool: ...
 
-    def column(self, name: str) -> Floats: ...
-
-
-class DataflashTables(Protocol):
-    """A file, whether binary or text."""
-
-    size: int
-    """In bytes."""
-    skipped_bytes: int
-    """Bytes that are not records: damage."""
-    lost_end_bytes: int
-    """Those of them at the end of the file."""
-
-    @property
-    def tables(self) -> Mapping[str, DataflashTable]:
-        """Those of `TABLES` in the file, by name."""
+def _by_sensor(table: Table) -> list[Table]:
+    """With seconds. Newer logs number the sensors within one table."""
+    for clock, seconds in _CLOCKS.items():
+        if clock in table:
+            table[TIME] = table[clock] * seconds
+    if _SENSOR not in table:
+        return [table]
+    numbers = table[_SENSOR]
+    rows_of = [np.flatnonzero(numbers == number) for number in np.unique(numbers)[:_MAX_SENSORS]]
+    return [{name: column[rows] for name, column in table.items()} for rows in rows_of]
 
 
 class DataflashFile:
-    """A binary file. `tables` has those of `TABLES` in it, by name."""
+    """A log, binary or text: its tables that are asked for, by name. Damage costs the damaged record."""
 
     def __init__(self, data: bytes) -> None:
-        self._data = data
-        self.size = len(data)
-        self.tables: dict[str, RecordTable] = {}
+        # By name, one for each sensor.
+        self.tables: dict[str, list[Table]] = {}
+        # Bytes that are no records: damage.
         self.skipped_bytes = 0
-        self.lost_end_bytes = 0
-        self._lengths = [0] * 256
-        self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
-        self._places_of: list[array[int] | None] = [None] * 256
-        self._walk()
+        # Where the last record ends.
+        self.read_until = 0
+        if data.startswith(MAGIC):
+            self._read_binary(data)
+        else:
+            self._read_text(data)
 
-    def _walk(self) -> None:
-        data, lengths, places_of = self._data, self._lengths, self._places_of
-        place, stop, damages = 0, len(data), 0
-        for _ in range(MAX_WALKED):
-            if place + _HEAD_BYTES > stop or damages > MAX_DAMAGES:
-                break
-            kind = data[place + 2]
-            length = lengths[kind]
-            if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
-                next_place = data.find(MAGIC, place + 1)
-                next_place = stop if next_place < 0 else next_place
-                self.skipped_bytes += next_place - place
-                self.lost_end_bytes += next_place - place
-                place = next_place
-                damages += 1
-                continue
-            self.lost_end_bytes = 0
-            places = places_of[kind]
-            if places is not None:
-                places.append(place)
-            elif kind == _FORMAT_KIND:
-                self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
-            place += length
+    def _read_binary(self, data: bytes) -> None:
+        read = np.frombuffer(data, np.uint8)
+        begins = np.flatnonzero((read[:-2] == MAGIC[0]) & (read[1:-1] == MAGIC[1]))
+        formats: dict[int, tuple[str, str, list[str]]] = {}
+        # 0 where a kind is not defined.
+        lengths = np.zeros(256, np.int64)
+        lengths[_FORMAT_KIND] = _FORMAT_BYTES
+        for begin in begins[read[begins + 2] == _FORMAT_KIND].tolist():
+            body = data[begin + _HEAD_BYTES : begin + _FORMAT_BYTES]
+            name, letters, columns = (
+                part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86])
+            )
+            # The first definition of a kind counts.
+            if len(body) == _FORMAT_BYTES - _HEAD_BYTES and name.isalnum() and not lengths[body[0]]:
+                lengths[body[0]] = body[1]
+                formats[body[0]] = name, letters, [label.strip() for label in columns.split(",")]
+        begins = self._records(begins, begins + lengths[read[begins + 2]], len(data))
+        kinds = read[begins + 2]
+        for kind, (name, letters, labels) in formats.items():
+            is_understood = set(letters) <= _TYPES.keys() and len(set(labels)) == len(labels)
+            if name in _TABLES and name not in self.tables and is_understood:
+                types = dict(zip(labels, letters, strict=False))
+                layout = np.dtype([(label, _TYPES[letter]) for label, letter in types.items()])
+                wanted = {label: _SCALES.get(letter, 1.0) for label, letter in types.items() if label in _COLUMNS}
+                if layout.itemsize + _HEAD_BYTES <= lengths[kind]:
+                    table = columns_of(data, layout, begins[kinds == kind] + _HEAD_BYTES, wanted)
+                    self.tables[name] = _by_sensor(table)
+
+    def _records(self, begins: Places, ends: Places, stop: int) -> Places:
+        """Which of the places where the magic stands are records: by chance it stands within others, too."""
+        may_end = np.zeros(stop + 1, np.bool_)
+        may_end[begins] = may_end[stop] = True
+        fits = (ends - begins >= _HEAD_BYTES) & (ends <= stop)
+        begins, ends = begins[fits], ends[fits]
+        records: list[int] = []
+        place = 0
+        for begin, end, may in zip(begins.tolist(), ends.tolist(), may_end[ends].tolist(), strict=True):
+            # Behind damage a record is believed if another one follows.
+            if begin == place or (begin > place and may):
+                records.append(begin)
+                self.skipped_bytes += begin - place
+                place = end
         self.skipped_bytes += stop - place
-        self.lost_end_bytes += stop - place
+        self.read_until = place
+        return np.array(records, np.int64)
 
-    def _define(self, body: bytes) -> None:
-        """The first definition of a type counts."""
-        kind, length = body[0], body[1]
-        name, types, labels = (part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86]))
-        if kind == _FORMAT_KIND or self._lengths[kind] or length < _HEAD_BYTES:
-            return
-        self._lengths[kind] = length
-        fields: dict[str, RecordField] = {}
-        offset = _HEAD_BYTES
-        for letter, label in zip(types, labels.split(","), strict=False):
-            field_type = _TYPES.get(letter)
-            if field_type is None:
-                return
-            fields[label.strip()] = RecordField(offset, *field_type)
-            offset += np.dtype(field_type[0]).itemsize
-        if offset > length or name not in TABLES or name in self.tables:
-            return
-        table = RecordTable(name, self._data, fields)
-        self.tables[name] = table
-        self._places_of[kind] = table.places
+    def _read_text(self, data: bytes) -> None:
+        """A line that is no whole record is damage."""
+        # Of the tables that are asked for: the names of the columns, and each line.
+        tables: dict[str, tuple[list[str], list[str]]] = {}
+        names = {"FMT"}
+        damaged: list[int] = []
+        *lines, cut_off = data.decode("latin-1").split("\n")
+        for number, line in enumerate(lines):
+            name, _, rest = line.partition(",")
+            if name in tables:
+                labels, rows = tables[name]
+                if rest.count(",") == len(labels) - 1:
+                    rows.append(rest)
+                else:
+                    damaged.append(number)
+            elif name == "FMT":
+                cells = [cell.strip() for cell in rest.split(",")]
+                if len(cells) >= 5:
+                    names.add(cells[2])
+                    if cells[2] in _TABLES:
+                        tables.setdefault(cells[2], (cells[4:], []))
+            elif name not in names and len(names) > 1:  # before the first format there is a heading
+                damaged.append(number)
+        self.skipped_bytes = len(cut_off) + sum(len(lines[number]) + 1 for number in damaged)
+        self.read_until = len(data) - len(cut_off)
+        while damaged and damaged[-1] == len(lines) - 1:
+            damaged.pop()
+            self.read_until -= len(lines.pop()) + 1
+        for name, (labels, rows) in tables.items():
+            table: Table = {}
+            cells = ",".join(rows).split(",")
+            for place, label in enumerate(labels):
+                if label in _COLUMNS and rows:
+                    table[label] = _numbers(cells[place :: len(labels)])
+            self.tables[name] = _by_sensor(table)
 
 
-TABLES: Final = frozenset({
-    "ATT", "AHR2", "IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3", "EV", "ARM", "BARO", "CTUN", "POS",
-})  # fmt: skip
-EVENT_ARMED, EVENT_DISARMED, EVENT_LANDED, EVENT_NOT_LANDED = 10, 11, 18, 28
-_CLOCKS: Final = (("TimeUS", 1e-6), ("TimeMS", 1e-3))
-_SENSORS: Final = ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
-_MAX_SENSORS: Final = 6
-
-
-def read_dataflash(path: Path) -> RawLog:
-    """Raises `UserError`, OSError."""
-    return raw_log_of(DataflashFile(read_bytes(path)), str(path))
-
-
-def raw_log_of(file: DataflashTables, name: str) -> RawLog:
-    """Raises `UserError`."""
-    raw = RawLog(name=name)
-    for label in ("ATT", "AHR2"):
-        table = file.tables.get(label)
-        if table is not None and table.has("Roll", "Pitch"):
-            tilt_deg = tilt_of_roll_and_pitch(table.column("Roll"), table.column("Pitch"))
-            raw.tilts_deg.append(Channel(_times(table), tilt_deg))
-    for label in _SENSORS:
-        table = file.tables.get(label)
-        if table is not None:
-            raw.forces_g += _forces(table)
-    raw.forces_g = raw.forces_g[:_MAX_SENSORS]
-    raw.altitude_m = _altitude(file)
-    _read_events(file, raw)
-    if file.skipped_bytes:
-        raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
-        raw.lost_end_s = raw.seconds_of(file.lost_end_bytes, file.size)
+def read_dataflash(data: bytes, name: str) -> RawLog:
+    """Reads a binary or a text log."""
+    file = DataflashFile(data)
+    raw = RawLog(name=name, tilts_deg=channels_of(file.tables, _TILTS))
+    raw.forces_g = channels_of(file.tables, _FORCES)[:_MAX_SENSORS]
+    raw.altitudes_m = channels_of(file.tables, _ALTITUDES)
+    raw.armed = [_from_the_first_change(changes) for changes in channels_of(file.tables, _ARMING)]
+    for events in channels_of(file.tables, _EVENTS):
+        raw.armed += _switched(events, _EV_ARMED, _EV_DISARMED)
+        raw.on_ground += _switched(events, _EV_LANDED, _EV_NOT_LANDED)
+    raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw
 
 
-def _times(table: DataflashTable) -> Floats:
-    """Raises `UserError` for logs from before 2014, whose records have no times."""
-    for label, scale in _CLOCKS:
-        if table.has(label):
-            return table.column(label) * scale
-    raise unreadable(marked("no times: from before 2014"))
+def _switched(events: Channel, turns_on: int, turns_off: int) -> list[Channel]:
+    rows = (events.values == turns_on) | (events.values == turns_off)
+    changes = Channel(events.time_s[rows], (events.values[rows] == turns_on).astype(np.float64))
+    return [_from_the_first_change(changes)] if rows.any() else []
 
 
-def _forces(table: DataflashTable) -> list[Channel]:
-    """One channel per sensor; newer logs number the sensors within one table."""
-    if not table.has("AccX", "AccY", "AccZ"):
-        return []
-    time_s = _times(table)
-    force_g = force_of_axes(*(table.column(label) for label in ("AccX", "AccY", "AccZ")))
-    if not table.has("I"):
-        return [Channel(time_s, force_g)]
-    numbers = table.column("I")
-    return [
-        Channel(time_s[numbers == number], force_g[numbers == number]) for number in np.unique(numbers)[:_MAX_SENSORS]
-    ]
-
-
-def _altitude(file: DataflashTables) -> Channel | None:
-    """The estimator's altitude, else the barometer's."""
-    for name, labels in (("POS", ("RelHomeAlt", "Alt")), ("CTUN", ("Alt", "BarAlt")), ("BARO", ("Alt",))):
-        table = file.tables.get(name)
-        label = next((name for name in labels if table is not None and table.has(name)), None)
-        if table is not None and label is not None and any(table.has(clock) for clock, _ in _CLOCKS):
-            time_s, altitude_m = _times(table), table.column(label)
-            if table.has("I"):
-                is_first = table.column("I") == 0
-                time_s, altitude_m = time_s[is_first], altitude_m[is_first]
-            return Channel(time_s, altitude_m)
-    return None
-
-
-def _read_events(file: DataflashTables, raw: RawLog) -> None:
-    events, arming = file.tables.get("EV"), file.tables.get("ARM")
-    if events is not None and events.has("Id") and any(events.has(clock) for clock, _ in _CLOCKS):
-        time_s, numbers = _times(events), events.column("Id")
-        raw.armed = _switched(time_s, numbers, EVENT_ARMED, EVENT_DISARMED)
-        raw.on_ground = _switched(time_s, numbers, EVENT_LANDED, EVENT_NOT_LANDED)
-    if arming is not None and arming.has("TimeUS", "ArmState"):
-        raw.armed = FlagChannel(_times(arming), arming.column("ArmState") != 0, is_changes=True)
-
-
-def _switched(time_s: Floats, numbers: Floats, turns_on: int, turns_off: int) -> FlagChannel | None:
-    rows = np.isin(numbers, (turns_on, turns_off))
-    return FlagChannel(time_s[rows], numbers[rows] == turns_on, is_changes=True) if rows.any() else None
+def _from_the_first_change(changes: Channel) -> Channel:
+    """Each sample is a change: before the first one the flag had the opposite value."""
+    before = float(changes.values[0] == 0)
+    return Channel(np.append(-np.inf, changes.time_s), np.append(before, changes.values))

@@ -1,118 +1,124 @@
-"""Reads any flight log, by its first bytes and not by its name; finds the logs in folders."""
+"""Reads any flight log, by its first bytes and not by its name; finds the logs in folders and archives."""
 
+import gzip
+import math
 import os
+import re
+import tempfile
+import zipfile
+import zlib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import IO, Final
 
 import numpy as np
 
-from app.flights.assembly import assembled, flight_of_reports
+from app.flights import dataflash
+from app.flights.assembly import assembled
 from app.flights.columns import CsvColumns
-from app.flights.flight_log import NO_PROGRESS, FlightLog, Progress, unreadable
-from app.flights.mavlink import is_telemetry
-from app.flights.refused import READ, why_refused, why_unknown
-from app.flights.table import encoding_of
-from app.flights.unpacked import GZIP, ZIP, archive_of, members_of, unpacked
+from app.flights.dataflash import read_dataflash
+from app.flights.flight_log import FlightLog
+from app.flights.raw_log import Channel, RawLog, kept_apart, unreadable
+from app.flights.table import encoding_of, read_table
+from app.flights.telemetry import is_telemetry, read_telemetry
+from app.flights.ulog import read_ulog
 from app.text.messages import joined, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SUFFIXES: Final = (".ulg", ".bin", ".log", ".tlog", ".csv", ".tsv", ".txt", ".mcap", ".gz", ".zip")
-_ULOG, _DATAFLASH, _SESSION = b"ULog\x01\x12\x35", b"\xa3\x95", b"\x89MCAP0\r\n"
-"""What their files begin with."""
+MAX_BYTES: Final = 1 << 30
+MAX_MEMBERS: Final = 10_000
 _START_BYTES: Final = 1 << 16
-_TEXT_FORMAT: Final = b"FMT,"
-"""A line of a DataFlash log that was saved as text."""
+_AT_ONCE: Final = 1 << 20
+# What files begin with.
+_ULOG, _MCAP, _GZIP, _ZIP = b"ULog\x01\x12\x35", b"\x89MCAP0\r\n", b"\x1f\x8b", b"PK\x03\x04"
+# What the libraries raise for an archive that is damaged or encrypted.
+_DAMAGED: Final = (zipfile.BadZipFile, gzip.BadGzipFile, zlib.error, EOFError, RuntimeError, NotImplementedError)
 _NOT_LOGS: Final = frozenset((
     ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt", ".kept",
 ))  # fmt: skip
 """Endings of what lies in folders beside logs, and is not opened there."""
+_READ: Final = marked(
+    "Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, recordings .mcap, and each of "
+    "them in .gz or .zip."
+)
+_WEB_PAGE: Final = marked("This is a web page, not a log: download the file itself.")
+_DJI: Final = marked("This is a DJI log: convert it to CSV, for example with DatCon.")
+_BLACKBOX: Final = marked(
+    "This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”."
+)
+_SPREADSHEET: Final = marked("This is a spreadsheet: save it as CSV.")
+_UNKNOWN: Final = marked("Unknown kind of file.")
 
 
-def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
+_LFS: Final = marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.")
+# By what files begin with.
+_REFUSED: Final = {
+    re.compile(rb"(\xef\xbb\xbf)?\s*(<!doctype html|<html)", re.IGNORECASE): _WEB_PAGE,
+    re.compile(rb"version https://git-lfs"): _LFS,
+    re.compile(rb"H Product:Blackbox", re.IGNORECASE): _BLACKBOX,
+    re.compile(rb"LOGH|.{16}BUILD", re.DOTALL): _DJI,
+    re.compile(rb"\xd0\xcf\x11\xe0"): _SPREADSHEET,
+}
+# By the ending of the name, where nobody knows the bytes.
+_REFUSED_ENDINGS: Final = {".bbl": _BLACKBOX, ".bfl": _BLACKBOX, ".dat": _DJI}
+
+
+def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     """Reads a file. `columns`: of a table, None recognises them by name.
 
-    Slow for large files: not for the window's thread. Raises only `UserError`, and what `on_progress` raises.
+    `path` may go on into a zip archive, such as `logs.zip/7.ulg`. Slow for large files: not for the window's thread.
+    Raises only `UserError`.
     """
     if "\0" in str(path):
         raise unreadable(marked("cannot be read"))
     try:
-        member = archive_of(path)
-        if member is None:
-            return _read(path, columns, on_progress)
-        with unpacked(*member) as file:
-            return replace(_read(file, columns, on_progress), name=str(path))
+        return assembled(_read(path, columns))
     except OSError as error:
         raise unreadable(error_text(error)) from error
     except MemoryError as error:
         raise unreadable(marked("cannot be read")) from error
 
 
-def _read(path: Path, columns: CsvColumns | None, on_progress: Progress, *, is_packed: bool = False) -> FlightLog:
-    """Raises `UserError`, OSError, MemoryError, and what `on_progress` raises."""
-    start = _start_of(path)
+def _read(path: Path, columns: CsvColumns | None) -> RawLog:
+    """Raises `UserError`, OSError, MemoryError."""
+    name = str(path)
+    if path.is_file() and _begins(path, _MCAP):
+        return _read_recording(path, name)
+    data = _content(path)
+    start = data[:_START_BYTES]
+    if start.startswith(_MCAP):
+        with tempfile.TemporaryDirectory(prefix="dps-s-") as folder:
+            unpacked = Path(folder) / "recording.mcap"
+            unpacked.write_bytes(data)
+            return _read_recording(unpacked, name)
     if start.startswith(_ULOG):
-        from app.flights.ulog import read_ulog
-
-        return assembled(read_ulog(path))
-    if start.startswith(_DATAFLASH):
-        from app.flights.dataflash import read_dataflash
-
-        return assembled(read_dataflash(path))
-    if start.startswith(_SESSION):
-        return _read_session(path)
+        return read_ulog(data, name)
+    if start.startswith(dataflash.MAGIC):
+        return read_dataflash(data, name)
     if is_telemetry(start):
-        from app.flights.mavlink import read_telemetry
-
-        return assembled(read_telemetry(path))
-    if start.startswith((GZIP, ZIP)) and not is_packed:
-        member = None
-        if start.startswith(ZIP):
-            members = members_of(path)
-            if len(members) != 1:
-                raise unreadable(marked("not one file in the archive"))
-            member = members[0]
-        with unpacked(path, member) as file:
-            return replace(_read(file, columns, on_progress, is_packed=True), name=str(path))
-    why = why_refused(start)
-    if why is None and not is_text(start):
-        why = why_unknown(path.suffix) or marked("Unknown kind of file.")
+        return read_telemetry(data, name)
+    why = next((text for begin, text in _REFUSED.items() if begin.match(start)), None)
+    if why is None and not _is_text(start):
+        why = _REFUSED_ENDINGS.get(path.suffix.lower(), _UNKNOWN)
     if why is not None:
-        raise UserError(joined((message(why), message(READ)), " "))
-    if _is_dataflash_text(start):
-        from app.flights.dataflash import raw_log_of
-        from app.flights.dataflash_text import read_dataflash_text
-
-        return assembled(raw_log_of(read_dataflash_text(path), str(path)))
-    from app.flights.table import read_table
-
-    return read_table(path, columns, on_progress)
+        raise UserError(joined((message(why), message(_READ)), " "))
+    if dataflash.TEXT_FORMAT.search(start):
+        return read_dataflash(data, name)
+    return read_table(data, name, columns)
 
 
-def is_text(start: bytes) -> bool:
+def _is_text(start: bytes) -> bool:
     """Whether bytes are text, in any encoding that is read."""
-    if not start:
-        return False
-    text = start.decode(encoding_of(start), "replace")
-    controls = sum(character < " " and character not in "\t\r\n\f\v" for character in text[:4096])
-    return controls <= len(text[:4096]) // 100
+    text = start.decode(encoding_of(start), "replace")[:4096]
+    controls = sum(character < " " and character not in "\t\r\n\f\v" for character in text)
+    return bool(text) and controls <= len(text) // 100
 
 
-def _is_dataflash_text(start: bytes) -> bool:
-    return start.startswith(_TEXT_FORMAT) or b"\n" + _TEXT_FORMAT in start
-
-
-def is_table(path: Path) -> bool:
-    """Whether a file can be asked for its columns. Raises OSError."""
-    start = _start_of(path)
-    is_known = start.startswith((_ULOG, _DATAFLASH, _SESSION, GZIP, ZIP)) or is_telemetry(start)
-    return not is_known and why_refused(start) is None and is_text(start) and not _is_dataflash_text(start)
-
-
-def _read_session(path: Path) -> FlightLog:
+def _read_recording(path: Path, name: str) -> RawLog:
     """A flight that a module measured. Raises `UserError`."""
     from app.recordings.library import entry_of
     from app.recordings.markers import STATE_LOST
@@ -125,67 +131,104 @@ def _read_session(path: Path) -> FlightLog:
         cause = error.__cause__
         raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    columns = (*excerpt.tilt, excerpt.acceleration.value)
-    time_s, tilt_deg, acceleration_g = (np.array(column, np.float64) for column in columns)
-    resets = [marker for marker in excerpt.markers if marker.kind in STATE_LOST]
-    problems = [] if recording.damage is None else [recording.damage]
+    time_s = kept_apart(np.array(excerpt.tilt.time_s, np.float64))
+    if not len(time_s):
+        raise unreadable(marked("no status reports"))
+    raw = RawLog(name=name, is_of_module=True)
+    # Rounded, since a recording has 32-bit floats.
+    raw.tilts_deg = [Channel(time_s, np.array(excerpt.tilt.value, np.float64).round(3))]
+    raw.forces_g = [Channel(time_s, np.array(excerpt.acceleration.value, np.float64).round(3))]
+    raw.resets = tuple(marker for marker in excerpt.markers if marker.kind in STATE_LOST)
+    if recording.damage is not None:
+        raw.problems.append(recording.damage)
     if entry.was_cut_off:
-        problems.append(message(marked("cut off")))
-    # Where the end is damaged, the recording lasted until there.
-    lost = [end_s for _, end_s in recording.damaged if np.isfinite(end_s)]
-    span_s = None
-    if lost and len(time_s):
-        span_s = float(time_s[0]), max(lost)
-    return flight_of_reports(str(path), time_s, tilt_deg, acceleration_g, problems, resets, span_s=span_s)
+        raw.note(marked("cut off"))
+    # What is damaged at the begin or at the end was a part of it.
+    bounds_s = [*time_s[[0, -1]].tolist(), *(at_s for gap in recording.damaged for at_s in gap if math.isfinite(at_s))]
+    raw.span_s = min(bounds_s), max(bounds_s)
+    return raw
 
 
-def _start_of(path: Path) -> bytes:
-    """Its first bytes; none of what is no file. Raises OSError."""
-    if path.exists() and not path.is_file():  # opening a pipe or a device may block
-        return b""
+# Files, archives and folders
+
+
+def _begins(path: Path, first: bytes) -> bool:
     with path.open("rb") as file:
-        return file.read(_START_BYTES)
+        return file.read(len(first)) == first
+
+
+def _content(path: Path) -> bytes:
+    """Unpacked. Raises `UserError`, OSError."""
+    if path.exists() and not path.is_file():  # opening a pipe or a device may block
+        raise unreadable(marked("unknown kind of file"))
+    archive = next((parent for parent in path.parents if parent.is_file()), None)
+    try:
+        if archive is not None:
+            with zipfile.ZipFile(archive) as opened, opened.open(path.relative_to(archive).as_posix()) as packed:
+                return _bounded(packed)
+        if _begins(path, _ZIP):
+            # Else `find_logs` gives its members.
+            _members(path)
+            raise unreadable(marked("no file in the archive"))
+        if _begins(path, _GZIP):
+            with gzip.open(path) as packed:
+                return _bounded(packed)
+        if path.stat().st_size > MAX_BYTES:
+            raise unreadable(marked("too large"))
+        return path.read_bytes()
+    except KeyError as error:
+        raise unreadable(marked("not in the archive any more")) from error
+    except _DAMAGED as error:
+        raise unreadable(marked("damaged, or encrypted")) from error
+
+
+def _bounded(file: IO[bytes] | gzip.GzipFile) -> bytes:
+    """Raises `UserError` for more than 1 GiB."""
+    data = bytearray()
+    while part := file.read(_AT_ONCE):
+        data += part
+        if len(data) > MAX_BYTES:
+            raise unreadable(marked("too large"))
+    return bytes(data)
+
+
+def _members(path: Path) -> list[str]:
+    """The names of the files in a zip archive, sorted. Raises `UserError`, OSError."""
+    with zipfile.ZipFile(path) as archive:
+        names = [one.filename for one in archive.infolist()[:MAX_MEMBERS] if not one.is_dir()]
+    if "[Content_Types].xml" in names or "mimetype" in names:
+        raise UserError(_SPREADSHEET)
+    return sorted(name for name in names if not any(part.startswith((".", "__MACOSX")) for part in name.split("/")))
 
 
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yields files as given, those in and below folders by name, and those of an archive with several. Raises OSError.
+    """Yields files as given, those in and below folders by name, and those in archives. Raises OSError.
 
     In folders everything is a log but what is known to be none: what cannot be read has to be said.
     """
     for path in paths:
         if not path.is_dir():
-            yield from _members(path)
+            yield from _with_members(path)
             continue
         for folder, names, files in os.walk(path):
             names[:] = sorted(name for name in names if not name.startswith("."))
             for name in sorted(files):
-                if not name.startswith(".") and not _is_beside_logs(Path(name)):
-                    yield from _members(Path(folder) / name)
+                is_beside_logs = Path(name).suffix.lower() in _NOT_LOGS or name.lower().startswith((".", "readme"))
+                if not is_beside_logs:
+                    yield from _with_members(Path(folder) / name)
 
 
-def _is_beside_logs(name: Path) -> bool:
-    return name.suffix.lower() in _NOT_LOGS or name.stem.lower().startswith("readme")
-
-
-def _members(path: Path) -> list[Path]:
-    """The files of a zip archive with more than one, as paths below it; else the path itself."""
-    if not path.is_file() or not _start_of(path).startswith(ZIP):
-        return [path]
+def _with_members(path: Path) -> list[Path]:
+    """The files in a zip archive, as paths below it; the path of any other file."""
     try:
-        members = members_of(path)
-    except UserError:  # is said when it is read
-        return [path]
-    return [path / member for member in members] if len(members) > 1 else [path]
+        if path.is_file() and _begins(path, _ZIP):
+            return [path / name for name in _members(path)] or [path]
+    except (UserError, *_DAMAGED):  # is said when it is read
+        pass
+    return [path]
 
 
 def distinct_names(paths: Sequence[Path]) -> list[str]:
-    """The shortest ends of the paths by which they can be told apart."""
-    names = [path.name for path in paths]
-    for depth in range(2, max((len(path.parts) for path in paths), default=0) + 1):
-        if len(set(names)) == len(names):
-            break
-        names = [
-            str(Path(*path.parts[-depth:])) if names.count(name) > 1 else name
-            for path, name in zip(paths, names, strict=True)
-        ]
-    return names
+    """The names of the files, with their folders where two have the same."""
+    counts = Counter(path.name for path in paths)
+    return [path.name if counts[path.name] == 1 else str(path) for path in paths]

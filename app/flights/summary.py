@@ -1,4 +1,4 @@
-"""Summary of a flight for the map over thresholds, made once in a worker process: first firings, loss of control."""
+"""Summary of a flight, made once in a worker process: its first firings, and when it was lost."""
 
 import math
 from collections.abc import Mapping
@@ -7,33 +7,50 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flights.answer import Answer, Coverage, coverage_of
-from app.flights.curves import NEVER, FiringCurves, firing_curves, steps_of
-from app.flights.flight_log import Flags, FlightLog, Floats
+from app.flights.flight_log import REPORT_HZ, FlightLog, runs
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
-from app.flights.samples import runs
+from app.flights.judging import (
+    EVER,
+    Answer,
+    Coverage,
+    FiringCurves,
+    RuleReading,
+    acceleration_step,
+    coverage_of,
+    firing_curves,
+)
+from app.flights.raw_log import Flags, Floats
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from protocol.catalogue import TENTH_G
 from protocol.messages import Source
 
-ALTITUDE_STEP_S: Final = 0.2
+ALTITUDE_ROWS: Final = REPORT_HZ // 5
+"""Of so many rows one has its altitude kept, for how far it fell."""
+CALM_S: Final = 1.0
+CALM_TILT_DEG: Final = 30.0
+CALM_G: Final = (0.5, 1.5)
+IMPACT_G: Final = 3.0
+MIN_LOSS_S: Final = 0.3
+"""A calm flight until less than this before the impact was a hard landing."""
+BOUNCE_S: Final = 2.0
+"""Peaks within this time are one impact."""
+REST_M: Final = 2.0
+"""Altitudes within this of the last one are those of an aircraft that flew no more."""
 
 
 class FirstFire(NamedTuple):
-    """First firing of a flight with given thresholds, under one reading."""
+    """First firing of one flight with given thresholds, under one reading."""
 
+    # Time of the `FlightLog`; infinite where it does not fire.
     at_s: float
-    """Time of the `FlightLog`; infinite where it does not fire."""
     sources: Source
+    # It fires before the impact.
     is_in_time: bool
-    """It fires before the impact."""
+    # After the loss of control, negative before it; NaN where unknown.
     delay_s: float
-    """After the loss of control, negative before it; NaN where unknown."""
+    # Loss of altitude since the loss of control; NaN where unknown.
     drop_m: float
-    """Loss of altitude since the loss of control; NaN where unknown."""
 
     @property
     def late_text(self) -> str:
@@ -51,61 +68,123 @@ def moment_text(at_s: float) -> str:
     return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
-CALM_S: Final = 1.0
-CALM_TILT_DEG: Final = 30.0
-CALM_G: Final = (0.5, 1.5)
-IMPACT_G: Final = 3.0
-MIN_LOSS_S: Final = 0.3
-"""A calm flight until less than this before the impact was a hard landing."""
-BOUNCE_S: Final = 2.0
-"""Peaks within this time are one impact."""
-REST_M: Final = 2.0
-"""Altitudes within this of the last one are those of an aircraft that flew no more."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightSummary:
+    """One flight; times are those of its `FlightLog`, which is read again to show it."""
+
+    # Path of the file as given.
+    name: str
+    duration_s: float
+    not_judged_s: float
+    # As measured, of the judged rows; NaN without any.
+    tilt_max_deg: float
+    # The log holds an attitude, or an acceleration, while it is judged.
+    has_attitude: bool
+    has_acceleration: bool
+    coverage: Coverage
+    curves: Mapping[RuleReading, FiringCurves]
+    # Estimated loss of control; None: not lost, or unknown.
+    loss_s: float | None
+    # None: unknown.
+    impact_s: float | None
+    # Ascending, about 0.2 s apart; empty where the log has none.
+    altitude_time_s: Floats
+    altitude_m: Floats
+    problems: tuple[UserMessage, ...]
+
+    @property
+    def end_s(self) -> float:
+        """Time after which firing is too late: the impact, `EVER` where unknown."""
+        return EVER if self.impact_s is None else self.impact_s
+
+    def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
+        """Raises LookupError for a free-fall acceleration above 1.5 g."""
+        at_s, sources = self.curves[reading].first(limits)
+        delay_s = drop_m = math.nan
+        if sources and self.loss_s is not None:
+            delay_s = at_s - self.loss_s
+            if len(self.altitude_m):
+                known = self.altitude_time_s, self.altitude_m
+                from_m, to_m = np.interp((self.loss_s, at_s), *known, left=math.nan, right=math.nan).tolist()
+                drop_m = from_m - to_m
+        return FirstFire(at_s, sources, at_s <= self.end_s, delay_s, drop_m)
+
+    def answer(self, limits: TriggerLimits) -> Answer:
+        """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
+        if self.first_fire(limits).sources:
+            return Answer.FIRES
+        return Answer.DOES_NOT_FIRE if self.coverage.why_not_enough(limits) is None else Answer.NOT_JUDGED
+
+    def longest_fall_s(self, limits: TriggerLimits) -> float:
+        """From first to last report below their acceleration, unfiltered; -1 without any. Raises LookupError."""
+        return float(self.curves[RuleReading.DIRECT].longest_fall_s[acceleration_step(limits)])
+
+
+def summarise(log: FlightLog) -> FlightSummary:
+    """Takes about 15 ms for a flight of ten minutes."""
+    lost = loss_of_control(log)
+    tilts_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
+    altitude_m = np.empty(0) if log.altitude_m is None else log.altitude_m
+    rows = np.flatnonzero(np.isfinite(altitude_m))
+    rows = np.append(rows[::ALTITUDE_ROWS], rows[-1:])
+    return FlightSummary(
+        name=log.name,
+        duration_s=log.duration_s,
+        not_judged_s=log.not_judged_s,
+        tilt_max_deg=float(tilts_deg.max()) if len(tilts_deg) else math.nan,
+        has_attitude=len(tilts_deg) > 0,
+        has_acceleration=bool((log.is_judged & np.isfinite(log.specific_force_g)).any()),
+        coverage=coverage_of(log),
+        curves={reading: firing_curves(log, reading) for reading in RuleReading},
+        loss_s=lost.loss_s,
+        impact_s=lost.impact_s,
+        altitude_time_s=log.time_s[rows],
+        altitude_m=altitude_m[rows],
+        problems=log.problems,
+    )
+
+
+# When it was lost
 
 
 class LossOfControl(NamedTuple):
     """Times of the `FlightLog`; None where unknown."""
 
+    # End of the last calm second in flight before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate.
     loss_s: float | None
-    """End of the last calm second in flight before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate."""
+    # First of the last peaks of 3 g or more, else the touchdown in the log.
     impact_s: float | None
-    """First of the last peaks of 3 g or more, else the touchdown in the log."""
 
 
 def loss_of_control(log: FlightLog) -> LossOfControl:
     """`loss_s` is None for a flight that was calm to its end or landing."""
     is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
-    ended_s = _fell_to_rest(log, is_known)
-    if ended_s is not None:  # what moves it later is a hand
-        is_known &= log.time_s <= ended_s + BOUNCE_S
-    time_s = log.time_s[is_known]
+    force_g = log.specific_force_g
+    is_calm = (log.tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
+    rest_s = _fell_to_rest(log, is_known, is_calm)
+    if rest_s is not None:  # what moves it later is a hand
+        is_known &= log.time_s <= rest_s + BOUNCE_S
+    time_s, is_calm = log.time_s[is_known], is_calm[is_known]
     if not len(time_s):
         return LossOfControl(None, None)
-    tilt_deg, force_g = log.tilt_deg[is_known], log.specific_force_g[is_known]
-    impact_s = _last_impact(time_s[force_g >= IMPACT_G])
+    loss_s, end_s = _last_calm_end(time_s, is_calm), float(time_s[-1])
+    impact_s = _first_of_last(time_s[force_g[is_known] >= IMPACT_G])
+    if impact_s is None and log.is_on_ground is not None:
+        touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1
+        impact_s = float(log.time_s[touches[-1]]) if len(touches) else None
     if impact_s is None:
-        impact_s = _touchdown(log)
-    if impact_s is None:
-        impact_s = ended_s
-    is_calm = _is_calm(tilt_deg, force_g)
-    loss_s = _last_calm_end(time_s, is_calm)
-    end_s = float(time_s[-1])
-    if impact_s is not None and (loss_s is None or loss_s <= impact_s or end_s - loss_s < MIN_LOSS_S):
-        before = time_s <= impact_s
-        loss_s, end_s = _last_calm_end(time_s[before], is_calm[before]), impact_s
-    else:  # it flew on after that peak
-        impact_s = None
+        impact_s = rest_s
+    if impact_s is not None and loss_s is not None and loss_s > impact_s and end_s - loss_s >= MIN_LOSS_S:
+        impact_s = None  # it flew on after that peak
+    if impact_s is not None:
+        is_before = time_s <= impact_s
+        loss_s, end_s = _last_calm_end(time_s[is_before], is_calm[is_before]), impact_s
     if loss_s is not None and end_s - loss_s < MIN_LOSS_S:
         loss_s = None
     return LossOfControl(loss_s, impact_s)
 
 
-def _is_calm(tilt_deg: Floats, force_g: Floats) -> Flags:
-    calm: Flags = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
-    return calm
-
-
-def _fell_to_rest(log: FlightLog, is_known: Flags) -> float | None:
+def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | None:
     """From when on it stayed at its last altitude, if it was not calm when it came there; None where unknown."""
     if log.altitude_m is None:
         return None
@@ -115,23 +194,13 @@ def _fell_to_rest(log: FlightLog, is_known: Flags) -> float | None:
         return None
     rest_s = float(log.time_s[rows[away[-1]]])
     before = is_known & (log.time_s > rest_s - CALM_S) & (log.time_s <= rest_s)
-    if not before.any() or _is_calm(log.tilt_deg[before], log.specific_force_g[before]).any():
-        return None
-    return rest_s
+    return rest_s if before.any() and not is_calm[before].any() else None
 
 
-def _last_impact(peaks_s: Floats) -> float | None:
-    if not len(peaks_s):
-        return None
-    first = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > BOUNCE_S)[-1]
-    return float(peaks_s[first])
-
-
-def _touchdown(log: FlightLog) -> float | None:
-    if log.is_on_ground is None:
-        return None
-    touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1
-    return float(log.time_s[touches[-1]]) if len(touches) else None
+def _first_of_last(peaks_s: Floats) -> float | None:
+    """Of the last peaks, the first."""
+    firsts = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > BOUNCE_S)
+    return float(peaks_s[firsts[-1]]) if len(firsts) else None
 
 
 def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
@@ -139,92 +208,3 @@ def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
     firsts, lasts = runs(is_calm)
     is_long = time_s[lasts] - time_s[firsts] >= CALM_S
     return float(time_s[lasts[is_long][-1]]) if is_long.any() else None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FlightSummary:
-    """One flight; times are those of its `FlightLog`, which is read again to show it."""
-
-    name: str
-    """Path of the file as given."""
-    duration_s: float
-    not_judged_s: float
-    tilt_max_deg: float
-    """As measured, of the judged rows; NaN without any."""
-    has_attitude: bool
-    """The log holds an attitude while it is judged."""
-    has_acceleration: bool
-    coverage: Coverage
-    curves: Mapping[RuleReading, FiringCurves]
-    loss_s: float | None
-    """Estimated loss of control; None: not lost, or unknown."""
-    impact_s: float | None
-    """None: unknown."""
-    altitude_time_s: Floats
-    """Ascending, about 0.2 s apart; empty where the log has none."""
-    altitude_m: Floats
-    problems: tuple[UserMessage, ...]
-
-    def altitude_at(self, time_s: float) -> float:
-        """Altitude in metres; NaN where unknown."""
-        times = self.altitude_time_s
-        if not len(times) or not times[0] <= time_s <= times[-1] + ALTITUDE_STEP_S:
-            return math.nan
-        return float(np.interp(time_s, times, self.altitude_m))
-
-    def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
-        """Raises LookupError for a free-fall acceleration above 1.5 g."""
-        at_s, sources = self.curves[reading].first(limits)
-        fires = at_s != NEVER
-        if not fires or self.loss_s is None:
-            return FirstFire(at_s, sources, fires and at_s <= self.end_s, math.nan, math.nan)
-        drop_m = self.altitude_at(self.loss_s) - self.altitude_at(at_s)
-        return FirstFire(at_s, sources, at_s <= self.end_s, at_s - self.loss_s, drop_m)
-
-    def answer(self, limits: TriggerLimits) -> Answer:
-        """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
-        if self.first_fire(limits).sources:
-            return Answer.FIRES
-        return Answer.DOES_NOT_FIRE if self.coverage.is_enough(limits) else Answer.NOT_JUDGED
-
-    def longest_fall_s(self, limits: TriggerLimits) -> float:
-        """From first to last report below their acceleration, unfiltered; -1 without any. Raises LookupError."""
-        step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
-        return float(self.curves[RuleReading.DIRECT].longest_fall_s[step])
-
-    @property
-    def end_s(self) -> float:
-        """Time after which firing is too late: the impact, infinite where unknown."""
-        return NEVER if self.impact_s is None else self.impact_s
-
-
-def summarise(log: FlightLog) -> FlightSummary:
-    """Takes about 15 ms for a flight of ten minutes."""
-    lost = loss_of_control(log)
-    tilts = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
-    altitude_time_s, altitude_m = _altitude(log)
-    return FlightSummary(
-        name=log.name,
-        duration_s=log.duration_s,
-        not_judged_s=log.not_judged_s,
-        tilt_max_deg=float(tilts.max()) if len(tilts) else math.nan,
-        has_attitude=len(tilts) > 0,
-        has_acceleration=bool((log.is_judged & np.isfinite(log.specific_force_g)).any()),
-        coverage=coverage_of(log),
-        curves={reading: firing_curves(log, reading) for reading in RuleReading},
-        loss_s=lost.loss_s,
-        impact_s=lost.impact_s,
-        altitude_time_s=altitude_time_s,
-        altitude_m=altitude_m,
-        problems=log.problems,
-    )
-
-
-def _altitude(log: FlightLog) -> tuple[Floats, Floats]:
-    """The first row of each step of `ALTITUDE_STEP_S`."""
-    if log.altitude_m is None:
-        return np.empty(0), np.empty(0)
-    rows = np.flatnonzero(np.isfinite(log.altitude_m))
-    numbers = np.floor(log.time_s[rows] / ALTITUDE_STEP_S)
-    rows = rows[np.diff(numbers, prepend=-1.0) != 0]
-    return log.time_s[rows], log.altitude_m[rows]

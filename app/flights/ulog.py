@@ -2,319 +2,221 @@
 
 https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 
-Finds the samples of the wanted topics. Read without pyulog, which a file of 113 bytes keeps busy without end: see
+A record is the size of its body in two bytes, its kind in one, and its body. Formats (`F`), subscriptions (`A`) and
+samples (`D`) are known by what is in them, wherever they stand: damage costs the damaged records, and sync records,
+which many files have not, are not needed. Read without pyulog, which a file of 113 bytes keeps busy without end: see
 docs/flight-logs.md.
 """
 
 import re
-import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from app.flights.flight_log import Floats, unreadable
-from app.flights.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
-from app.flights.records import MAX_WALKED, RecordField, RecordTable, read_bytes
-from app.text.messages import message
+from app.flights.raw_log import (
+    TIME,
+    ChannelSource,
+    Floats,
+    Layout,
+    Places,
+    RawLog,
+    Table,
+    channels_of,
+    columns_of,
+    force_of_axes,
+    tilt_of_quaternion,
+    unreadable,
+)
 from protocol.translatable import marked
 
 _HEADER_BYTES: Final = 16
-_SAMPLE: Final = ord("D")
-_DEFINITIONS: Final = frozenset(b"BFIMPQ")
-_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
-_FIXED_SIZES: Final = {ord("S"): 8, ord("R"): 2, ord("O"): 2}
-"""Sizes of the records that have always the same."""
-_KIND_BYTE: Final = re.compile(rb"[BFIMPQARDLCSO]")
 _RECORD_HEAD: Final = 3
-"""Bytes of a record before its body: the size of the body, and the kind."""
 _ID_BYTES: Final = 2
-MAX_SEARCHED: Final = 1 << 26
-"""Bytes of damage that are searched for the next record; what follows is not read."""
+_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
 _TYPES: Final[Mapping[str, str]] = {
-    "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "<u1",
+    "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "S1",
     "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
 }  # fmt: skip
+_FORMAT: Final = re.compile(rb"([A-Za-z]\w*):([\w/\[\] ;]+)")
 _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
-_APPENDED: Final = 0x01
-"""Incompatible flag of appended data, the only one that is supported."""
-MAX_TOPICS: Final = 1000
-_DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
-
-
-@dataclass(slots=True, kw_only=True)
-class UlogTopic(RecordTable):
-    """One instance of a topic. Elements of arrays are fields such as `q[0]`."""
-
-    instance: int
-
-
-class _Layout(NamedTuple):
-    fields: Mapping[str, RecordField]
-    size: int
-    """Bytes of a sample."""
-    least_size: int
-    """Without the padding at the end, which is not written."""
-
-
-class _Subscription(NamedTuple):
-    """What a sample with one number must look like. `topic` is None where nobody asks for it."""
-
-    least_size: int
-    size: int
-    topic: UlogTopic | None
-
-
-class UlogFile:
-    """`topics` has the topics of `TOPICS` in the file. Raises `UserError`.
-
-    Damage costs the damaged record: the next one is found by what a record of this file must look like. Sync records
-    are not needed, which many files have not.
-    """
-
-    def __init__(self, data: bytes) -> None:
-        if len(data) < _HEADER_BYTES:
-            raise unreadable(marked("unknown kind of file"))
-        self.data = data
-        self._formats: dict[str, str] = {}
-        self._subscribed: dict[int, _Subscription] = {}
-        self._layouts: dict[str, _Layout | None] = {}
-        self._appended: tuple[int, ...] = ()
-        self._searched = 0
-        self.topics: list[UlogTopic] = []
-        self.skipped_bytes = 0
-        """Bytes that are not records: damage."""
-        self.lost_end_bytes = 0
-        """Those of them at the end of the file."""
-        self.dropout_s = 0.0
-        """Time that the flight controller reports as not logged."""
-        self._walk_all()
-
-    def _walk_all(self) -> None:
-        place = self._walk(_HEADER_BYTES, len(self.data), is_head=True)
-        bounds = [start for start in self._appended if place <= start < len(self.data)]
-        for start, stop in zip([place, *bounds], [*bounds, len(self.data)], strict=True):
-            self._walk(start, stop)
-
-    def _walk(self, place: int, stop: int, *, is_head: bool = False) -> int:
-        """Reads the records; the head ends with the first that is not a definition."""
-        data, subscribed = self.data, self._subscribed
-        head = struct.Struct("<HBH").unpack_from
-        # Where the last record begins, unless its size is that of its topic: a damaged size leads astray.
-        doubtful: int | None = None
-        self.lost_end_bytes = 0
-        for _ in range(MAX_WALKED):
-            if place + _RECORD_HEAD + _ID_BYTES > stop:
-                break
-            size, kind, number = head(data, place)
-            if kind == _SAMPLE and not is_head:
-                subscription = subscribed.get(number)
-                end = place + _RECORD_HEAD + size
-                if subscription is not None and end <= stop:
-                    least_size, most_size, topic = subscription
-                    if least_size <= size - _ID_BYTES <= most_size:
-                        if topic is not None:
-                            topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
-                        doubtful = None
-                        place = end
-                        continue
-            next_place = self._end_of_record(place, stop)
-            if is_head and (next_place is None or kind not in _DEFINITIONS):
-                return place
-            if next_place is None:
-                begin = place if doubtful is None else doubtful
-                doubtful = None
-                next_place = self._next_record(begin + 1, stop)
-                self.skipped_bytes += next_place - begin
-                if next_place == stop:
-                    self.lost_end_bytes = stop - begin
-            else:
-                self._read(kind, data[place + _RECORD_HEAD : next_place])
-                doubtful = place
-            place = next_place
-        if place < stop and not is_head:
-            self.skipped_bytes += stop - place
-            self.lost_end_bytes += stop - place
-        return place
-
-    def _end_of_record(self, place: int, stop: int) -> int | None:
-        """Where the record at this place ends; None where there cannot be one."""
-        if place + _RECORD_HEAD + 1 > stop:
-            return None
-        size, kind = struct.unpack_from("<HB", self.data, place)
-        end: int = place + _RECORD_HEAD + size
-        if end > stop or size == 0 or kind not in _KINDS or size != _FIXED_SIZES.get(kind, size):
-            return None
-        return None if kind == _SAMPLE and not self._is_sample(place, size) else end
-
-    def _is_sample(self, place: int, size: int) -> bool:
-        if size < _ID_BYTES:
-            return False
-        (number,) = struct.unpack_from("<H", self.data, place + _RECORD_HEAD)
-        subscription = self._subscribed.get(number)
-        return subscription is not None and subscription.least_size <= size - _ID_BYTES <= subscription.size
-
-    def _next_record(self, begin: int, stop: int) -> int:
-        """The first place from `begin` on at which a record begins; `stop` where there is none."""
-        for match in _KIND_BYTE.finditer(self.data, begin + _RECORD_HEAD - 1, stop):
-            place = match.start() - (_RECORD_HEAD - 1)
-            self._searched += 1
-            if self._searched > MAX_SEARCHED:
-                break
-            end = self._end_of_record(place, stop)
-            if end is None:
-                continue
-            # A sample is known by its topic and size; of other records the next one has to be there, too.
-            if self.data[place + _RECORD_HEAD - 1] == _SAMPLE or end == stop:
-                return place
-            if self._end_of_record(end, stop) is not None:
-                return place
-        return stop
-
-    def _read(self, kind: int, body: bytes) -> None:
-        match chr(kind):
-            case "B" if len(body) >= 40:
-                unknown = body[8] & ~_APPENDED or any(body[9:16])
-                if unknown:
-                    raise unreadable(marked("written by a newer version"))
-                self._appended = tuple(sorted(start for start in struct.unpack_from("<3Q", body, 16) if start))
-            case "F":
-                name, _, fields = body.decode("latin-1").partition(":")
-                self._formats[name] = fields
-            case "A" if len(body) > 3:
-                self._subscribe(body[0], int.from_bytes(body[1:3], "little"), body[3:].decode("latin-1"))
-            case "O" if len(body) >= 2:
-                self.dropout_s += int.from_bytes(body[:2], "little") / 1000
-            case _:
-                pass
-
-    def _subscribe(self, instance: int, number: int, name: str) -> None:
-        layout = self._layout(name)
-        if layout is None:
-            # A format that is not understood: a sample of any size may be one.
-            self._subscribed[number] = _Subscription(0, _LARGEST, None)
-            return
-        topic: UlogTopic | None = None
-        if name in TOPICS and len(self.topics) < MAX_TOPICS:
-            topic = UlogTopic(name, self.data, layout.fields, instance=instance)
-            self.topics.append(topic)
-        self._subscribed[number] = _Subscription(layout.least_size, layout.size, topic)
-
-    def _layout(self, name: str, depth: int = 0) -> _Layout | None:
-        """Layout of a topic, cached; None where its format is invalid."""
-        if name not in self._layouts:
-            is_known = name in self._formats and depth <= _DEEPEST
-            self._layouts[name] = self._make_layout(name, depth) if is_known else None
-        return self._layouts[name]
-
-    def _make_layout(self, name: str, depth: int) -> _Layout | None:
-        fields: dict[str, RecordField] = {}
-        offset = least = 0
-        for text in self._formats[name].split(";"):
-            if not text:
-                continue
-            match = _FIELD.fullmatch(text)
-            if match is None:
-                return None
-            kind, count, label = match[1], int(match[2] or 1), match[3]
-            if kind in _TYPES:
-                size = np.dtype(_TYPES[kind]).itemsize
-                for number in range(count if kind != "char" and count <= 32 else 0):
-                    key = label if match[2] is None else f"{label}[{number}]"
-                    fields[key] = RecordField(offset + number * size, _TYPES[kind])
-            else:
-                nested = self._layout(kind, depth + 1)
-                if nested is None:
-                    return None
-                size = nested.size
-            offset += size * count
-            if offset > _LARGEST:
-                return None
-            if not label.startswith("_padding"):
-                least = offset
-        return _Layout(fields, offset, least)
-
-
-TOPICS: Final = frozenset(
-    {
-        "vehicle_attitude", "sensor_combined", "vehicle_acceleration", "vehicle_imu", "sensor_accel",
-        "vehicle_local_position", "vehicle_air_data", "vehicle_status", "vehicle_land_detected",
-    }
-)  # fmt: skip
-ARMED: Final = 2
-"""vehicle_status.arming_state."""
-_MICROSECOND: Final = 1e-6
+_LONGEST_FORMAT: Final = 5000
+_LONGEST_NAME: Final = 100
+_DEEPEST: Final = 8
+# Longer arrays, such as texts, are one field.
+_MOST_ELEMENTS: Final = 16
+_PADDING: Final = "_padding"
+# The incompatible flag of data that is appended after the flight, the only one that is understood.
+_APPENDED: Final = 0x01
+# vehicle_status.arming_state
+_ARMED: Final = 2
 _MAX_SENSORS: Final = 6
 
 
-def read_ulog(path: Path) -> RawLog:
-    """Raises `UserError`, OSError."""
-    file = UlogFile(read_bytes(path))
-    raw = RawLog(name=str(path))
-    for topic in sorted(file.topics, key=lambda topic: topic.instance):
-        if topic.has("timestamp"):
-            _read_topic(topic, raw)
-    raw.forces_g = [*_forces(file)][:_MAX_SENSORS]
-    if file.skipped_bytes:
-        raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
-        raw.lost_end_s = raw.seconds_of(file.lost_end_bytes, len(file.data))
-    if file.dropout_s:
-        raw.problems.append(message(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
+def _axes(name: str) -> tuple[str, str, str]:
+    return f"{name}[0]", f"{name}[1]", f"{name}[2]"
+
+
+def _force_of_changes(x_m_s: Floats, y_m_s: Floats, z_m_s: Floats, took_us: Floats) -> Floats:
+    """Of changes of velocity, and how long each took."""
+    took_s = np.where(took_us > 0, took_us * 1e-6, np.nan)
+    return force_of_axes(x_m_s / took_s, y_m_s / took_s, z_m_s / took_s)
+
+
+_TILTS: Final = (ChannelSource("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
+# What the estimator uses, and each sensor; of both the first that is there.
+_ESTIMATOR_FORCES: Final = (
+    ChannelSource("sensor_combined", _axes("accelerometer_m_s2"), force_of_axes),
+    ChannelSource("vehicle_acceleration", _axes("xyz"), force_of_axes),
+)
+_SENSOR_FORCES: Final = (
+    ChannelSource("vehicle_imu", (*_axes("delta_velocity"), "delta_velocity_dt"), _force_of_changes),
+    ChannelSource("sensor_accel", ("x", "y", "z"), force_of_axes),
+)
+_ALTITUDES: Final = (
+    ChannelSource("vehicle_local_position", ("z",), np.negative),
+    ChannelSource("vehicle_air_data", ("baro_alt_meter",)),
+)
+_ARMING: Final = (ChannelSource("vehicle_status", ("arming_state",), lambda state: state == _ARMED),)
+_LANDING: Final = (ChannelSource("vehicle_land_detected", ("landed",)),)
+_SOURCES: Final = (*_TILTS, *_ESTIMATOR_FORCES, *_SENSOR_FORCES, *_ALTITUDES, *_ARMING, *_LANDING)
+# The columns of each topic that is asked for.
+_WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for one in _SOURCES}
+
+
+class UlogFile:
+    """Raises `UserError`."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._bytes = np.frombuffer(data, np.uint8)
+        self._formats: dict[str, str] = {}
+        self._layouts: dict[str, Layout | None] = {}
+        # By name, an instance of a topic each.
+        self.topics: dict[str, list[Table]] = {}
+        # Bytes that are no records: damage.
+        self.skipped_bytes = 0
+        # Where the last record ends.
+        self.read_until = _HEADER_BYTES
+        self._refuse_newer_versions()
+        for begin, end in self._found("F", _LONGEST_FORMAT).tolist():
+            match = _FORMAT.fullmatch(data, begin + _RECORD_HEAD, end)
+            if match is not None:
+                self._formats.setdefault(match[1].decode(), match[2].decode())
+        # A subscription gives a topic and its instance the number that stands in their samples.
+        subscribed: dict[int, tuple[str, int]] = {}
+        for begin, end in self._found("A", _LONGEST_NAME).tolist():
+            instance, number, name = (
+                data[begin + 3],
+                data[begin + 4 : begin + 6],
+                data[begin + 6 : end].decode("latin-1"),
+            )
+            if name in self._formats:
+                subscribed.setdefault(int.from_bytes(number, "little"), (name, instance))
+        self._read_samples(subscribed)
+
+    def _refuse_newer_versions(self) -> None:
+        """Version 1 begins with its flags, of which the second eight bytes say what a reader must understand."""
+        flags = self._data[_HEADER_BYTES + _RECORD_HEAD + 8 : _HEADER_BYTES + _RECORD_HEAD + 16]
+        has_flags = self._data[_HEADER_BYTES + 2 : _HEADER_BYTES + 3] == b"B" and len(flags) > 0
+        if has_flags and (flags[0] & ~_APPENDED or any(flags[1:])):
+            raise unreadable(marked("written by a newer version"))
+
+    def _found(self, kind: str, longest: int) -> Places:
+        """Where records of a kind may begin and end, shape (number, 2)."""
+        begins = np.flatnonzero(self._bytes[_HEADER_BYTES + 2 :] == ord(kind)) + _HEADER_BYTES
+        sizes = self._numbers_at(begins)
+        ends = begins + _RECORD_HEAD + sizes
+        return np.column_stack((begins, ends))[(sizes > _ID_BYTES) & (sizes <= longest) & (ends <= len(self._data))]
+
+    def _numbers_at(self, places: Places) -> Places:
+        """Numbers of two bytes."""
+        numbers: Places = self._bytes[places] + 256 * self._bytes[places + 1].astype(np.int64)
+        return numbers
+
+    def _read_samples(self, subscribed: Mapping[int, tuple[str, int]]) -> None:
+        # What a sample may have at least and at most, by its number: padding at its end is not written.
+        least, most = np.ones(_LARGEST + 1, np.int64), np.zeros(_LARGEST + 1, np.int64)
+        for number, (name, _) in subscribed.items():
+            layout = self._layout(name)
+            if layout is not None:
+                most[number] = least[number] = _RECORD_HEAD + _ID_BYTES + layout.itemsize
+                if (layout.names or ("",))[-1].startswith(_PADDING):
+                    least[number] -= layout[-1].itemsize
+        samples = self._found("D", _LARGEST)
+        sizes, numbers = samples[:, 1] - samples[:, 0], self._numbers_at(samples[:, 0] + _RECORD_HEAD)
+        is_sample = (least[numbers] <= sizes) & (sizes <= most[numbers])
+        samples, numbers = samples[is_sample], numbers[is_sample]
+        for number, (name, _) in sorted(subscribed.items(), key=lambda one: one[1]):
+            layout = self._layout(name)
+            if name in _WANTED and layout is not None:
+                places = samples[numbers == number, 0] + _RECORD_HEAD + _ID_BYTES
+                table = columns_of(self._data, layout, places, _WANTED[name])
+                if table:
+                    self.topics.setdefault(name, []).append(table)
+        self._read_between(samples)
+
+    def _read_between(self, samples: Places) -> None:
+        """Between samples there are whole other records, or damage."""
+        bounds = np.concatenate(((0, _HEADER_BYTES), samples.ravel(), (len(self._data),) * 2)).reshape(-1, 2)
+        for row in np.flatnonzero(bounds[1:, 0] > bounds[:-1, 1]).tolist():
+            place, stop = int(bounds[row, 1]), int(bounds[row + 1, 0])
+            while place + _RECORD_HEAD < stop:
+                size, kind = int.from_bytes(self._data[place : place + 2], "little"), self._data[place + 2]
+                end = place + _RECORD_HEAD + size
+                if end > stop or size == 0 or kind not in _KINDS:
+                    break
+                place = end
+            self.skipped_bytes += stop - place
+            self.read_until = place
+        if bounds[-1, 0] == bounds[-2, 1]:
+            self.read_until = len(self._data)
+
+    def _layout(self, name: str, depth: int = 0) -> Layout | None:
+        """The layout of a topic; None where its format is unknown or not understood."""
+        if name not in self._layouts:
+            self._layouts[name] = self._make_layout(self._formats.get(name, ""), depth)
+        return self._layouts[name]
+
+    def _make_layout(self, fields: str, depth: int) -> Layout | None:
+        """Formats may be within formats: depth and size are bounded. An element of an array is a field like `q[0]`."""
+        parts: list[tuple[str, object]] = []
+        size = 0
+        for text in fields.rstrip(";").split(";"):
+            match = _FIELD.fullmatch(text)
+            if match is None or depth > _DEEPEST:
+                return None
+            name, count, label = match.groups()
+            kind = np.dtype(_TYPES[name]) if name in _TYPES else self._layout(name, depth + 1)
+            if kind is None:
+                return None
+            size += kind.itemsize * int(count or 1)
+            if size > _LARGEST:
+                return None
+            if count is None:
+                parts.append((TIME if label == "timestamp" else label, kind))
+            elif int(count) <= _MOST_ELEMENTS and not label.startswith(_PADDING):
+                parts += [(f"{label}[{number}]", kind) for number in range(int(count))]
+            else:
+                parts.append((label, (kind, int(count))))
+        try:
+            return np.dtype(parts)
+        except ValueError:  # two fields of one name
+            return None
+
+
+def read_ulog(data: bytes, name: str) -> RawLog:
+    """Raises `UserError`."""
+    file = UlogFile(data)
+    raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _TILTS))
+    for sources in (_ESTIMATOR_FORCES, _SENSOR_FORCES):
+        there = [source for source in sources if source.table in file.topics]
+        raw.forces_g += channels_of(file.topics, there[:1])
+    del raw.forces_g[_MAX_SENSORS:]
+    raw.altitudes_m = channels_of(file.topics, _ALTITUDES)
+    raw.armed = channels_of(file.topics, _ARMING)
+    raw.on_ground = channels_of(file.topics, _LANDING)
+    raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw
-
-
-def _read_topic(topic: UlogTopic, raw: RawLog) -> None:
-    time_s = _times(topic)
-    match topic.name:
-        case "vehicle_attitude" if topic.has("q[0]", "q[1]", "q[2]", "q[3]"):
-            tilt_deg = tilt_of_quaternion(*(topic.column(f"q[{number}]") for number in range(4)))
-            raw.tilts_deg.append(Channel(time_s, tilt_deg))
-        case "vehicle_local_position" if topic.has("z"):
-            raw.altitude_m = Channel(time_s, -topic.column("z"))
-        case "vehicle_air_data" if topic.has("baro_alt_meter") and raw.altitude_m is None:
-            raw.altitude_m = Channel(time_s, topic.column("baro_alt_meter"))
-        case "vehicle_land_detected" if topic.has("landed"):
-            raw.on_ground = FlagChannel(time_s, topic.column("landed") != 0)
-        case "vehicle_status" if topic.has("arming_state"):
-            raw.armed = FlagChannel(time_s, topic.column("arming_state") == ARMED)
-        case _:
-            pass
-
-
-def _times(topic: UlogTopic) -> Floats:
-    return topic.column("timestamp") * _MICROSECOND
-
-
-def _forces(file: UlogFile) -> list[Channel]:
-    """The estimator's acceleration first, then each sensor."""
-    channels: list[Channel] = []
-    for name, labels in (
-        ("sensor_combined", [f"accelerometer_m_s2[{axis}]" for axis in range(3)]),
-        ("vehicle_acceleration", [f"xyz[{axis}]" for axis in range(3)]),
-        ("vehicle_imu", [f"delta_velocity[{axis}]" for axis in range(3)]),
-        ("sensor_accel", ["x", "y", "z"]),
-    ):
-        topics = [topic for topic in file.topics if topic.name == name and topic.has("timestamp", *labels)]
-        if channels and name == "vehicle_acceleration":
-            continue  # the same sensor, filtered
-        if name == "sensor_accel" and len(channels) > 1:
-            continue  # vehicle_imu has them all
-        for topic in sorted(topics, key=lambda topic: topic.instance):
-            axes = [topic.column(label) for label in labels]
-            if name == "vehicle_imu":
-                axes = _over_time(topic, axes)
-            channels.append(Channel(_times(topic), force_of_axes(*axes)))
-    return channels
-
-
-def _over_time(topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
-    """Acceleration from changes of velocity; NaN where their duration is unknown."""
-    if not topic.has("delta_velocity_dt"):
-        return [np.full_like(axis, np.nan) for axis in axes]
-    took_s = topic.column("delta_velocity_dt") * _MICROSECOND
-    took_s[took_s <= 0] = np.nan
-    return [axis / took_s for axis in axes]

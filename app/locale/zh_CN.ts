@@ -548,8 +548,8 @@
         <translation>选择列…</translation>
     </message>
     <message>
-        <source>Choose the one column with the time.</source>
-        <translation>请选择一个时间列。</translation>
+        <source>Choose one column for “{quantity}”.</source>
+        <translation>请为“{quantity}”选择一列。</translation>
     </message>
     <message>
         <source>Clear</source>
@@ -936,10 +936,6 @@
         <translation>坠落</translation>
     </message>
     <message>
-        <source>Falls for too long for a proposal.</source>
-        <translation>失重时间过长，无法给出建议。</translation>
-    </message>
-    <message>
         <source>Files</source>
         <translation>文件</translation>
     </message>
@@ -974,6 +970,10 @@
     <message>
         <source>Fires at {fires:.0f}°, rearms at {rearms:.0f}°.</source>
         <translation>在 {fires:.0f}° 开伞，在 {rearms:.0f}° 复位。</translation>
+    </message>
+    <message>
+        <source>Fires at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.</source>
+        <translation>在 {tilt:.0f}°、{acceleration:.1f} g、{time:.2f} s 时触发。</translation>
     </message>
     <message>
         <source>Fires at {time}: {why}</source>
@@ -1644,8 +1644,8 @@
         <translation>漏掉</translation>
     </message>
     <message>
-        <source>Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass.</source>
-        <translation>在 {tilt}°、{acceleration:.1f} g、{time:.2f} s（其他飞行不触发）时漏触发。</translation>
+        <source>Missed at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.</source>
+        <translation>在 {tilt:.0f}°、{acceleration:.1f} g、{time:.2f} s 时漏触发。</translation>
     </message>
     <message>
         <source>Missing system libraries: {names}.</source>
@@ -1686,10 +1686,6 @@
     <message>
         <source>More than a tenth of the acceleration is missing.</source>
         <translation>缺少超过十分之一的加速度。</translation>
-    </message>
-    <message>
-        <source>More than a tenth of the attitude is missing.</source>
-        <translation>缺少超过十分之一的姿态。</translation>
     </message>
     <message>
         <source>More than a tenth of the samples was left out.</source>
@@ -2082,10 +2078,6 @@
     <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Nothing logged for {seconds:.2f} s.</source>
-        <translation>有 {seconds:.2f} s 未记录。</translation>
     </message>
     <message>
         <source>Nothing was done. Add {option} to do it.</source>
@@ -3244,18 +3236,6 @@
         <translation>此处没有 {file}。</translation>
     </message>
     <message>
-        <source>This file is packed in a way that is not read: unpack it first.</source>
-        <translation>此文件的压缩方式不受支持：请先解压。</translation>
-    </message>
-    <message>
-        <source>This is JSON: convert it to CSV.</source>
-        <translation>这是 JSON：请转换成 CSV。</translation>
-    </message>
-    <message>
-        <source>This is XML, such as a KML or GPX track: it has no attitude. Export a CSV.</source>
-        <translation>这是 XML，例如 KML 或 GPX 航迹：没有姿态。请导出 CSV。</translation>
-    </message>
-    <message>
         <source>This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”.</source>
         <translation>这是 Betaflight 或 INAV 黑匣子日志：请用“blackbox_decode --simulate-imu”转换成 CSV。</translation>
     </message>
@@ -3266,18 +3246,6 @@
     <message>
         <source>This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.</source>
         <translation>这是 Git LFS 指针，不是日志：请用“git lfs pull”取得日志。</translation>
-    </message>
-    <message>
-        <source>This is a PDF, not a log.</source>
-        <translation>这是 PDF，不是日志。</translation>
-    </message>
-    <message>
-        <source>This is a ROS bag: export its topics as CSV.</source>
-        <translation>这是 ROS bag：请把话题导出为 CSV。</translation>
-    </message>
-    <message>
-        <source>This is a spreadsheet or document: save it as CSV.</source>
-        <translation>这是电子表格或文档：请另存为 CSV。</translation>
     </message>
     <message>
         <source>This is a spreadsheet: save it as CSV.</source>
@@ -3356,10 +3324,6 @@
     <message>
         <source>Tilt: steady</source>
         <translation>倾角：稳定</translation>
-    </message>
-    <message>
-        <source>Tilts to {tilt}°: too far for a proposal.</source>
-        <translation>倾斜到 {tilt}°：过大，无法给出建议。</translation>
     </message>
     <message>
         <source>Time</source>
@@ -4342,6 +4306,10 @@
         <translation>未接外接供电</translation>
     </message>
     <message>
+        <source>no file in the archive</source>
+        <translation>压缩包中没有文件</translation>
+    </message>
+    <message>
         <source>no frame</source>
         <translation>不是有效帧</translation>
     </message>
@@ -4404,10 +4372,6 @@
     <message>
         <source>no time, direction and bytes</source>
         <translation>没有时间、方向和字节</translation>
-    </message>
-    <message>
-        <source>no times: from before 2014</source>
-        <translation>没有时间：2014 年之前的日志</translation>
     </message>
     <message>
         <source>no trigger</source>
@@ -4488,10 +4452,6 @@
     <message>
         <source>not named</source>
         <translation>未填写</translation>
-    </message>
-    <message>
-        <source>not one file in the archive</source>
-        <translation>压缩包中不是正好一个文件</translation>
     </message>
     <message>
         <source>not possible</source>
@@ -4772,10 +4732,6 @@
     <message>
         <source>the aircraft activates it</source>
         <translation>模块锁定，由飞行器激活</translation>
-    </message>
-    <message>
-        <source>the line of units and the cells contradict each other</source>
-        <translation>单位行与单元格互相矛盾</translation>
     </message>
     <message>
         <source>the module answers</source>
@@ -5516,10 +5472,6 @@
     <message>
         <source>“{name}” is unknown; the columns are {columns}.</source>
         <translation>未知的“{name}”；有这些列：{columns}。</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}”: a comma means two things.</source>
-        <translation>“{one}”与“{other}”：逗号有两种含义。</translation>
     </message>
     <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>

@@ -12,8 +12,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.flights.columns import CsvColumns
-from app.flights.flight_log import FlightLog, Floats
+from app.flights.flight_log import FlightLog
 from app.flights.judge import MAX_GAP_S, TriggerLimits
+from app.flights.raw_log import Floats
 from app.flights.read_log import read_flight_log
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction

@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from app.flights.curves import NEVER, firing_curves, judge_flight
-from app.flights.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
+from app.flights.judging import NEVER, RuleReading, firing_curves, first_firings
 from app.flights.summary import LossOfControl, loss_of_control, moment_text, summarise
+from app.flights.thresholds import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from app.simulator.memory import Memory
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import SENSOR_PERIOD_S, Physics, SensedMotion
 from protocol.messages import Source
-from tests.support.flights.made_flights import STEP_S, made_flight, random_flight
+from tests.support.flights.made_flights import STEP_S, made_flight, plainly_judged, random_flight
 
 ROWS = 500
 TIMES = np.arange(ROWS) / 50
@@ -158,9 +157,8 @@ def test_the_curves_agree_with_the_judge(reading: RuleReading) -> None:
                 attitude_is_enabled=bool(random.random() < 0.6),
                 freefall_is_enabled=bool(random.random() < 0.8),
             )
-            judged = judge_flight(log, limits, reading).firings
-            at_s, sources = curves.first(limits)
-            assert (at_s, sources) == ((judged[0].at_s, judged[0].sources) if judged else (NEVER, Source(0)))
+            judged = plainly_judged(log, limits, reading)
+            assert curves.first(limits) == (judged[0] if judged else (NEVER, Source(0)))
             fired += bool(judged)
     assert 60 < fired < 280
 
@@ -180,6 +178,23 @@ def test_exact_times() -> None:
     assert curves.longest_fall_s[4] == -1
     with pytest.raises(LookupError):
         curves.first(TriggerLimits(freefall_acceleration_g=1.6))
+
+
+def test_the_first_firing_of_each_trigger_is_told() -> None:
+    tilt, force = np.full(300, 5.0), np.ones(300)
+    tilt[200:] = 61.4
+    force[50:160] = 0.33
+    log = made_flight(tilt, force)
+    curves = firing_curves(log, RuleReading.DIRECT)
+    fell, tipped = first_firings(log, curves, TriggerLimits())
+    assert (fell.at_s, fell.sources, fell.tilt_deg, fell.acceleration_g) == (
+        pytest.approx(2.6),
+        Source.FREEFALL,
+        5,
+        0.3,
+    )
+    assert (tipped.at_s, tipped.sources, tipped.tilt_deg, tipped.acceleration_g) == (4.0, Source.ATTITUDE, 61, 1.0)
+    assert first_firings(log, curves, TriggerLimits(attitude_threshold_deg=62, freefall_time_s=2.5)) == []
 
 
 def test_damped_requires_an_angle_to_last() -> None:
@@ -266,7 +281,7 @@ def test_the_simulated_module_and_the_analysis_agree() -> None:
         )
         fired, log = module_fires(memory, *sensed_flight(random))
         limits = TriggerLimits(memory.attitude_threshold, memory.freefall_acceleration / 10, memory.freefall_time / 100)
-        assert [(firing.at_s, firing.sources) for firing in judge_flight(log, limits).firings] == fired
+        assert plainly_judged(log, limits) == fired
         first = firing_curves(log, RuleReading.DIRECT).first(limits)
         assert first == (fired[0] if fired else (np.inf, Source(0)))
         count += len(fired)

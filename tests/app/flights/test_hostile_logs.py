@@ -13,19 +13,25 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.engine.conversation import StatusSample
+from app.captures.entries import CaptureEntry, Way
 from app.flights.flight_log import FlightLog
-from app.flights.many_logs import summarise_log
+from app.flights.many_logs import LogOrder, summarise_log
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary
 from app.recordings.export import export
 from app.recordings.library import entry_of
+from app.recordings.session_format import Opening
 from app.text.user_error import UserError
+from protocol.messages import Status
 from tests.support.flights import log_bytes as made
-from tests.support.flights.made_flights import STARTS_S, recorded_reports
-from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
+from tests.support.flights.made_flights import recorded_reports
+from tests.support.records.recordings_made import NOON, PORT
+from tests.support.records.written_sessions import write_session
 
 TIMES = np.arange(60) / 20
+EVERY = 1 if settings().max_examples > 100 else 37
+"""Of the bytes of a recording, all in a thorough run."""
+FLIPS = (0x20, 0x01, 0xFF, 0x10, 0x80)
 MEGABYTE = 1 << 20
 Insertions = st.lists(st.tuples(st.floats(0, 1), st.binary(min_size=1, max_size=8)), max_size=4)
 
@@ -69,7 +75,7 @@ def damaged(data: bytes, cut: float, changes: list[tuple[float, bytes]]) -> byte
 
 def check(path: Path) -> FlightSummary | None:
     """Checks what holds for every log."""
-    found = summarise_log(path)
+    found = summarise_log(path, LogOrder())
     if found.flight is None:
         assert found.why_not is not None
         assert found.why_not.in_english().endswith(".")
@@ -97,30 +103,62 @@ def test_cut_and_damaged_files(
     check(path)
 
 
-@pytest.mark.parametrize("kind", ["ulog", "dataflash", "csv"])
-def test_a_file_that_is_cut_in_the_middle_is_judged_up_to_there(
-    kind: str, originals: dict[str, bytes], tmp_path: Path
-) -> None:
-    path = tmp_path / ("log.csv" if kind == "csv" else "log")
-    path.write_bytes(originals[kind][: len(originals[kind]) * 7 // 8])
-    flight = check(path)
-    assert flight is not None
-    assert 1 < flight.duration_s < 3
+def reports_of(path: Path, data: bytes) -> tuple[list[float], FlightLog | None]:
+    """The tilts that are read of a recording; no log where it is refused."""
+    path.write_bytes(data)
+    try:
+        log = read_flight_log(path)
+    except UserError:
+        return [], None
+    finally:
+        path.unlink()
+    return log.tilt_deg.tolist(), log
 
 
-def test_a_recording_that_was_cut_off_says_so(tmp_path: Path) -> None:
-    """As a killed program leaves it behind."""
-    path = tmp_path / "cut.mcap"
-    with recorder_in(tmp_path / "running") as bench:
-        bench.recorder.begin(*HEADING)
-        bench.recorder.on_batch(batch(STARTS_S, events=(asked(STARTS_S),)))
-        samples = [StatusSample(STARTS_S + at_s, int(20 * at_s), 1.0, False, True) for at_s in TIMES.tolist()]
-        bench.feed(batch(samples[-1].at, *samples))
-        path.write_bytes(bench.path.read_bytes())
-    flight = check(path)
-    assert flight is not None
-    assert 1 < flight.duration_s < 3
-    assert flight.problems[0].in_english() == "cut off"
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A recording of several chunks, whose tilt is another in each report."""
+    path = tmp_path_factory.mktemp("session") / "session.mcap"
+    entries = [
+        CaptureEntry(number / 20, Way.IN, Status(number, 1.0, triggered=False, active=True).encode())
+        for number in range(80)
+    ]
+    opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
+    write_session(path, opening, entries, [(0.0, {"event": "connected", "port": PORT})])
+    return path.read_bytes()
+
+
+@pytest.mark.promise("g")
+def test_a_recording_that_is_cut_anywhere_is_read_up_to_there_and_says_so(session: bytes, tmp_path: Path) -> None:
+    whole, _ = reports_of(tmp_path / "whole.mcap", session)
+    assert len(whole) == 80
+    read_before = 0
+    for stop in range(0, len(session), EVERY):
+        found, log = reports_of(tmp_path / f"{stop}.mcap", session[:stop])
+        assert found == whole[: len(found)], stop
+        assert len(found) >= read_before, stop
+        assert found == whole or log is None or log.problems, stop
+        read_before = len(found)
+    assert read_before == len(whole)
+
+
+@pytest.mark.promise("g")
+def test_a_flipped_byte_in_a_recording_costs_nothing_before_it_and_is_said(session: bytes, tmp_path: Path) -> None:
+    whole, _ = reports_of(tmp_path / "whole.mcap", session)
+    for place in range(0, len(session), EVERY):
+        before, _ = reports_of(tmp_path / f"{place}-cut.mcap", session[:place])
+        changed = bytearray(session)
+        changed[place] ^= FLIPS[place % len(FLIPS)]
+        found, log = reports_of(tmp_path / f"{place}.mcap", bytes(changed))
+        if log is None:  # the heading, without which nobody knows what it is
+            assert before == [], place
+            continue
+        assert found[: len(before)] == before, place
+        assert set(found) <= set(whole), place
+        if found != whole:
+            assert log.problems, place
+            # Up to four reports of 20 a second are no pause in which a tilt may hide.
+            assert log.not_judged_s > 0 or len(found) >= len(whole) - 4, place
 
 
 @given(

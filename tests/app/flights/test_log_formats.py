@@ -8,23 +8,22 @@ import numpy as np
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.flights.answer import coverage_of
-from app.flights.assembly import ascending, assembled, flight_of_reports
-from app.flights.columns import CsvColumns, CsvRole, parse_choice
-from app.flights.curves import judge_flight
+from app.flights.assembly import assembled
+from app.flights.columns import parse_choice
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
-from app.flights.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
+from app.flights.judging import RuleReading, coverage_of
+from app.flights.raw_log import Channel, RawLog, kept_apart, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
-from app.flights.table import PAUSE_S
+from app.flights.table import JOIN_S
+from app.recordings.excerpt import HEAD
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.recordings.session_format import Opening
 from app.text.user_error import UserError
 from protocol.messages import Source, Status
 from tests.support.flights import log_bytes as made
-from tests.support.flights.made_flights import recorded_reports
+from tests.support.flights.made_flights import plainly_judged, recorded_reports
 from tests.support.records.recordings_made import NOON, PORT
 from tests.support.records.written_sessions import Note, write_session
 
@@ -43,7 +42,7 @@ def read(path: Path, data: bytes) -> FlightLog:
 
 
 def fires(log: FlightLog) -> list[tuple[float, Source]]:
-    return [(round(firing.at_s, 6), firing.sources) for firing in judge_flight(log, TriggerLimits()).firings]
+    return [(round(at_s, 6), sources) for at_s, sources in plainly_judged(log, TriggerLimits())]
 
 
 EXPECTED = [(TIPS_S, Source.ATTITUDE), (FALLS_S + 1.6, Source.FREEFALL)]
@@ -117,7 +116,7 @@ def test_a_choice_of_columns_that_says_nothing_is_refused(words: list[str]) -> N
 def test_a_column_that_is_not_there_is_named(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", "t_s,tilt_deg", FAST, TILT)
     with pytest.raises(UserError, match="“roll” is unknown"):
-        read_flight_log(path, CsvColumns({CsvRole.TIME_S: "t_s", CsvRole.TILT_DEG: "roll"}))
+        read_flight_log(path, parse_choice(["time_s=t_s", "tilt_deg=roll"]))
 
 
 def test_a_csv_file_without_acceleration_is_judged_for_its_attitude_alone(tmp_path: Path) -> None:
@@ -137,6 +136,13 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
         assert log.problems == ()
 
 
+def test_of_several_reports_of_one_time_none_is_lost(tmp_path: Path) -> None:
+    rows = "".join(f"x,{row / 50:.2f},{tilt},1.0,false,true,,,\r\n" for row in range(100) for tilt in (5, 70, 5))
+    path = tmp_path / "out.csv"
+    path.write_text(f"{HEAD}\r\n{rows}", encoding="utf-8")
+    assert len(fires(read_flight_log(path))) == 100
+
+
 @pytest.mark.parametrize("kind", ["restarted", "another module"])
 def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, kind: str) -> None:
     """Several recordings in one table are judged one after the other, although the times of each begin again."""
@@ -146,7 +152,7 @@ def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, 
     entries = [CaptureEntry(at_s, Way.IN, raw) for at_s, raw in zip(FAST.tolist(), reports, strict=True)]
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
     expected: list[tuple[object, Source]] = []
-    for before_s, at_s in ((0.0, restarted_s), (FAST[-1] + PAUSE_S, FALLS_S)):
+    for before_s, at_s in ((0.0, restarted_s), (FAST[-1] + JOIN_S, FALLS_S)):
         notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": kind})]
         write_session(path, opening, entries, notes)
         export(entry_of(path), table, is_table=True, appends=True)
@@ -156,9 +162,7 @@ def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, 
         assert fires(read_flight_log(table)) == expected
         assert [reset.kind.value for reset in read_flight_log(path).resets] == ["connected", kind]
     assert [reset.kind.value for reset in read_flight_log(table).resets] == ["connected", kind] * 2
-    assert [problem.in_english() for problem in read_flight_log(table).problems] == [
-        "Pauses: 1, 1.0 s in all, at most 1.0 s."
-    ]
+    assert read_flight_log(table).problems == ()
 
 
 def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
@@ -176,6 +180,11 @@ LEVEL = np.full(len(TIMES), 5.0)
 REST = np.ones(len(TIMES))
 
 
+def is_enough_of(log: FlightLog, limits: TriggerLimits | None = None) -> bool:
+    """Whether it may be said of this log that nothing fires."""
+    return coverage_of(log).why_not_enough(limits or TriggerLimits()) is None
+
+
 def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
     raw = RawLog(name="x")
     raw.tilts_deg = [Channel(TIMES, LEVEL) if tilt is None else tilt]
@@ -188,7 +197,7 @@ def problems(log: FlightLog) -> list[str]:
 
 
 def first_fires(log: FlightLog) -> list[float]:
-    return [firing.at_s for reading in RuleReading for firing in judge_flight(log, TriggerLimits(), reading).firings]
+    return [at_s for reading in RuleReading for at_s, _ in plainly_judged(log, TriggerLimits(), reading)]
 
 
 @pytest.mark.promise("g")
@@ -251,8 +260,9 @@ def test_no_sample_holds_over_a_pause() -> None:
 
 def test_a_pause_of_a_recording_is_said() -> None:
     times = np.array([0.0, 0.5, 5.5, 6.0])
-    log = flight_of_reports("session", times, np.zeros(4), np.ones(4), [])
-    assert problems(log) == ["Pauses: 1, 5.0 s in all, at most 5.0 s."]
+    raw = RawLog(name="x", is_of_module=True)
+    raw.tilts_deg, raw.forces_g = [Channel(times, np.zeros(4))], [Channel(times, np.ones(4))]
+    assert problems(assembled(raw)) == ["Pauses: 1, 5.0 s in all, at most 5.0 s."]
 
 
 def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
@@ -265,7 +275,7 @@ def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
         assert problems(log)[0] == f"The clock jumps back; samples left out: {left_out:,}."
         assert log.duration_s == pytest.approx(199.98)
         assert first_fires(log) == []
-        assert coverage_of(log).left_out_share == pytest.approx(left_out / 10_000)
+        assert log.left_out_share == pytest.approx(left_out / 10_000)
 
 
 def test_two_samples_of_one_time_are_no_jump() -> None:
@@ -277,17 +287,14 @@ def test_two_samples_of_one_time_are_no_jump() -> None:
     assert first_fires(log)[0] == pytest.approx(20.0)  # the newer one is used
 
 
-def test_kept_times_always_ascend() -> None:
-    assert ascending(np.array([0.0, 1, 2, 900, 3, 4])).tolist() == [True, True, True, False, True, True]
-    assert ascending(np.array([5.0, 6, 7, 8, 0, 9])).tolist() == [True, True, True, True, False, True]
-    assert ascending(np.array([1.0, 1.0, 2.0])).tolist() == [False, True, True]
-    assert ascending(np.array([])).tolist() == []
+def test_samples_in_any_order_have_ascending_rows() -> None:
     random = np.random.default_rng(3)
-    for _ in range(200):
+    for _ in range(100):
         times = random.integers(0, 12, random.integers(1, 12)).astype(float)
-        kept = ascending(times)
-        assert kept.any()
-        assert (np.diff(times[kept]) > 0).all()
+        values = np.arange(len(times), dtype=float)
+        log = assembled(RawLog(name="x", tilts_deg=[Channel(times, values)]))
+        assert (np.diff(log.time_s) > 0).all()
+        assert np.isin(log.tilt_deg, values).all()
 
 
 def test_values_that_are_not_numbers_are_left_out() -> None:
@@ -298,9 +305,16 @@ def test_values_that_are_not_numbers_are_left_out() -> None:
     assert problems(log) == ["Invalid samples left out: 5."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     assert first_fires(log) == []
-    times, weights = np.array([1.0, np.nan, 1.4, 1.2, 1e300, 1.8]), np.array([1, 1, 1, 1, 1, np.nan])
-    log = flight_of_reports("session", times, np.zeros(6), weights, [])
-    assert (problems(log)[0], log.time_s.tolist()) == ("Invalid samples left out: 4.", pytest.approx([0.0, 0.4]))
+
+
+def test_reports_of_a_module_are_used_as_they_are() -> None:
+    """Also several of one time, in which one that fires must not be lost."""
+    times, tilts = np.array([1.0, 1.0, 1.0, 1.1, 1.3]), np.array([5.0, 70.0, 5.0, 5.0, np.nan])
+    raw = RawLog(name="x", is_of_module=True)
+    raw.tilts_deg, raw.forces_g = [Channel(kept_apart(times), tilts)], [Channel(kept_apart(times), np.ones(5))]
+    log = assembled(raw)
+    assert log.tilt_deg.tolist()[:4] == tilts.tolist()[:4]
+    assert [at_s for at_s, _ in fires(log)] == [0.0]
 
 
 def test_negative_times_are_valid() -> None:
@@ -312,11 +326,10 @@ def test_only_the_time_from_arming_to_landing_is_judged() -> None:
     carried = np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)
     raw = raw_log(tilt=Channel(TIMES, carried))
     assert len(first_fires(assembled(raw))) == 4
-    raw.armed = FlagChannel(np.array([25.0, 170.0]), np.array([True, False]), is_changes=True)
+    raw.armed = [Channel(np.array([-np.inf, 25.0, 170.0]), np.array([0.0, 1.0, 0.0]))]
     log = assembled(raw)
     assert first_fires(log) == []
-    state = FlagChannel(np.array([1.0, 25.0, 170.0]), np.array([False, True, False]))
-    raw.armed = state
+    raw.armed = [Channel(np.array([1.0, 25.0, 170.0]), np.array([0.0, 1.0, 0.0]))]
     assert assembled(raw).is_judged.tolist() == log.is_judged.tolist()
     assert log.not_judged_s == pytest.approx(50.0, abs=0.1)
     assert problems(log) == ["Not judged: 50.0 s on the ground."]
@@ -325,9 +338,9 @@ def test_only_the_time_from_arming_to_landing_is_judged() -> None:
 def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
     force = np.where((TIMES >= 100.5) & (TIMES < 104), 0.1, 1.0)
     raw = raw_log(Channel(TIMES, force))
-    raw.armed = FlagChannel(np.array([10.0, 100.0]), np.array([True, False]), is_changes=True)
+    raw.armed = [Channel(np.array([-np.inf, 10.0, 100.0]), np.array([0.0, 1.0, 0.0]))]
     assert first_fires(assembled(raw))[0] == pytest.approx(102.1)
-    raw.on_ground = FlagChannel(np.array([12.0, 99.0]), np.array([False, True]))
+    raw.on_ground = [Channel(np.array([12.0, 99.0]), np.array([0.0, 1.0]))]
     assert first_fires(assembled(raw)) == []
 
 
@@ -378,20 +391,20 @@ def test_a_log_that_pauses_while_it_is_disarmed_is_judged_for_its_flights() -> N
     is_logged = (TIMES < 60) | (TIMES >= 120)
     kept = Channel(TIMES[is_logged], REST[is_logged])
     raw = raw_log(kept, tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))
-    assert not coverage_of(assembled(raw)).is_enough(TriggerLimits())
-    raw.armed = FlagChannel(np.array([0.0, 59.9, 120.0]), np.array([True, False, True]), is_changes=True)
+    assert not is_enough_of(assembled(raw))
+    raw.armed = [Channel(np.array([0.0, 59.9, 120.0]), np.array([1.0, 0.0, 1.0]))]
     log = assembled(raw)
-    assert coverage_of(log).is_enough(TriggerLimits())
+    assert is_enough_of(log)
     assert log.not_judged_s == pytest.approx(60.0, abs=0.1)
-    raw.armed = FlagChannel(np.array([0.0, 150.0]), np.array([True, False]), is_changes=True)
-    assert not coverage_of(assembled(raw)).is_enough(TriggerLimits())
+    raw.armed = [Channel(np.array([0.0, 150.0]), np.array([1.0, 0.0]))]
+    assert not is_enough_of(assembled(raw))
 
 
 @pytest.mark.parametrize(("gap_s", "is_enough"), [(0.2, True), (0.25, False)])
 def test_a_pause_of_the_attitude_that_may_hide_a_tilt(gap_s: float, is_enough: bool) -> None:
     is_logged = (TIMES <= 60) | (60 + gap_s - 0.001 <= TIMES)
     log = assembled(raw_log(tilt=Channel(TIMES[is_logged], LEVEL[is_logged])))
-    assert coverage_of(log).is_enough(TriggerLimits()) is is_enough
+    assert is_enough_of(log) is is_enough
 
 
 @pytest.mark.parametrize(("gap_s", "falls_s", "is_enough"), [
@@ -402,16 +415,16 @@ def test_a_pause_of_the_acceleration_that_may_hide_a_fall(gap_s: float, falls_s:
     force = np.where((60 - falls_s < TIMES) & (TIMES <= 60), 0.1, 1.0)
     is_logged = (TIMES <= 60) | (60 + gap_s <= TIMES)
     log = assembled(raw_log(Channel(TIMES[is_logged], force[is_logged])))
-    assert not judge_flight(log, TriggerLimits()).firings
-    assert coverage_of(log).is_enough(TriggerLimits()) is is_enough
-    assert coverage_of(log).is_enough(TriggerLimits(freefall_is_enabled=False))
+    assert not fires(log)
+    assert is_enough_of(log) is is_enough
+    assert is_enough_of(log, TriggerLimits(freefall_is_enabled=False))
 
 
 def test_both_ends_of_a_log_are_part_of_it() -> None:
     """The attitude begins late, and the acceleration ends early."""
     log = assembled(raw_log(Channel(TIMES[:-500], REST[:-500]), tilt=Channel(TIMES[1000:], LEVEL[1000:])))
     assert log.not_judged_s == pytest.approx(30.0, abs=0.05)
-    assert not coverage_of(log).is_enough(TriggerLimits())
+    assert not is_enough_of(log)
 
 
 def test_of_a_tenth_that_is_missing_nothing_is_said() -> None:
@@ -419,12 +432,12 @@ def test_of_a_tenth_that_is_missing_nothing_is_said() -> None:
         is_logged = 10 * share <= TIMES % 10
         force = Channel(TIMES[is_logged], REST[is_logged])
         limits = TriggerLimits(attitude_is_enabled=False)
-        assert coverage_of(assembled(raw_log(force))).is_enough(limits) is is_enough
+        assert is_enough_of(assembled(raw_log(force)), limits) is is_enough
 
 
 def test_samples_that_were_left_out_are_missing_although_there_is_no_pause() -> None:
     """Every seventh sample is invalid."""
     tilt = np.where(np.arange(len(TIMES)) % 7 == 0, np.nan, LEVEL)
-    found = coverage_of(assembled(raw_log(tilt=Channel(TIMES, tilt))))
-    assert not found.has_tilt_gap
-    assert not found.is_enough(TriggerLimits())
+    log = assembled(raw_log(tilt=Channel(TIMES, tilt)))
+    assert not len(log.tilt_gaps)
+    assert not is_enough_of(log)

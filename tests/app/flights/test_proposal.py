@@ -5,14 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from app.flights.curves import judge_flight
-from app.flights.fire_map import FlightGroup
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
-from app.flights.proposal import ThresholdProposal, propose
+from app.flights.judging import RuleReading
 from app.flights.summary import summarise
-from tests.support.flights.made_flights import made_flight
+from app.flights.thresholds import FlightGroup, ThresholdProposal, propose
+from tests.support.flights.made_flights import made_flight, plainly_judged
 
 SETS, FLIGHTS_A_SET = 40, 5
 CALM_S, IMPACT_S = 1.5, 0.1
@@ -45,11 +43,11 @@ def impact_of(log: FlightLog) -> float:
 def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[FlightLog]) -> bool:
     """Judges row by row under both readings."""
     for reading in RuleReading:
-        if any(judge_flight(log, limits, reading).firings for log in must_not):
+        if any(plainly_judged(log, limits, reading) for log in must_not):
             return False
         for log in must:
-            firings = judge_flight(log, limits, reading).firings
-            if not firings or firings[0].at_s > impact_of(log):
+            firings = plainly_judged(log, limits, reading)
+            if not firings or firings[0][0] > impact_of(log):
                 return False
     return True
 
@@ -98,9 +96,7 @@ def test_margins_are_in_the_vendors_steps() -> None:
     assert limits is not None
     # 52.3° is reported as 52°, 84.6° as 85°; ten degrees to each side are a full margin, so 62° to 76° are alike.
     assert limits == TriggerLimits(attitude_threshold_deg=62, freefall_acceleration_g=0.5, freefall_time_s=1.6)
-    must_not, must = proposal.nearest(FlightGroup.MUST_NOT), proposal.nearest(FlightGroup.MUST)
-    assert must_not is not None
-    assert must is not None
+    must_not, must = proposal.nearest[FlightGroup.MUST_NOT], proposal.nearest[FlightGroup.MUST]
     assert (must_not.name, must_not.attitude_deg) == ("calm", 10)
     assert must_not.freefall_s == pytest.approx(1.6 - 0.96)  # of 49 reports, from the first to the last
     assert (must.name, must.attitude_deg) == ("crash", 85 - 62)
@@ -122,7 +118,7 @@ def test_an_inverted_flight_excludes_every_attitude_threshold() -> None:
     assert proposal.limits is None
     (conflict,) = proposal.conflicts
     assert (conflict.name, conflict.group) == ("aerobatics", FlightGroup.MUST_NOT)
-    assert conflict.why.in_english() == "Tilts to 178°: too far for a proposal."
+    assert conflict.why.in_english() == "Fires at 60°, 0.5 g and 1.60 s."
 
 
 @pytest.mark.parametrize("lies_on_its_side", [True, False])
@@ -133,7 +129,7 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
     if lies_on_its_side:
         log.tilt_deg[-30:] = 95.0
     assert (summarise(log).impact_s is not None) is lies_on_its_side
-    assert bool(judge_flight(log, TriggerLimits()).firings) is lies_on_its_side
+    assert bool(plainly_judged(log, TriggerLimits())) is lies_on_its_side
     proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
     assert proposal.limits is None
     assert [conflict.name for conflict in proposal.conflicts] == ["crash"]
@@ -142,8 +138,7 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
 def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> None:
     log = flown("lost over the sea", Event(85, 1.0, 0.5), hits_the_ground=False)
     proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
-    nearest, limits = proposal.nearest(FlightGroup.MUST), proposal.limits
-    assert nearest is not None
+    nearest, limits = proposal.nearest[FlightGroup.MUST], proposal.limits
     assert limits is not None
     assert nearest.attitude_deg == 85 - limits.attitude_threshold_deg
     assert nearest.freefall_s is not None
@@ -160,7 +155,6 @@ def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_th
     calm, crash = flown("calm", ORDINARY, hits_the_ground=False), flown("crash", LOST, hits_the_ground=True)
     found = proposed([calm, crash], [])
     assert found.limits is None
-    assert found.settings == {}
     assert found.defaults is not None
     assert (found.defaults.group, found.defaults.unexpected) == (FlightGroup.MUST_NOT, ("crash",))
     found = proposed([], [calm, crash])
@@ -181,14 +175,12 @@ def test_defaults_that_hold_only_as_far_as_a_log_is_judged_say_so() -> None:
 def test_no_margin_is_claimed_for_what_a_log_does_not_hold() -> None:
     calm, crash = flown("calm", ORDINARY, hits_the_ground=False), flown("crash", LOST, hits_the_ground=True)
     calm.specific_force_g[:] = np.nan
-    nearest = proposed([calm], [crash]).nearest(FlightGroup.MUST_NOT)
-    assert nearest is not None
+    nearest = proposed([calm], [crash]).nearest[FlightGroup.MUST_NOT]
     assert nearest.attitude_deg is not None
     assert nearest.freefall_s is None
     calm = flown("calm", ORDINARY, hits_the_ground=False)
     calm.tilt_deg[:] = np.nan
-    nearest = proposed([calm], [crash]).nearest(FlightGroup.MUST_NOT)
-    assert nearest is not None
+    nearest = proposed([calm], [crash]).nearest[FlightGroup.MUST_NOT]
     assert nearest.attitude_deg is None
     assert nearest.freefall_s is not None
 

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from app.engine.conversation import StatusSample
-from app.flights.flight_log import REPORT_HZ, TILT_GAP_S, FlightLog, gaps_between
-from app.flights.judge import MAX_GAP_S
+from app.flights.flight_log import REPORT_HZ, FlightLog
+from app.flights.judge import Judge, SensorSample, TriggerLimits
+from app.flights.judging import RuleReading, forces_of, tilts_of
 from app.flights.summary import FlightSummary, summarise
 from app.recordings.markers import Marker, MarkerKind
+from protocol.messages import Source
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
 
 STEP_S = 1 / REPORT_HZ
@@ -32,20 +34,36 @@ def made_flight(
     times = np.arange(count) / REPORT_HZ if time_s is None else np.asarray(time_s, np.float64)
     tilts = np.broadcast_to(np.asarray(tilt_deg, np.float64), count).copy()
     forces = np.broadcast_to(np.asarray(force_g, np.float64), count).copy()
-    bounds = (float(times[0]), float(times[-1])) if count else (0.0, 0.0)
     return FlightLog(
         name=name,
         time_s=times,
         tilt_deg=tilts,
         specific_force_g=forces,
-        tilt_gaps=gaps_between(times[np.isfinite(tilts)], *bounds, TILT_GAP_S),
-        force_gaps=gaps_between(times[np.isfinite(forces)], *bounds, MAX_GAP_S),
         is_judged=np.ones(count, np.bool_) if is_judged is None else np.asarray(is_judged, np.bool_),
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
         is_on_ground=None if is_on_ground is None else np.asarray(is_on_ground, np.bool_),
         resets=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in resets_s),
     )
+
+
+def plainly_judged(
+    log: FlightLog, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT
+) -> list[tuple[float, Source]]:
+    """Ask the judge of the simulated module row by row; return all firings."""
+    fired: dict[float, Source] = {}
+    for source, samples in ((Source.ATTITUDE, tilts_of(log, reading)), (Source.FREEFALL, forces_of(log, reading))):
+        is_tilt = source is Source.ATTITUDE
+        only = limits._replace(**{"freefall_is_enabled" if is_tilt else "attitude_is_enabled": False})
+        judge, resets = Judge(), [reset.time_s for reset in log.resets]
+        for at_s, value, is_active in zip(*(column.tolist() for column in samples), strict=True):
+            while resets and resets[0] <= at_s:
+                judge.reset()
+                resets.pop(0)
+            sample = SensorSample(at_s, value if is_tilt else 0.0, 1.0 if is_tilt else value)
+            if judge.judge(sample, only, is_active=is_active).fired:
+                fired[at_s] = fired.get(at_s, Source(0)) | source
+    return sorted(fired.items())
 
 
 def random_flight(random: np.random.Generator, rows: int = 400) -> FlightLog:

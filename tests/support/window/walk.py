@@ -12,7 +12,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.flights.fire_map import FlightGroup
+from app.flights.thresholds import FlightGroup
 from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places

@@ -8,17 +8,23 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.flights.columns import CsvColumns
-from app.flights.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
 from app.flights.judge import TriggerLimits
+from app.flights.judging import RuleReading
 from app.flights.many_logs import LogOrder, summarise_logs
-from app.flights.module_view import RuleReading
-from app.flights.proposal import ThresholdProposal, propose, settings_of
-from app.flights.read_log import distinct_names, find_logs, is_table
+from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
-from app.flights.table import read_dialect
+from app.flights.thresholds import (
+    FireMap,
+    FlightGroup,
+    FlightOutcome,
+    ThresholdProposal,
+    fire_map,
+    outcome_of,
+    propose,
+    settings_of,
+)
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
-from app.text.user_error import UserError
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 
@@ -89,20 +95,9 @@ class Reading:
         self._settle()
         paths = [path for path in find_logs(self._paths) if str(path) not in self._skipped]
         self.total = len(paths)
-        for log in summarise_logs(
-            paths, LogOrder(self._columns), is_cancelled=running.is_cancelled, on_progress=running.set_progress
-        ):
-            running.share = None
-            head = () if log.flight else _head_of(log.path)
-            self.done.append(Flight(str(log.path), FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, head))
-
-
-def _head_of(path: Path) -> tuple[str, ...]:
-    """Column names of a table; empty for other files."""
-    try:
-        return tuple(read_dialect(path).head) if is_table(path) else ()
-    except (UserError, OSError):
-        return ()
+        for log in summarise_logs(paths, LogOrder(self._columns), is_cancelled=running.is_cancelled):
+            flight = Flight(str(log.path), FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, log.head)
+            self.done.append(flight)
 
 
 class FlightsWork(QObject):
@@ -129,7 +124,6 @@ class FlightsWork(QObject):
         """The present one, or the last."""
         self._waiting: deque[Reading] = deque()
         self.task: BackgroundTask[None] = BackgroundTask("dps-s flights", self)
-        """It has the share of the log that is being read."""
         self._maps: tuple[FireMap, FireMap] | None = None
         self._maps_of: tuple[float, RuleReading] | None = None
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)

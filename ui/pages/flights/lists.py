@@ -11,11 +11,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
-from app.flights.answer import Answer
-from app.flights.fire_map import FlightGroup, FlightOutcome
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
+from app.flights.judging import Answer, RuleReading
 from app.flights.summary import FirstFire, moment_text
+from app.flights.thresholds import FlightGroup, FlightOutcome
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.text.durations import stopwatch
 from app.text.i18n import tr

@@ -203,8 +203,6 @@ class FlightsPage(Page):
             text = tr("Reading logs…")
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
-            if task.share is not None:
-                text = labelled(text, f"{task.share * 100:.0f} %")
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self.work.cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to

@@ -8,9 +8,8 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
-from app.flights.answer import Answer
-from app.flights.fire_map import FlightGroup
-from app.flights.proposal import (
+from app.flights.judging import Answer
+from app.flights.thresholds import (
     LEAST_ACCELERATION_G,
     LEAST_FALL_S,
     LEAST_TILT_DEG,
@@ -18,6 +17,7 @@ from app.flights.proposal import (
     MOST_FALL_S,
     MOST_TILT_DEG,
     DefaultsResult,
+    FlightGroup,
     FlightMargin,
 )
 from app.settings.profile_file import save_or_say_why_not
@@ -110,7 +110,7 @@ class ProposalBar(QFrame):
             lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
             self._say(Icon.WARNING, tr("No thresholds separate the lists"), lines, Meaning.ATTENTION)
         else:
-            lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest(group)) is not None]
+            lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest.get(group)) is not None]
             doubtful = [flight.name for flight in must_not if flight.answer(limits) is Answer.NOT_JUDGED]
             if doubtful:
                 lines.append(tr("Not judged: {names}", names=join_names(map(short_name, doubtful))))

@@ -11,9 +11,9 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, S
 from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
-from app.flights.fire_map import TILTS_DEG, TIMES_S, FireMap
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
+from app.flights.judging import RuleReading
+from app.flights.thresholds import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value

@@ -8,9 +8,9 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLineEdit, QPushButton, QWidget
 
-from app.flights.columns import CsvColumns, parse_line
-from app.flights.fire_map import FlightOutcome
+from app.flights.columns import CsvColumns, parse_line, role_words
 from app.flights.judge import TriggerLimits
+from app.flights.thresholds import FlightOutcome
 from app.recordings.markers import Marker
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
@@ -136,8 +136,7 @@ class ColumnLine(QWidget):
         """`why`: it cannot be read without. What was said before and what is proposed stand in the line already."""
         self._name, self._why, self._fault = name, why, None
         cure = "" if why is None else str(dict(why.values).get("cure", ""))
-        said = {} if columns is None else columns.names
-        words = [shlex.quote(f"{role.value}={column}") for role, column in said.items()]
+        words = map(shlex.quote, role_words(columns or {}))
         self.line.setText(" ".join([*words, cure.replace("--column ", "")]).strip())
         self._write()
         self.line.setFocus()

@@ -13,11 +13,11 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.flights.fire_map import FireMap, FlightGroup, outcome_of
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.module_view import RuleReading
+from app.flights.judging import RuleReading
 from app.flights.summary import summarise
+from app.flights.thresholds import FireMap, FlightGroup, outcome_of
 from app.recordings.markers import STATE_LOST, Marker
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile

@@ -74,7 +74,7 @@ def test_a_wrong_line_of_columns_is_said(qtbot: QtBot, qapp: QApplication, tmp_p
         form = desk.page.form
         form.line.setText("time_s=w time_ms=w")
         form.read.click()
-        assert form.fault.text() == "Choose the one column with the time."
+        assert form.fault.text() == "Choose one column for “time”."
 
 
 def test_a_log_that_is_gone_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

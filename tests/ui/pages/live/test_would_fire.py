@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
-from app.flights.fire_map import FlightGroup
 from app.flights.judge import TriggerLimits
+from app.flights.thresholds import FlightGroup
 from app.settings.form import RowState
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.line.frames import at_each_frame

@@ -1,0 +1,279 @@
+"""Where a flight would have fired, under either reading of the vendor's rule, and whether its log says enough for a no.
+
+The first firing is computed once for every threshold in the vendor's steps, after which thresholds are a look-up.
+"""
+
+import math
+import sys
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.flights.flight_log import GAP_TOLERANCE_S, FlightLog, runs, total_s
+from app.flights.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
+from app.flights.raw_log import Flags, Floats, Places
+from app.text.messages import UserMessage, message
+from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
+from protocol.messages import Source
+from protocol.translatable import marked
+
+MAX_TILT_STEPS: Final = 180
+"""Whole degrees; the largest possible tilt."""
+MAX_ACCELERATION_STEPS: Final = 15
+"""Tenths of g; above 1.5 g everything would be a fall."""
+MAX_TIME_STEPS: Final = 255
+"""Hundredths of a second: the byte's largest."""
+NEVER: Final = math.inf
+EVER: Final = sys.float_info.max
+"""After any firing; what never fires is later still."""
+DAMPING_S: Final = 0.2
+"""Damped reading: how long the angle must last, and the averaging time of the acceleration."""
+FALL_MARGIN_S: Final = 0.1
+"""A pause in which a fall that is shorter by this than the free-fall time fits may hide one that fires."""
+MAX_MISSING_SHARE: Final = 0.1
+"""Of the flight, or of the samples, above which its rest proves nothing."""
+
+
+class RuleReading(Enum):
+    """Interpretation of what the vendor's rule leaves open; the value describes it."""
+
+    # As `app.flights.judge.Judge` and the simulated module do.
+    DIRECT = marked("angle at once, acceleration unfiltered")
+    DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
+
+
+class Samples(NamedTuple):
+    """One quantity at the module's resolution, where it is known.
+
+    Where it is not active, as on the ground, the module does not judge, and forgets what was.
+    """
+
+    time_s: Floats
+    values: Floats
+    is_active: Flags
+
+
+def tilts_of(log: FlightLog, reading: RuleReading) -> Samples:
+    """In degrees."""
+    rows = np.flatnonzero(np.isfinite(log.tilt_deg))
+    tilt_deg = log.tilt_deg[rows]
+    if reading is RuleReading.DAMPED:
+        tilt_deg = lasting(log.time_s[rows], tilt_deg)
+        rows, tilt_deg = rows[np.isfinite(tilt_deg)], tilt_deg[np.isfinite(tilt_deg)]
+    return Samples(log.time_s[rows], to_steps(tilt_deg, DEGREE.per_unit), log.is_judged[rows])
+
+
+def forces_of(log: FlightLog, reading: RuleReading) -> Samples:
+    """In g."""
+    rows = np.flatnonzero(np.isfinite(log.specific_force_g))
+    force_g = log.specific_force_g[rows]
+    if reading is RuleReading.DAMPED:
+        force_g = averaged(log.time_s[rows], force_g, DAMPING_S)
+    return Samples(log.time_s[rows], to_steps(force_g, TENTH_G.per_unit), log.is_judged[rows])
+
+
+def to_steps(values: Floats, per_unit: int) -> Floats:
+    """Rounds to the steps that the module reports in a byte."""
+    steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
+    return steps
+
+
+def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
+    """Minimum of the last `DAMPING_S`; NaN until that much time has passed since a pause."""
+    if not len(time_s):
+        return tilt_deg
+    # `reduceat` takes the minimum between each bound and the next: every second one is of a window.
+    bounds = np.column_stack((_window_firsts(time_s, DAMPING_S), np.arange(1, len(time_s) + 1))).ravel()
+    minima: Floats = np.minimum.reduceat(np.append(tilt_deg, np.inf), bounds)[::2]
+    minima[time_s - time_s[_stretch_firsts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
+    return minima
+
+
+def averaged(time_s: Floats, values: Floats, over_s: float) -> Floats:
+    """Mean of the last `over_s`, both ends included, since a pause."""
+    sums = np.concatenate(((0.0,), np.cumsum(values)))
+    firsts, stops = _window_firsts(time_s, over_s), np.arange(1, len(values) + 1)
+    mean: Floats = (sums[stops] - sums[firsts]) / (stops - firsts)
+    return mean
+
+
+def _window_firsts(time_s: Floats, over_s: float) -> Places:
+    """For each row the first row of the last `over_s` since a pause."""
+    firsts = np.searchsorted(time_s, time_s - (over_s + ROUNDING_S), "left")
+    return np.maximum(firsts, _stretch_firsts(time_s))
+
+
+def _stretch_firsts(time_s: Floats) -> Places:
+    """For each row the first row after the last pause."""
+    is_first = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
+    firsts: Places = np.maximum.accumulate(np.where(is_first, np.arange(len(time_s)), 0))
+    return firsts
+
+
+# What fires
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FiringCurves:
+    """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where nothing fires."""
+
+    # First firing of the attitude trigger, by threshold in whole degrees: shape (181,).
+    attitude_s: Floats
+    # First firing of the free-fall trigger, by threshold in tenths of g and time in hundredths of a second: (16, 256).
+    freefall_s: Floats
+    # Longest fall from first to last report, by threshold in tenths of g; -1 where there is none: (16,).
+    longest_fall_s: Floats
+
+    def first(self, limits: TriggerLimits) -> tuple[float, Source]:
+        """When it fires first, and why; `NEVER` and nothing where it does not.
+
+        Raises LookupError for a free-fall acceleration above 1.5 g.
+        """
+        fires: dict[Source, float] = {}
+        tilt_step = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
+        if limits.attitude_is_enabled and tilt_step <= MAX_TILT_STEPS:
+            fires[Source.ATTITUDE] = float(self.attitude_s[tilt_step])
+        if limits.freefall_is_enabled:
+            time_step = steps_of(limits.freefall_time_s, CENTISECOND.per_unit)
+            fires[Source.FREEFALL] = float(self.freefall_s[acceleration_step(limits), time_step])
+        first_s = min(fires.values(), default=NEVER)
+        sources = Source(0)
+        for source, at_s in fires.items():
+            if at_s == first_s < NEVER:
+                sources |= source
+        return first_s, sources
+
+
+def steps_of(value: float, per_unit: int) -> int:
+    return round(value * per_unit)
+
+
+def acceleration_step(limits: TriggerLimits) -> int:
+    """Raises LookupError for a free-fall acceleration above 1.5 g."""
+    step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
+    if step > MAX_ACCELERATION_STEPS:
+        raise LookupError(limits.freefall_acceleration_g)
+    return step
+
+
+def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
+    """Takes about 10 ms for a flight of ten minutes."""
+    tilts = tilts_of(log, reading)
+    highest_deg = np.maximum.accumulate(tilts.values[tilts.is_active])
+    rows = np.searchsorted(highest_deg, np.arange(MAX_TILT_STEPS + 1), "left")
+    attitude_s = np.append(tilts.time_s[tilts.is_active], NEVER)[rows]
+    freefall_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
+    longest_fall_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
+    time_s, forces_g, is_active = forces_of(log, reading)
+    steps = np.where(is_active, np.rint(forces_g * TENTH_G.per_unit), np.inf)
+    # A fall begins anew after a pause, and where the module lost its state.
+    restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
+    lost = np.searchsorted(time_s, [reset.time_s for reset in log.resets])
+    restarts[lost[lost < len(time_s)]] = True
+    times_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit - ROUNDING_S
+    for step in range(1, MAX_ACCELERATION_STEPS + 1):
+        firsts, lasts = runs(steps < step, restarts)
+        if len(firsts):
+            lasted_s = time_s[lasts] - time_s[firsts]
+            longest_fall_s[step] = lasted_s.max()
+            # For each free-fall time the first fall that lasts so long, and the first row at which it has done so.
+            fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s, "left")
+            is_there = fall < len(firsts)
+            rows = np.searchsorted(time_s, time_s[firsts[fall[is_there]]] + times_s[is_there], "left")
+            freefall_s[step, is_there] = time_s[rows]
+    return FiringCurves(attitude_s, freefall_s, longest_fall_s)
+
+
+class LogFiring(NamedTuple):
+    """When the module would have fired; NaN where the log has no value."""
+
+    # Time of the `FlightLog`.
+    at_s: float
+    sources: Source
+    # Whole degrees and tenths of g, as a module reports them.
+    tilt_deg: float
+    acceleration_g: float
+
+
+def first_firings(log: FlightLog, curves: FiringCurves, limits: TriggerLimits) -> list[LogFiring]:
+    """The first firing of each trigger, in order of time: after it the parachute is open."""
+    fired: dict[float, Source] = {}
+    for alone in (limits._replace(freefall_is_enabled=False), limits._replace(attitude_is_enabled=False)):
+        at_s, sources = curves.first(alone)
+        if sources:
+            fired[at_s] = fired.get(at_s, Source(0)) | sources
+    rows = np.searchsorted(log.time_s, sorted(fired))
+    tilts_deg = to_steps(log.tilt_deg[rows], DEGREE.per_unit).tolist()
+    forces_g = to_steps(log.specific_force_g[rows], TENTH_G.per_unit).tolist()
+    return [LogFiring(at_s, fired[at_s], *rest) for at_s, *rest in zip(sorted(fired), tilts_deg, forces_g, strict=True)]
+
+
+# What is missing
+
+
+class Answer(Enum):
+    """Would it have fired? The value is its word in JSON."""
+
+    FIRES = "fires"
+    DOES_NOT_FIRE = "does_not_fire"
+    NOT_JUDGED = "not_judged"
+    UNREADABLE = "unreadable"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coverage:
+    """Why too little of one flight is known, computed once for all thresholds; None: enough. See `coverage_of`.
+
+    What is missing is never taken for a calm flight.
+    """
+
+    why_not: UserMessage | None
+    why_no_attitude: UserMessage | None
+    why_no_acceleration: UserMessage | None
+    # The longest fall that a pause may hide, with the falls around it, by threshold in tenths of g: shape (16,).
+    hidden_fall_s: Floats
+
+    def why_not_enough(self, limits: TriggerLimits) -> UserMessage | None:
+        """Why a flight in which nothing fires with these thresholds is not judged; None where it is."""
+        if self.why_not is not None:
+            return self.why_not
+        if limits.attitude_is_enabled and self.why_no_attitude is not None:
+            return self.why_no_attitude
+        if not limits.freefall_is_enabled:
+            return None
+        longest_s = limits.freefall_time_s - FALL_MARGIN_S + GAP_TOLERANCE_S
+        if float(self.hidden_fall_s[acceleration_step(limits)]) > longest_s:
+            return message(marked("A pause of the acceleration may hide a fall."))
+        return self.why_no_acceleration
+
+
+def coverage_of(log: FlightLog) -> Coverage:
+    """Time on the ground is not missing."""
+    why_not = why_no_attitude = why_no_acceleration = None
+    if not log.has_plausible_length:
+        why_not = message(marked("No flight has the length of this log."))
+    elif log.left_out_share > MAX_MISSING_SHARE:
+        why_not = message(marked("More than a tenth of the samples was left out."))
+    if len(log.tilt_gaps):
+        why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
+    if total_s(log.force_gaps) > MAX_MISSING_SHARE * total_s(log.flights):
+        why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
+    return Coverage(why_not, why_no_attitude, why_no_acceleration, _hidden_falls(log))
+
+
+def _hidden_falls(log: FlightLog) -> Floats:
+    """Each pause may be a fall, which began with the rows below the threshold before it and ends with those behind."""
+    hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
+    begins_s, ends_s = log.force_gaps.T
+    known = forces_of(log, RuleReading.DIRECT)
+    steps = np.rint(known.values * TENTH_G.per_unit)
+    for step in range(MAX_ACCELERATION_STEPS + 1 if len(begins_s) else 0):
+        # No fall goes on over a row that has weight, or over the ground.
+        has_weight = (steps >= step) & known.is_active
+        bounds_s = np.sort(np.concatenate((known.time_s[has_weight], log.flights.ravel())))
+        before = np.searchsorted(bounds_s, begins_s, "right") - 1
+        behind = np.searchsorted(bounds_s, ends_s, "left")
+        hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max()
+    return hidden_s
