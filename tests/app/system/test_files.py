@@ -13,7 +13,7 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has nei
 def test_what_ends_with_an_error_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "file"
     write_whole(path, b"old")
-    with pytest.raises(RuntimeError), whole_file(path) as file:
+    with pytest.raises(RuntimeError), whole_file(path) as file:  # noqa: PT012
         file.write(b"new")
         raise RuntimeError
     assert path.read_bytes() == b"old"
