@@ -22,7 +22,7 @@ MAX_UNPACKED_BYTES: Final = 1 << 31
 """Of a file: twice a day at full line rate. Nothing is read beyond."""
 MAX_NS: Final = (1 << 63) - 1
 """Later times are not believed; numpy holds none."""
-_DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError)
+_DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError)
 """What the libraries raise for damaged bytes."""
 
 
