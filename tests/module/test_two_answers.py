@@ -45,13 +45,15 @@ def test_of_two_modules_none_becomes_active() -> None:
         ended = dps_s(line, "activate", "--yes")
         read = dps_s(line, "read", "--json")
         written = dps_s(line, "set", "freefall_time_s=1.2", "--json")
-    assert ended.returncode == 3
+    # Which it is depends on what arrives first: two copies of an answer, or two answers that differ.
+    refused_or_interrupted = {1, 3}
+    assert ended.returncode in refused_or_interrupted
     assert "Two modules on this line?" in ended.stderr
     assert [one.settings[ACTIVATION] for one in (first, second)] == [0, 0]
     assert read.returncode == 3
     assert "Two modules on this line?" in json.loads(read.stdout)["errors"]["attitude_threshold_deg"]
     assert json.loads(written.stdout)["results"]["freefall_time_s"]["verified"] is not True
-    assert written.returncode == 3
+    assert written.returncode in refused_or_interrupted
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
         qtbot.waitUntil(lambda: len(assembly.window._pages) == len(SHOWN))
         shown = {
             "commands": ("act_zero_conditions", QLabel.text),
-            "settings": ("baud_conditions", QLabel.text),
+            "settings": ("baud_message", QLabel.text),
             "preflight": ("verdict", QWidget.toolTip),
             "tests": ("tests_run", QWidget.isEnabled),
             "fleet": ("fleet_summary", QLabel.text),

@@ -46,7 +46,7 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
 ) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
+        qtbot.waitUntil(lambda: main._maker.is_done)
         ports.plug_in("/dev/one")
         qtbot.waitUntil(lambda: assembly.ports.module.is_read)
         naming = assembly.ports.module
