@@ -144,11 +144,11 @@ def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
     for begin, quantity in _NAMES.items():
         rest = word.removeprefix(begin).strip(" _[]()")
         if word.startswith(begin) and (not rest or rest in UNITS):
-            units = {UNITS.get(rest, ""), unit} - {""}
-            if len(units) == 1 and units <= QUANTITIES[quantity].keys():
-                return quantity, CsvColumn(name, *units)
-            if not units and quantity != "altitude":  # metres or feet: nothing in it tells
-                return quantity, CsvColumn(name, "" if "" in QUANTITIES[quantity] else None)
+            named_unit = UNITS.get(rest, "") or unit
+            if unit in ("", named_unit) and named_unit in QUANTITIES[quantity]:
+                return quantity, CsvColumn(name, named_unit)
+            if not named_unit and quantity != "altitude":  # metres or feet: nothing in it tells
+                return quantity, CsvColumn(name, None)
     return "", CsvColumn(name, None)
 
 

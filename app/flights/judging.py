@@ -267,9 +267,11 @@ def _hidden_falls(log: FlightLog) -> Floats:
     """Each pause may be a fall, which began with the rows below the threshold before it and ends with those behind."""
     hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
     begins_s, ends_s = log.force_gaps.T
+    if not len(begins_s):
+        return hidden_s
     known = forces_of(log, RuleReading.DIRECT)
     steps = np.rint(known.values * TENTH_G.per_unit)
-    for step in range(MAX_ACCELERATION_STEPS + 1 if len(begins_s) else 0):
+    for step in range(MAX_ACCELERATION_STEPS + 1):
         # No fall goes on over a row that has weight, or over the ground.
         has_weight = (steps >= step) & known.is_active
         bounds_s = np.sort(np.concatenate((known.time_s[has_weight], log.flights.ravel())))

@@ -56,8 +56,10 @@ def channels_of(tables: Mapping[str, Sequence[Table]], sources: Iterable[Channel
     """A channel for each table that has the columns, in the order of the sources."""
     found: list[Channel] = []
     for name, columns, value_of in sources:
-        tables_with_all = [table for table in tables.get(name, ()) if {TIME, *columns} <= table.keys()]
-        found += [Channel(table[TIME], value_of(*map(table.__getitem__, columns))) for table in tables_with_all]
+        for table in tables.get(name, ()):
+            if TIME in table and all(column in table for column in columns):
+                values = value_of(*(table[column] for column in columns))
+                found.append(Channel(table[TIME], values))
     return found
 
 

@@ -104,7 +104,8 @@ def fire_map(
     def count(flights: Sequence[FlightSummary], *, is_in_time: bool) -> Steps:
         fired = np.zeros((len(TILTS_DEG), len(TIME_STEPS)), np.int64)
         for flight in flights:
-            curves, until_s = flight.curves[reading], flight.end_s if is_in_time else EVER
+            curves = flight.curves[reading]
+            until_s = flight.end_s if is_in_time else EVER
             tilts = limits.attitude_is_enabled & (curves.attitude_s[TILTS_DEG] <= until_s)
             falls = limits.freefall_is_enabled & (curves.freefall_s[step, TIME_STEPS] <= until_s)
             fired += tilts[:, None] | falls
@@ -250,7 +251,8 @@ class _Reached(NamedTuple):
 
     @classmethod
     def of(cls, flight: FlightSummary, group: FlightGroup) -> "_Reached":
-        worse, last_s = (np.min, flight.end_s) if group is FlightGroup.MUST else (np.max, EVER)
+        worse = np.min if group is FlightGroup.MUST else np.max
+        last_s = flight.end_s if group is FlightGroup.MUST else EVER
         curves = flight.curves.values()
         tilt = worse([(curve.attitude_s <= last_s).sum() - 1 for curve in curves])
         fall = worse([(curve.freefall_s <= last_s).sum(axis=1) - 1 for curve in curves], axis=0)
@@ -258,21 +260,24 @@ class _Reached(NamedTuple):
 
     def margins(self) -> Floats:
         """For all thresholds, 1 for a full margin, 0 and less where it is wrong."""
-        tilts, times = (TILTS - self.tilt) / FULL_TILT, (TIMES - self.fall[ACCELERATIONS]) / FULL_TIME
+        tilts = (TILTS - self.tilt) / FULL_TILT
+        times = (TIMES - self.fall[ACCELERATIONS]) / FULL_TIME
         if self.group is FlightGroup.MUST_NOT:
             return np.minimum(tilts, times)
         # Either trigger is enough. One step more, since a flight that just reaches the threshold fires.
         return np.maximum(1 / FULL_TILT - tilts, 1 / FULL_TIME - times)
 
     def margin(self, limits: TriggerLimits) -> FlightMargin:
-        sign = -1 if self.group is FlightGroup.MUST else 1
-        tilt = round(limits.attitude_threshold_deg) - self.tilt
+        tilt_deg = round(limits.attitude_threshold_deg) - self.tilt
         fall_s = limits.freefall_time_s - int(self.fall[acceleration_step(limits)]) / CENTISECOND.per_unit
+        if self.group is FlightGroup.MUST:
+            tilt_deg = -tilt_deg
+            fall_s = -fall_s
         return FlightMargin(
             self.flight.name,
             self.group,
-            sign * tilt if self.flight.has_attitude else None,
-            sign * fall_s if self.flight.has_acceleration else None,
+            tilt_deg if self.flight.has_attitude else None,
+            fall_s if self.flight.has_acceleration else None,
         )
 
     def conflict(self, limits: TriggerLimits) -> SeparationConflict:
@@ -280,6 +285,10 @@ class _Reached(NamedTuple):
             text = marked("Missed at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.")
         else:
             text = marked("Fires at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.")
-        tilt, acceleration, time, *_ = limits
-        why = message(text, tilt=tilt, acceleration=acceleration, time=time)
+        why = message(
+            text,
+            tilt=limits.attitude_threshold_deg,
+            acceleration=limits.freefall_acceleration_g,
+            time=limits.freefall_time_s,
+        )
         return SeparationConflict(self.flight.name, self.group, why)

@@ -9,7 +9,7 @@ from typing import Final
 
 from tests.benchmarks.figures import Figure
 
-NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory")
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory", "logs")
 """Each a module of this folder with its `figures`."""
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.samples.ring_buffers import Series
 from tests.benchmarks import __main__ as program
-from tests.benchmarks import link, parser, reading
+from tests.benchmarks import link, logs, parser, reading
 from tests.benchmarks.__main__ import NAMES
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.window import reserve
@@ -34,6 +34,10 @@ def test_reading_everything_is_compared_with_bare_exchanges() -> None:
     exchanges, process = reading.figures(rounds=1, turns=1, processes=1)
     assert "bare" in exchanges.measured
     assert "script" in process.measured
+
+
+def test_a_folder_of_logs_is_timed() -> None:
+    assert [row.is_met for row in logs.figures(logs=5, seconds=20.0)] == [True] * len(logs.KINDS)
 
 
 def test_the_memory_of_plots_is_reserved_without_a_sample() -> None:
