@@ -11,7 +11,7 @@ from app.captures.entries import CaptureEntry
 from app.captures.line import NANOSECONDS, LineBytes, LinePart
 from app.recordings.excerpt import Excerpt, Measured
 from app.recordings.library import RecordingEntry, unreadable
-from app.recordings.markers import NO_LIMITS, STATE_LOST, Marker, MarkerKind, ModuleLimits
+from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
 from app.recordings.reports import ReportColumns, ReportFinder
 from app.recordings.session_format import EVENTS, RX, TX, Opening, is_time
 from app.recordings.session_reader import FileMessage, SessionFile
@@ -81,18 +81,6 @@ class Recording(Measured):
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
         return self._excerpt(start_s, end_s, self._flags[first:stop])
-
-    def module_at(self, time_s: float) -> str:
-        """The name that a person said for the conversation of that time; "" without one."""
-        name = ""
-        for marker in self.markers:
-            if marker.time_s > time_s:
-                break
-            if marker.kind is MarkerKind.NAMED:
-                name = marker.text
-            elif marker.kind in STATE_LOST:
-                name = ""
-        return name
 
     @property
     def damage(self) -> UserMessage | None:

@@ -128,17 +128,6 @@ class SettingsForm:
     def has_drafts(self) -> bool:
         return bool(self._edited or self._mistyped)
 
-    def would_change(self, values: Mapping[str, Value], conversation: ConversationView, now: float) -> bool:
-        """Return whether `fill` with these would leave something to write that is not edited already."""
-        for row in self.rows(conversation, now):
-            value = values.get(row.command.key)
-            if value is None:
-                continue
-            is_there = row.edited == value or is_confirmed(row.command, row.module_value, value)
-            if row.mistyped or not is_there or row.edited not in (None, value):
-                return True
-        return False
-
     # Rows
 
     def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:

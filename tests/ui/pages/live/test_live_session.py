@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import ConversationView, StatusSample
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
+from app.recordings.markers import END_MARKS, MarkerKind
 from app.recordings.recording import open_recording
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
@@ -121,8 +122,10 @@ def test_a_name_is_of_one_conversation_and_no_other(bench: Bench) -> None:
     bench.name("Left wing")  # late, as the window did not know yet that it is over
     assert bench.listed() == [("/dev/ttyUSB0", ("Left wing",), 6)]
     recording = open_recording(bench.library.entries()[0])
-    times = [one.samples[0].at for one in bench.handed_on if one.samples]
-    assert [recording.module_at(at_s) for at_s in times] == ["Left wing", ""]
+    ended_at = next(one.time_s for one in recording.markers if one.kind is END_MARKS[EndReason.SILENT])
+    named = [one for one in recording.markers if one.kind is MarkerKind.NAMED]
+    assert {one.text for one in named} == {"Left wing"}
+    assert all(one.time_s < ended_at for one in named)
 
 
 def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
