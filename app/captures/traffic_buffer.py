@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from app.captures.entries import CaptureEntry, entries_of
-from app.system.wall_clock import WallClock
+from app.system.wall_clock import wall_offset_s
 from protocol.events import Event
 
 MAX_ENTRIES = 20_000
@@ -17,17 +17,14 @@ class TrafficBuffer:
     """Bytes that were sent and received, oldest first. Not thread-safe."""
 
     def __init__(self) -> None:
-        self.wall = WallClock()
         self._entries: deque[CaptureEntry] = deque()
         self._bytes = 0
 
     def clear(self) -> None:
         self._entries.clear()
         self._bytes = 0
-        self.wall = WallClock()
 
     def feed(self, events: Iterable[Event]) -> None:
-        self.wall.poll()
         for entry in entries_of(events, 0.0):
             self._entries.append(entry)
             self._bytes += len(entry.raw)
@@ -43,4 +40,4 @@ class TrafficBuffer:
 
     def started_at(self) -> datetime | None:
         """When the first of `entries` was on the line, UTC."""
-        return datetime.fromtimestamp(self.wall.at(self._entries[0].at_s), UTC) if self._entries else None
+        return datetime.fromtimestamp(self._entries[0].at_s + wall_offset_s(), UTC) if self._entries else None

@@ -1,80 +1,45 @@
-"""The time of day stays right over a sleep, in which the monotonic clock stands still."""
+"""The time of day of what the program's clock says."""
 
-from datetime import datetime
+from datetime import UTC, datetime
 
+import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.traffic_buffer import TrafficBuffer
-from app.engine.conversation import StatusSample
-from app.system.wall_clock import JUMP_S, WallClock
-from tests.support.records.recordings_made import NOON, Clock, asked
+from app.system.clock import steady_time
+from app.system.wall_clock import wall_offset_s
+from tests.support.records.recordings_made import asked
 from tests.support.window.live_bench import live_bench
 from ui.pages.diagnosis.traffic_model import Column, TrafficModel
+from ui.pages.live import page as live
 
-NIGHT_S = 8 * 3600.0
-
-
-def clocks() -> tuple[Clock, WallClock]:
-    clock = Clock()
-    return clock, WallClock(clock, clock.wall)
+HOUR_S = 3600.0
 
 
-def test_each_time_keeps_the_offset_of_its_moment() -> None:
-    clock, wall = clocks()
-    clock.now_s = 1010.0
-    assert not wall.poll()
-    clock.wall_offset_s += NIGHT_S
-    clock.now_s = 1010.1
-    assert wall.poll()
-    assert not wall.poll()
-    assert wall.at(1009.0) == NOON.timestamp() + 9.0
-    assert wall.at(1010.05) == NOON.timestamp() + 10.05 + NIGHT_S
-    assert wall.offset_s == clock.wall_offset_s
-
-
-def test_a_time_server_at_work_changes_nothing() -> None:
-    clock, wall = clocks()
-    clock.wall_offset_s += JUMP_S
-    assert not wall.poll()
-
-
-def test_rows_of_the_traffic_bear_the_time_of_day_at_which_they_came(qapp: QApplication) -> None:
-    clock, wall = clocks()
-    model = TrafficModel()
-    model.wall = wall
-    for at in (1000.0, 1001.0):
-        clock.now_s = at
-        model.append([asked(at)])
-        clock.wall_offset_s += NIGHT_S
+def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
+    model, buffer = TrafficModel(), TrafficBuffer()
+    event = asked(steady_time() - HOUR_S)
+    model.append([event])
     model.show_new()
-    times = [model.index(row, Column.TIME.value).data() for row in (0, 1)]
-    wanted = [datetime.fromtimestamp(NOON.timestamp() + after) for after in (0.0, 1.0 + NIGHT_S)]  # noqa: DTZ006
-    assert times == [f"{one:%H:%M:%S}.000" for one in wanted]
+    buffer.feed([event])
+    began = buffer.started_at()
+    assert began is not None
+    assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 1
+    shown = model.index(0, Column.TIME.value).data()
+    assert shown[:-4] in {f"{datetime.fromtimestamp(began.timestamp() + late_s):%H:%M:%S}" for late_s in (-1, 0, 1)}  # noqa: DTZ006
 
 
-def test_a_capture_says_when_its_first_entry_came() -> None:
-    clock, wall = clocks()
-    buffer = TrafficBuffer()
-    buffer.wall = wall
-    buffer.feed([asked(1000.0)])
-    clock.now_s, clock.wall_offset_s = 1001.0, clock.wall_offset_s + NIGHT_S
-    buffer.feed([asked(1001.0)])
-    assert buffer.started_at() == NOON
-
-
-def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QApplication) -> None:
-    clock, wall = clocks()
+def test_the_live_page_follows_a_clock_that_is_set(
+    qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with live_bench(qtbot, qapp) as bench:
-        bench.page.wall = wall
         bench.say()
         assert len(bench.page.data.tilt) == 1
-        clock.now_s, clock.wall_offset_s = 1000.02, clock.wall_offset_s + NIGHT_S
-        bench.now_s = 1000.02
-        bench.hand_over(StatusSample(1000.02, 9, 1.0, False, False))
-        qtbot.waitUntil(lambda: bench.page.data.tilt.exact_since_s == 1000.02)
-        bench.page.refresh()
-        assert bench.page.data.tilt.last == (1000.02, 9.0)
-        assert len(bench.page.data.tilt) == 1
-        assert bench.page._origin().wall_offset_s == clock.wall_offset_s
-        assert bench.page.plot.canvas.wall_offset_s == clock.wall_offset_s
+        wrong_s = bench.page.plot.canvas.wall_offset_s
+        assert abs(wrong_s - wall_offset_s()) < live.CLOCK_SET_S
+        monkeypatch.setattr(live, "wall_offset_s", lambda: wrong_s + HOUR_S)
+        bench.say()
+        assert bench.page.plot.canvas.wall_offset_s == wrong_s + HOUR_S
+        assert bench.page._origin().wall_offset_s == wrong_s + HOUR_S
+        assert len(bench.page.data.tilt) == 2, "nothing is lost"

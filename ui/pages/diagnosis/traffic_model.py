@@ -10,7 +10,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QWidget
 
-from app.system.wall_clock import WallClock, clock_text
+from app.system.wall_clock import clock_text, wall_offset_s
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
 from protocol.events import Answered, Event, Rejected
@@ -90,7 +90,6 @@ class TrafficModel(RowsModel[Event]):
         """By their `id`; a marked row outlives its place in the list."""
         self._unseen = 0
         self._filter = Filter.ALL
-        self.wall = WallClock()
 
     @property
     def unseen(self) -> int:
@@ -99,7 +98,6 @@ class TrafficModel(RowsModel[Event]):
 
     def append(self, events: Iterable[Event]) -> None:
         """Stores events; cheap, also while hidden."""
-        self.wall.poll()
         new = list(_rows_of(events))
         self._stored.extend(new)
         self._unseen += len(new)
@@ -172,7 +170,7 @@ class TrafficModel(RowsModel[Event]):
 
     def time_of(self, row: Event) -> str:
         """Time of day to the millisecond."""
-        return clock_text(self.wall.at(row.at), 3)
+        return clock_text(row.at + wall_offset_s(), 3)
 
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as tab-separated text with all bytes."""

@@ -27,7 +27,7 @@ from app.engine.worker import Batch, PortState
 from app.flights.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
-from app.system.wall_clock import WallClock
+from app.system.wall_clock import wall_offset_s
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
@@ -118,6 +118,8 @@ DRAW_EVERY_MS: Final = 150
 REFRESH_EVERY_S: Final = 0.06
 """Numbers: faster changes could not be read."""
 _MAX_WAITING: Final = 15
+# A larger difference means that the time of day was set; smaller ones are a time server at work.
+CLOCK_SET_S: Final = 2.0
 """Batches, half a second: often enough while hidden."""
 
 
@@ -129,7 +131,6 @@ class LivePage(Page):
         self._services, self._ports = services, services.ports
         self._in_use = services.in_use
         self._recordings = services.storage.recordings
-        self.wall = WallClock()
         self.data = LiveData()
         self.panel = LivePanel()
         self.try_out = control(
@@ -141,7 +142,7 @@ class LivePage(Page):
             slot=self._try_out,
         )
         drawn = live_lanes(self.data, self._in_use)
-        self._live_plot = TimePlot(drawn, wall_offset_s=self.wall.offset_s)
+        self._live_plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self.plot = self._live_plot
         """The plots in sight: the module's, or those of a recording."""
@@ -186,9 +187,9 @@ class LivePage(Page):
 
     def on_batch(self, batch: Batch) -> None:
         """Queues a batch; similar ones are processed together."""
-        if self.wall.poll():  # the computer slept, or its clock was set: a new time line
-            self._live_plot.be_at(self.wall.offset_s)
-            self._reset()
+        offset_s = wall_offset_s()
+        if abs(offset_s - self._live_plot.canvas.wall_offset_s) > CLOCK_SET_S:
+            self._live_plot.be_at(offset_s)
         if self._last is not None and not _is_same_state(self._last, batch):
             self._process_waiting()
             self._refreshed_at = 0.0  # refresh the numbers at once
@@ -346,7 +347,7 @@ class LivePage(Page):
         if self.recording is not None:
             return origin_of(self.recording)
         connection = self._ports.current.connection
-        return Origin(connection.port, connection.baud_rate, self.wall.offset_s, module=self.module.name)
+        return Origin(connection.port, connection.baud_rate, wall_offset_s(), module=self.module.name)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()
