@@ -6,6 +6,7 @@ pymavlink, which is larger than the rest of the program: see docs/flight-logs.md
 """
 
 import re
+from array import array
 from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Final
@@ -13,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from app.flights.raw_log import (
+    AT_ONCE,
     TIME,
     Channel,
     ChannelSource,
@@ -32,6 +34,8 @@ TEXT_FORMAT: Final = re.compile(rb"^FMT,", re.MULTILINE)
 _FORMAT_KIND: Final = 128
 _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
+# A definition up to the name of the table, behind the kind and the length of its records.
+_FORMAT_HEAD: Final = re.compile(rb"\xa3\x95\x80..[A-Za-z0-9]{1,4}", re.DOTALL)
 _TYPES: Final[Mapping[str, str]] = {
     "a": "S64", "b": "<i1", "B": "<u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
     "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1",
@@ -101,23 +105,21 @@ class DataflashFile:
             self._read_text(data)
 
     def _read_binary(self, data: bytes) -> None:
-        read = np.frombuffer(data, np.uint8)
-        begins = np.flatnonzero((read[:-2] == MAGIC[0]) & (read[1:-1] == MAGIC[1]))
         formats: dict[int, tuple[str, str, list[str]]] = {}
         # 0 where a kind is not defined.
         lengths = np.zeros(256, np.int64)
         lengths[_FORMAT_KIND] = _FORMAT_BYTES
-        for begin in begins[read[begins + 2] == _FORMAT_KIND].tolist():
-            body = data[begin + _HEAD_BYTES : begin + _FORMAT_BYTES]
+        for format_head in _FORMAT_HEAD.finditer(data):
+            body = data[format_head.start() + _HEAD_BYTES : format_head.start() + _FORMAT_BYTES]
             name, letters, columns = (
                 part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86])
             )
             # The first definition of a kind counts.
-            if len(body) == _FORMAT_BYTES - _HEAD_BYTES and name.isalnum() and not lengths[body[0]]:
+            if len(body) == _FORMAT_BYTES - _HEAD_BYTES and body[1] >= _HEAD_BYTES and not lengths[body[0]]:
                 lengths[body[0]] = body[1]
                 formats[body[0]] = name, letters, [label.strip() for label in columns.split(",")]
-        begins = self._records(begins, begins + lengths[read[begins + 2]], len(data))
-        kinds = read[begins + 2]
+        begins = self._records(data, lengths)
+        kinds = np.frombuffer(data, np.uint8)[begins + 2]
         for kind, (name, letters, labels) in formats.items():
             is_understood = set(letters) <= _TYPES.keys() and len(set(labels)) == len(labels)
             if name in _TABLES and name not in self.tables and is_understood:
@@ -128,21 +130,23 @@ class DataflashFile:
                     table = columns_of(data, layout, begins[kinds == kind] + _HEAD_BYTES, wanted)
                     self.tables[name] = _by_sensor(table)
 
-    def _records(self, begins: Places, ends: Places, stop: int) -> Places:
-        """Which of the places where the magic stands are records: by chance it stands within others, too."""
-        may_end = np.zeros(stop + 1, np.bool_)
-        may_end[begins] = may_end[stop] = True
-        fits = (ends - begins >= _HEAD_BYTES) & (ends <= stop)
-        begins, ends = begins[fits], ends[fits]
-        records: list[int] = []
+    def _records(self, data: bytes, lengths: Places) -> Places:
+        """Where records of defined kinds begin. By chance the magic stands within others, too."""
+        read = np.frombuffer(data, np.uint8)
+        records = array("q")
         place = 0
-        for begin, end, may in zip(begins.tolist(), ends.tolist(), may_end[ends].tolist(), strict=True):
-            # Behind damage a record is believed if another one follows.
-            if begin == place or (begin > place and may):
-                records.append(begin)
-                self.skipped_bytes += begin - place
-                place = end
-        self.skipped_bytes += stop - place
+        for first in range(0, len(data) - 2, AT_ONCE):
+            part = read[first : first + AT_ONCE + 2]
+            begins = np.flatnonzero((part[:-2] == MAGIC[0]) & (part[1:-1] == MAGIC[1])) + first
+            ends = begins + lengths[read[begins + 2]]
+            fits = (ends > begins) & (ends <= len(data))
+            for begin, end in zip(begins[fits].tolist(), ends[fits].tolist(), strict=True):
+                # Behind damage a record is believed if another one, or nothing, follows it.
+                if begin == place or (begin > place and data[end : end + len(MAGIC)] in (MAGIC, b"")):
+                    records.append(begin)
+                    self.skipped_bytes += begin - place
+                    place = end
+        self.skipped_bytes += len(data) - place
         self.read_until = place
         return np.array(records, np.int64)
 

@@ -27,6 +27,8 @@ Table = dict[str, Floats]
 """The records of one kind: a column of numbers for each name, `TIME` in seconds."""
 TIME: Final = "time"
 STANDARD_GRAVITY_M_S2: Final = 9.80665
+AT_ONCE: Final = 1 << 20
+"""Bytes that are searched for records: what may be one takes a multiple of its size in memory."""
 
 
 def unreadable(why: str) -> UserError:

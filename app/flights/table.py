@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
-from itertools import chain, islice
+from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -62,8 +62,6 @@ _VALUES: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
 }
 """The tilt in degrees, and the force in g, by the quantities of which they are computed."""
 _RESETS: Final = {kind.value: kind for kind in STATE_LOST}
-# Rows, each with the number of its line.
-_Block = Sequence[tuple[int, list[str]]]
 
 
 class UnreadTable(UserError):
@@ -195,7 +193,8 @@ class _Rows:
     def __init__(self, head: Head, columns: CsvColumns) -> None:
         self._head = head
         self._places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
-        self._numbers: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
+        self._parts: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
+        self._has_decimal_commas = False
         # Of an export: the row of each event, and its word.
         self.events: list[tuple[int, str]] = []
         self._count = 0
@@ -210,14 +209,23 @@ class _Rows:
             whole.append(cut_off)
         elif cut_off.strip():
             raw.note(marked("cut off"))
-        without_comments = ("" if line.startswith("#") else line for line in whole)
-        reader = csv.reader(without_comments, delimiter=self._head.parter, skipinitialspace=True)
-        rows = ((self._head.first_row + reader.line_num, row) for row in reader if row)
+        if any(line.startswith("#") for line in whole):
+            whole = ["" if line.startswith("#") else line for line in whole]
+        reader = csv.reader(whole, delimiter=self._head.parter, skipinitialspace=True)
+        rows: list[list[str]] = []
+        numbers: list[int] = []
         try:
-            while block := list(islice(rows, ROWS_AT_ONCE)):
-                self._take(block)
+            for row in reader:
+                if row:
+                    rows.append(row)
+                    numbers.append(self._head.first_row + reader.line_num)
+                if len(rows) == ROWS_AT_ONCE:
+                    self._take(rows, numbers)
+                    rows, numbers = [], []
         except csv.Error as error:
             raise unreadable(marked("unknown kind of file")) from error
+        if rows:
+            self._take(rows, numbers)
         if not self._count:
             raise unreadable(marked("no rows"))
         if self._bad_count:
@@ -226,39 +234,49 @@ class _Rows:
             raw.note(text, count=self._bad_count, line=line, cell=clean(cell, longest=40))
             if self._bad_count > MAX_BAD_SHARE * self._count:
                 raise UserError(raw.problems[-1])
-        return {quantity: np.concatenate(numbers) for quantity, numbers in self._numbers.items()}
+        return {quantity: np.concatenate(parts) for quantity, parts in self._parts.items()}
 
-    def _take(self, block: _Block) -> None:
+    def _take(self, rows: list[list[str]], numbers: Sequence[int]) -> None:
+        """`numbers`: of the line of each row."""
         width, needed = len(self._head.names), max(self._places.values()) + 1
-        for line, row in block:
+        for number, row in zip(numbers, rows, strict=True):
             if len(row) > width and any(map(str.strip, row[width:])):
                 text = marked(
                     "Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers."
                 )
-                raise UserError(text, line=line, cells=len(row), names=width)
+                raise UserError(text, line=number, cells=len(row), names=width)
             if len(row) < needed:
-                self._note_bad(line, "")
+                self._note_bad(number, "")
                 row.extend([""] * (needed - len(row)))
         if self._head.is_export:
-            words = [row[-1].partition(":")[0].strip().lower() for _, row in block]
+            words = [row[-1].partition(":")[0].strip().lower() for row in rows]
             self.events += enumerate(words, self._count)
-        cells_of = {quantity: [row[place] for _, row in block] for quantity, place in self._places.items()}
+        cells_of = {quantity: [row[place] for row in rows] for quantity, place in self._places.items()}
         if not self._count:
-            self._commas = _DECIMAL if are_decimal(chain(*cells_of.values())) else _PLAIN
-        self._count += len(block)
+            self._has_decimal_commas = are_decimal(chain(*cells_of.values()))
+        self._count += len(rows)
         for quantity, cells in cells_of.items():
-            plain = "\n".join([cell or "nan" for cell in cells]).translate(self._commas).split("\n")
-            self._numbers[quantity].append(self._read_cells(quantity, plain, block))
+            self._parts[quantity].append(self._read_cells(quantity, self._as_written_in_python(cells), cells, numbers))
 
-    def _read_cells(self, quantity: str, cells: Sequence[str], block: _Block) -> Floats:
-        """All at once, where all are numbers; else in halves, to find those that are none."""
+    def _as_written_in_python(self, cells: Sequence[str]) -> Sequence[str]:
+        if "" in cells:
+            cells = [cell or "nan" for cell in cells]
+        if self._has_decimal_commas:
+            return "\n".join(cells).translate(_DECIMAL).split("\n")
+        return "\n".join(cells).translate(_PLAIN).split("\n") if "_" in "".join(cells) else cells
+
+    def _read_cells(self, quantity: str, plain: Sequence[str], cells: Sequence[str], numbers: Sequence[int]) -> Floats:
+        """All at once, where all are numbers; else in halves, to find those that are none.
+
+        `plain`: the cells as Python writes numbers.
+        """
         try:
-            return np.array(cells, np.float64)
+            return np.array(plain, np.float64)
         except ValueError:
-            if len(cells) > 1:
-                half = len(cells) // 2
-                first = self._read_cells(quantity, cells[:half], block[:half])
-                return np.concatenate((first, self._read_cells(quantity, cells[half:], block[half:])))
+            if len(plain) > 1:
+                half = len(plain) // 2
+                first = self._read_cells(quantity, plain[:half], cells[:half], numbers[:half])
+                return np.concatenate((first, self._read_cells(quantity, plain[half:], cells[half:], numbers[half:])))
         word = cells[0].strip().lower()
         if word in _EMPTY:
             return np.array([np.nan])
@@ -266,7 +284,7 @@ class _Rows:
             return np.array([_FLAGS[word]])
         if quantity == "time" and seconds_of(cells[0]) is not None:
             return np.array([seconds_of(cells[0])])
-        self._note_bad(block[0][0], block[0][1][self._places[quantity]])
+        self._note_bad(numbers[0], cells[0])
         return np.array([np.nan])
 
     def _note_bad(self, line: int, cell: str) -> None:

@@ -9,12 +9,14 @@ docs/flight-logs.md.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
 from app.flights.raw_log import (
+    AT_ONCE,
     TIME,
     ChannelSource,
     Floats,
@@ -101,13 +103,13 @@ class UlogFile:
         # Where the last record ends.
         self.read_until = _HEADER_BYTES
         self._refuse_newer_versions()
-        for begin, end in self._found("F", _LONGEST_FORMAT).tolist():
+        for begin, end in chain(*self._found("F", _LONGEST_FORMAT)):
             match = _FORMAT.fullmatch(data, begin + _RECORD_HEAD, end)
             if match is not None:
                 self._formats.setdefault(match[1].decode(), match[2].decode())
         # A subscription gives a topic and its instance the number that stands in their samples.
         subscribed: dict[int, tuple[str, int]] = {}
-        for begin, end in self._found("A", _LONGEST_NAME).tolist():
+        for begin, end in chain(*self._found("A", _LONGEST_NAME)):
             instance, number, name = (
                 data[begin + 3],
                 data[begin + 4 : begin + 6],
@@ -124,12 +126,14 @@ class UlogFile:
         if has_flags and (flags[0] & ~_APPENDED or any(flags[1:])):
             raise unreadable(marked("written by a newer version"))
 
-    def _found(self, kind: str, longest: int) -> Places:
-        """Where records of a kind may begin and end, shape (number, 2)."""
-        begins = np.flatnonzero(self._bytes[_HEADER_BYTES + 2 :] == ord(kind)) + _HEADER_BYTES
-        sizes = self._numbers_at(begins)
-        ends = begins + _RECORD_HEAD + sizes
-        return np.column_stack((begins, ends))[(sizes > _ID_BYTES) & (sizes <= longest) & (ends <= len(self._data))]
+    def _found(self, kind: str, longest: int) -> Iterator[Places]:
+        """Where records of a kind may begin and end, shape (number, 2), in one part of the file after the other."""
+        for first in range(_HEADER_BYTES, len(self._data), AT_ONCE):
+            begins = np.flatnonzero(self._bytes[first + 2 : first + 2 + AT_ONCE] == ord(kind)) + first
+            sizes = self._numbers_at(begins)
+            ends = begins + _RECORD_HEAD + sizes
+            fits = (sizes > _ID_BYTES) & (sizes <= longest) & (ends <= len(self._data))
+            yield np.column_stack((begins[fits], ends[fits]))
 
     def _numbers_at(self, places: Places) -> Places:
         """Numbers of two bytes."""
@@ -145,10 +149,12 @@ class UlogFile:
                 most[number] = least[number] = _RECORD_HEAD + _ID_BYTES + layout.itemsize
                 if (layout.names or ("",))[-1].startswith(_PADDING):
                     least[number] -= layout[-1].itemsize
-        samples = self._found("D", _LARGEST)
-        sizes, numbers = samples[:, 1] - samples[:, 0], self._numbers_at(samples[:, 0] + _RECORD_HEAD)
-        is_sample = (least[numbers] <= sizes) & (sizes <= most[numbers])
-        samples, numbers = samples[is_sample], numbers[is_sample]
+        parts = [np.empty((0, 2), np.int64)]
+        for part in self._found("D", _LARGEST):
+            sizes, numbers = part[:, 1] - part[:, 0], self._numbers_at(part[:, 0] + _RECORD_HEAD)
+            parts.append(part[(least[numbers] <= sizes) & (sizes <= most[numbers])])
+        samples = np.concatenate(parts)
+        numbers = self._numbers_at(samples[:, 0] + _RECORD_HEAD)
         for number, (name, _) in sorted(subscribed.items(), key=lambda one: one[1]):
             layout = self._layout(name)
             if name in _WANTED and layout is not None:

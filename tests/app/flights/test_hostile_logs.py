@@ -237,6 +237,17 @@ def test_times_that_are_years_apart_take_no_memory(tmp_path: Path) -> None:
     assert log.not_judged_s == pytest.approx(log.duration_s)
 
 
+@pytest.mark.parametrize("rubbish", [b"D", b"\xa3\x95", b"\xa3\x95\x80", b"\xfd", b"ATT,"])
+@pytest.mark.parametrize("kind", [ulog, dataflash])
+@pytest.mark.promise("g")
+def test_rubbish_that_looks_like_records_everywhere(
+    tmp_path: Path, kind: Callable[[Path], bytes], rubbish: bytes
+) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(kind(tmp_path) + rubbish * (4 * MEGABYTE // len(rubbish)))
+    assert peak_bytes(path) < 96 * MEGABYTE
+
+
 def test_a_line_without_end(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     path.write_bytes(b"t_s,tilt_deg\n" + b"1,2," * (2 * MEGABYTE))
