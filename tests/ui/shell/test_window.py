@@ -47,7 +47,8 @@ def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         top = assembly.window.top_bar
         connect(qtbot, assembly, "sim://state")
         qtbot.waitUntil(lambda: top.activation.word == "LOCKED")
-        assert (top.port.word.text(), top.trigger.word) == ("Connected", "NOT TRIGGERED")
+        qtbot.waitUntil(lambda: top.trigger.word == "NOT TRIGGERED")
+        assert top.port.word.text() == "Connected"
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         bench.module.activate(is_active=True)
         qtbot.waitUntil(lambda: top.activation.word == "ACTIVE")
