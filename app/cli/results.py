@@ -269,7 +269,10 @@ class FireJson(ResultJson, frozen=True, kw_only=True):
 
 
 class FiredJson(ResultJson, frozen=True, kw_only=True):
-    """`fires` is null where nobody can know whether it fires; `not_judged_s` covers the whole length of the log."""
+    """`fires` has the first firing of each trigger, and is null where nobody can know whether it fires.
+
+    `not_judged_s` covers the whole length of the log.
+    """
 
     log: str
     fires: list[FireJson] | None
