@@ -151,16 +151,14 @@ def test_each_line_of_the_rule_is_a_list_of_keys_and_values() -> None:
 
 
 def test_the_rule_covers_the_usual_adapters_and_excludes_modem_manager() -> None:
-    adapters = [line for line in rule_lines() if "idProduct" in line]
-    vendors = {re.findall(r'idVendor\}=="([0-9a-f]{4})"', line)[0] for line in adapters}
-    assert vendors == {"0403", "10c4", "1a86", "067b"}
+    adapters = [line for line in rule_lines() if "idVendor" in line and "uaccess" in line]
+    vendors = {vendor for line in adapters for vendor in re.findall(r'idVendor\}=="([^"]+)"', line)[0].split("|")}
+    assert {"0403", "10c4", "1a86", "067b", "1209", "2dae"} <= vendors
     for line in adapters:
-        assert 'TAG+="uaccess"' in line
         assert 'ENV{ID_MM_DEVICE_IGNORE}="1"' in line
     products = "|".join(re.findall(r'idProduct\}=="([^"]+)"', "\n".join(adapters))).split("|")
-    assert {"6001", "ea60", "7523", "5523", "55d4", "2303"} <= set(products)
-    assert all(re.fullmatch(r"[0-9a-f]{4}", product) for product in products)
-    assert len(products) == len(set(products))
+    assert {"6001", "ea60", "7523", "5523", "55d4", "2303", "5740"} <= set(products)
+    assert all(re.fullmatch(r"[0-9a-f]{4}", product) for product in (*products, *vendors))
 
 
 def test_the_rule_precedes_uaccess_and_every_goto_has_a_label() -> None:
