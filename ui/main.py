@@ -156,7 +156,6 @@ def assemble(
     left_active = LeftActiveWatch(ports)
     window = MainWindow(services, left_active, entries=entries)
     ports.setParent(window)  # else its signal connections would keep it alive
-    left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
@@ -204,7 +203,7 @@ def _on_store_opened(assembly: Assembly) -> None:
     """Once the store is open: its trouble, and what the last run of the program left."""
     attention, storage = assembly.window.attention, assembly.storage
     if storage.notice is not None:
-        attention.queue_notice(Notice(Meaning.ATTENTION, storage.notice))
+        attention.say(Notice(Meaning.ATTENTION, storage.notice))
     assembly.left_active.load()
     storage.opened.emit()
     assembly.ports.changed.emit()  # names are known now
@@ -250,7 +249,7 @@ def run(options: WindowOptions) -> int:
         window = assembly.window
         if not has_font:
             text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
-            window.attention.queue_notice(Notice(Meaning.ATTENTION, text))
+            window.attention.say(Notice(Meaning.ATTENTION, text))
         with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
             start(assembly, options)
             if options.offscreen_seconds is not None:

@@ -1684,6 +1684,10 @@
         <translation>光线越强，读数越低。</translation>
     </message>
     <message>
+        <source>More messages</source>
+        <translation>更多消息</translation>
+    </message>
+    <message>
         <source>More than a tenth of the acceleration is missing.</source>
         <translation>缺少超过十分之一的加速度。</translation>
     </message>
@@ -4940,6 +4944,10 @@
     <message>
         <source>{code}: {answer}, status: {reported}.</source>
         <translation>{code}：{answer}，状态：{reported}。</translation>
+    </message>
+    <message>
+        <source>{count} more</source>
+        <translation>另有 {count} 条</translation>
     </message>
     <message>
         <source>{count} new</source>

@@ -97,22 +97,18 @@ class PortLock(QObject):
         if self._job is not None:
             self._job.cancel()
 
-    def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
+    def notice(self) -> Notice | None:
         """Shown until the module reports that it is locked; None if there is nothing to say."""
         if self._repeat is not None:
             if self._shown_count < SHOWN_FROM:
                 return None
-            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count), more)
+            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count))
         if self.owed is not None:
-            return Notice(
-                Meaning.DANGER, tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers."), more
-            )
+            return Notice(Meaning.DANGER, tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers."))
         if self.failed is None:
             return None
-        if self.is_possible:
-            others = tuple(choice._replace(is_main=False) for choice in more)
-            more = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True), *others)
-        return Notice(Meaning.DANGER, self.failed.sentence, more)
+        again = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True),) if self.is_possible else ()
+        return Notice(Meaning.DANGER, self.failed.sentence, again)
 
     # What happens, as its port tells
 

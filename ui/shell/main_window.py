@@ -91,7 +91,7 @@ class MainWindow(QMainWindow):
         self.attention = Attention(
             self._ports, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
             go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
-            is_choosing=self._is_choosing, find_left=left_active.notice, parent=self,
+            is_choosing=self._is_choosing, left_active=left_active, parent=self,
         )  # fmt: skip
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
@@ -286,7 +286,7 @@ class MainWindow(QMainWindow):
 
     def _connect_again(self) -> None:
         if self._ports.current.target is not None:
-            self.attention.leave_edits(partial(self._ports.connect_to, self._ports.current.target))
+            self.attention.leave_port(partial(self._ports.connect_to, self._ports.current.target), only_edits=True)
 
     def _show_why(self) -> None:
         self.go_to("diagnosis")

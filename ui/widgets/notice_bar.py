@@ -1,23 +1,25 @@
-"""Notice across the window or a page with a message and buttons, instead of a dialog."""
+"""Notices: what a person has to know or to decide, in a bar instead of a dialog. The window's bar is at its foot."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from app.text.sentences import labelled
-from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row, retain_size
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _ICON_PX: Final = 20
+_LISTED_CHARACTERS: Final = 90
 
 
 class Choice(NamedTuple):
@@ -27,25 +29,31 @@ class Choice(NamedTuple):
     text: str
     act: Callable[[], None]
     is_main: bool = False
+    # Changes the module or loses data: a `StepButton`, which counts only deliberate presses.
     is_step: bool = False
-    """Changes the module or loses data: a `StepButton`, which counts only deliberate presses."""
+    # A hidden button keeps its place for another step of the same act.
     is_shown: bool = True
-    """A hidden button keeps its place for another step of the same act."""
+    # A disabled one shows what will be possible; the text of the notice says when.
     is_enabled: bool = True
-    """A disabled one shows what will be possible; the text of the notice says when."""
 
 
 class Notice(NamedTuple):
-    """`text` is in the language in use. `dismiss` adds a button to close it."""
+    """`text` is in the language in use. `dismiss` adds a button to close it. `cause` tells a notice whose text changes
+    from another one."""
 
     meaning: Meaning
     text: str
     choices: tuple[Choice, ...] = ()
     dismiss: Callable[[], None] | None = None
+    cause: str = ""
+
+    @property
+    def key(self) -> str:
+        return self.cause or self.text
 
 
 class NoticeBar(QWidget):
-    """Shows one notice; hidden while there is none.
+    """Shows one notice whole, and leads to the others; hidden while there is none.
 
     One that `is_fitted`, and that at the foot of the window, fits its text into the height of its place, so that
     nothing around it moves.
@@ -58,8 +66,10 @@ class NoticeBar(QWidget):
         super().__init__()
         self.setObjectName("notice_bar")
         self.hide()
-        self.meaning = Meaning.INFORMATION
         self.notice: Notice | None = None
+        self.notices: Sequence[Notice] = ()
+        # The notice that a person chose from the list, until it ends or a new one is graver.
+        self._chosen = ""
         self._note = ""
         self._focus = FocusBack(self)
         self.is_foot = is_foot
@@ -68,41 +78,50 @@ class NoticeBar(QWidget):
         if not is_fitted:
             self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.more = control(QToolButton(), "notice_more", says=tr("More messages"), role="quiet")
+        self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._list = named(QMenu(self), "notice_list")
+        self._list.setToolTipsVisible(True)
+        self._list.aboutToShow.connect(self._fill_list)
+        self.more.setMenu(self._list)
         self._dismiss = control(
             QToolButton(), "notice_dismiss", says=tr("Close"), picture=Icon.CROSS, role="quiet", slot=self._close
         )
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
-        self._choices = None if is_fitted else FlowRow()
-        """Where they may take several lines."""
+        self._choices = QHBoxLayout()
+        self._choices.setSpacing(Space.S)
         self.picture = IconLabel("notice_icon", _ICON_PX, keeps_place=True)
-        self.row = in_row(self.picture, (self._text, 1), self._dismiss, spacing=Space.S)
         margins = (Space.M, 0 if is_fitted else Space.XS)
-        if self._choices is not None and is_text_large():
+        if is_text_large() and not is_fitted:
             # Beside the buttons large text would have a word a line.
-            in_column(self.row, self._choices, of=self, spacing=Space.XS, margins=margins)
-            return
-        if self._choices is not None:
-            self.row.insertLayout(2, self._choices)
-        in_column(self.row, of=self, spacing=0, margins=margins)
+            head = in_row(self.picture, (self._text, 1), self.more, self._dismiss, spacing=Space.S)
+            in_column(head, in_row(1, self._choices), of=self, spacing=Space.XS, margins=margins)
+        else:
+            row = (self.picture, (self._text, 1), self._choices, self.more, self._dismiss)
+            in_row(*row, of=self, spacing=Space.S, margins=margins)
+        self.more.hide()
 
     def show_notice(self, notice: Notice | None) -> None:
-        """Replaces the notice; None hides the bar. An equal notice changes nothing."""
-        old = self.notice
-        if notice is None:
-            self.notice = None
-            self._focus.leave(self._hide)
-        else:
-            if old is None or _appearance_key(old) != _appearance_key(notice):
-                self._fill(notice)
-            self.notice = notice
-            self.show()
-        if (old is None) != (notice is None):
-            self.changed.emit()
+        self.show_notices([] if notice is None else [notice])
 
-    def _hide(self) -> None:
-        leave_focus(self)  # else Qt gives it to the next button, which may be dangerous
-        self.hide()
+    def show_notices(self, notices: Sequence[Notice]) -> None:
+        """The gravest first, which is shown whole unless a person chose another one from the list since it came."""
+        known = {notice.key for notice in self.notices}
+        self.notices = notices
+        if not notices:
+            self._show(None)
+            return
+        if notices[0].key not in known:
+            self._chosen = ""
+        shown = next((notice for notice in notices if notice.key == self._chosen), notices[0])
+        self._show(shown)
+        others = [notice for notice in notices if notice is not shown]
+        self.more.setVisible(bool(others))
+        if others:
+            self.more.setText(tr("{count} more", count=len(others)))
+            self.more.setIcon(icon(MEANING_ICONS[others[0].meaning], others[0].meaning))
 
     def show_note(self, note: str) -> None:
         """Shows a passing message after the text of the notice."""
@@ -116,20 +135,50 @@ class NoticeBar(QWidget):
         buttons = self._buttons if self.notice is not None else ()
         return next((button for button in buttons if button.objectName() == f"notice_{key}"), None)
 
-    def _fill(self, notice: Notice) -> None:
-        if self.notice is None or _buttons_of(self.notice) != _buttons_of(notice):
+    def _show(self, notice: Notice | None) -> None:
+        """An equal notice changes nothing but what its buttons do."""
+        old, self.notice = self.notice, notice
+        if notice is None:
+            self._focus.leave(self._hide)
+        else:
+            if old is None or _appearance_of(old) != _appearance_of(notice):
+                self._fill(old, notice)
+            self.show()
+        if (old is None) != (notice is None):
+            self.changed.emit()
+
+    def _hide(self) -> None:
+        leave_focus(self)  # else Qt gives it to the next button, which may be dangerous
+        self.hide()
+
+    def _fill(self, old: Notice | None, notice: Notice) -> None:
+        if old is None or _buttons_of(old) != _buttons_of(notice):
             self._make_buttons(notice)
         for button, choice in zip(self._buttons, notice.choices, strict=True):
             button.setEnabled(choice.is_enabled)
         self._show_text(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
         self.setAccessibleName(labelled(tr("Message"), notice.text))
-        self.meaning = notice.meaning
         self.picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
         self.update()
 
+    def _fill_list(self) -> None:
+        self._list.clear()
+        for notice in self.notices:
+            text = without_key(notice.text)
+            if len(text) > _LISTED_CHARACTERS:
+                text = f"{text[:_LISTED_CHARACTERS]}…"
+            action = self._list.addAction(icon(MEANING_ICONS[notice.meaning], notice.meaning), text)
+            action.setToolTip(notice.text)
+            action.triggered.connect(partial(self._choose, notice.key))
+
+    def _choose(self, key: str) -> None:
+        self._chosen = key
+        self.show_notices(self.notices)
+
     def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, self.meaning, is_foot=self.is_foot)
+        if self.notice is not None:
+            paint_banner(self, self.notice.meaning, is_foot=self.is_foot)
 
     def _show_text(self, text: str) -> None:
         if isinstance(self._text, FittedLabel):
@@ -142,16 +191,14 @@ class NoticeBar(QWidget):
         had_focus = next((button.objectName() for button in self._buttons if button.hasFocus()), None)
         leave_focus(self)
         for button in self._buttons:
-            (self._choices or self.row).removeWidget(button)
+            self._choices.removeWidget(button)
             button.hide()
             button.deleteLater()
         self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
-        for number, button in enumerate(self._buttons):
-            if self._choices is None:
-                self.row.insertWidget(2 + number, button)
-            else:
-                self._choices.add_right(button)
-            button.setVisible(notice.choices[number].is_shown)
+        for button, choice in zip(self._buttons, notice.choices, strict=True):
+            self._choices.addWidget(button)
+            retain_size(button)
+            button.setVisible(choice.is_shown)
             if button.objectName() == had_focus:
                 button.setFocus()
         if had_focus is not None and QApplication.focusWidget() is None:
@@ -161,7 +208,7 @@ class NoticeBar(QWidget):
     def order_tabs(self) -> None:
         """Tab reaches the buttons from the text on, not after everything made earlier; the foot is at the end."""
         before: QWidget | None = self.window().previousInFocusChain() if self.is_foot else self._text
-        for button in (*self._buttons, self._dismiss):
+        for button in (*self._buttons, self.more, self._dismiss):
             if before is not None and button is not before:
                 self.setTabOrder(before, button)
             before = button
@@ -187,7 +234,7 @@ class NoticeBar(QWidget):
             self.notice.dismiss()
 
 
-def _appearance_key(notice: Notice) -> object:
+def _appearance_of(notice: Notice) -> object:
     enabled = [choice.is_enabled for choice in notice.choices]
     return notice.meaning, notice.text, notice.dismiss is None, _buttons_of(notice), enabled
 

@@ -8,15 +8,11 @@ from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
-from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.engine.reconnect import Absence
+from app.diagnosis.link_state import LinkState, Phase
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
-from app.procedures.lock import Locked
-from app.safety.journal import Outcome
-from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.safety.left_active import KnownAs, LeftActive
 from tests.support.thorough import some
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
@@ -49,24 +45,6 @@ ACTS = {step: lambda: None for step in NextStep}
 def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
     notice = given(link_notice(state, 0.0, ACTS))
     assert [choice.key for choice in notice.choices if choice.is_main] == [main.value]
-
-
-def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot) -> None:
-    bar = NoticeBar()
-    qtbot.addWidget(bar)
-    words = ("Cancel", "Write anyway", "Unlock this one write")
-    bar.show_notice(Notice(Meaning.ATTENTION, "Vendor advises: 55° or more.", tuple(
-        Choice(word, word, lambda: None, is_step=True, is_shown=word != words[-1]) for word in words
-    )))  # fmt: skip
-    wide = bar.sizeHint().width()
-    bar.setFixedWidth(wide * 2 // 3)
-    bar.setFixedHeight(bar.heightForWidth(bar.width()))
-    bar.show()
-    let_lay_out(bar)
-    assert bar.minimumSizeHint().width() <= bar.width()
-    buttons = [bar.button(word) for word in words]
-    assert all(button is not None and bar.rect().contains(button.geometry()) for button in buttons)
-    assert cut_off(bar) == []
 
 
 def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
@@ -185,7 +163,7 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
         with window(qapp, tmp_path, options=WindowOptions(language=language), entries=PAGES) as assembly:
             main = assembly.window
             qtbot.waitSignal(main.pages_made).wait()
-            monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
+            monkeypatch.setattr(main.attention, "_notices", lambda: [] if shown[0] is None else [shown[0]])
             assembly.appearance.choose(theme)
             main.resize(size)
             for entry in PAGES:
@@ -196,44 +174,6 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
                     assert after == before, (language, theme, entry.key, shown[0])
                     assert cut_off(main.status_bar) == []
             assembly.appearance.choose(Theme.LIGHT)
-
-
-LOST = tuple(
-    LinkState(phase, "/dev/ttyUSB10", 115200, trouble=PortError(kind, "/dev/ttyUSB10", ""), absence=absence)
-    for phase in (Phase.LOST, Phase.FAILED)
-    for kind, absence in (*((one, None) for one in PortTrouble), *((PortTrouble.LOST, one) for one in Absence))
-)
-SILENT = tuple(LinkState(Phase.SILENT, "/dev/ttyUSB10", 115200, silence=silence) for silence in Silence)
-
-
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
-    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str
-) -> None:
-    """In sunlight on the narrowest one what follows may be elided, which its tooltip and "Why?" give."""
-    failed = Locked(outcome=Outcome.UNKNOWN, sent=31)
-    with window(qapp, tmp_path, options=WindowOptions(language=language), entries=()) as assembly:
-        main, shown = assembly.window, [NOTICES[0]]
-        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
-        label = find(main.notice_bar, FittedLabel, "notice_text")
-        for theme, width in ((Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024)):
-            assembly.appearance.choose(theme)
-            main.resize(width, 540)
-            again = Choice("lock_again", tr("LOCK again"), lambda: None)
-            for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10"), LinkState(Phase.LATE)):
-                alone = link_notice(state._replace(was_active=True), 99.0, ACTS)
-                said = link_notice(state, 99.0, ACTS, is_unlocked=True)
-                assert alone is not None
-                assert said is not None
-                choices = said.choices if state in LOST else (again, *said.choices)
-                locking = said._replace(text=join_sentences([failed.sentence, said.text]), choices=choices)
-                for shown[0] in (alone, locking):
-                    main.attention.refresh()
-                    let_lay_out(main)
-                    is_whole = not label.text().endswith("…")
-                    assert is_whole or width == 960, shown[0]
-                    least = failed.sentence if failed.sentence in shown[0].text else link_text(state, 99.0).what
-                    assert least in label.text(), shown[0]
 
 
 def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
@@ -269,20 +209,55 @@ def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> 
 def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         main = assembly.window
-        main.attention.queue_notice(NOTICES[0])
+        main.attention.say(NOTICES[0])
         main.show_message("Copied.")
         label = find(main.notice_bar, FittedLabel, "notice_text")
         assert label.text() == "Short. Copied."
+
+
+def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot) -> None:
+    calm = Notice(Meaning.INFORMATION, "Advice.", (Choice("advice", "Do it", lambda: None),))
+    grave = Notice(Meaning.DANGER, "Silent for 1 s", cause="link")
+    bar = NoticeBar(is_foot=True)
+    qtbot.addWidget(bar)
+    bar.show_notices([calm])
+    assert not bar.more.isVisibleTo(bar)
+    bar.show_notices([grave, calm])
+    assert notice_text(bar) == "Silent for 1 s"
+    assert bar.more.isVisibleTo(bar)
+    bar.more.menu().aboutToShow.emit()
+    listed = bar.more.menu().actions()
+    assert [action.text() for action in listed] == ["Silent for 1 s", "Advice."]
+    listed[1].trigger()
+    assert bar.button("advice") is not None
+    later = grave._replace(text="Silent for 2 s")
+    bar.show_notices([later, calm])
+    assert notice_text(bar) == "Advice.", "a text that ticks is no new notice"
+    bar.show_notices([Notice(Meaning.DANGER, "It fired."), later, calm])
+    assert notice_text(bar) == "It fired."
+
+
+def test_an_interruption_does_not_wait_behind_what_was_left_active(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("left", active=True) as bench, window(qapp, tmp_path, entries=()) as assembly:
+        connect(qtbot, assembly, "sim://left")
+        left = LeftActive(KnownAs("M-07", "an ended one"), "ttyUSB9", "", "2026-11-28T14:02:00+00:00")
+        assembly.storage.left_active = (left,)
+        bench.restart()
+        main = assembly.window
+        qtbot.waitUntil(lambda: len(main.notice_bar.notices) > 1 and assembly.ports.module.is_going)
+        qtbot.waitUntil(lambda: any("The module restarted." in one.text for one in main.notice_bar.notices))
+        assert any("M-07" in one.text for one in main.notice_bar.notices)
 
 
 def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
         main = assembly.window
         for text, is_of_module in (("Of it.", True), ("Of all.", False)):
-            main.attention.queue_notice(Notice(Meaning.INFORMATION, text), is_of_module=is_of_module)
+            main.attention.say(Notice(Meaning.INFORMATION, text), is_of_module=is_of_module)
         assert notice_text(main.notice_bar) == "Of it."
         assembly.ports.connect_to(Target("/dev/another", 115200))
-        main.attention.refresh()
         assert notice_text(main.notice_bar) == "Of all."
 
 

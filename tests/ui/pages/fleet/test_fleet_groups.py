@@ -36,6 +36,7 @@ from tests.support.window.steps import given, notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.files.file_dialogs import ThenPath
 from ui.session.check import ENTRIES
+from ui.session.left_active import LeftActiveWatch
 from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
@@ -334,7 +335,7 @@ def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]
     desk.qtbot.addWidget(bar)
     attention = Attention(
         connector, bar, acts={}, pending_edits=desk.services.pending_edits, go_to=lambda _page: None,
-        shown_page=lambda: page, is_choosing=lambda: False, find_left=lambda: None, parent=desk.page,
+        shown_page=lambda: page, is_choosing=lambda: False, left_active=LeftActiveWatch(connector), parent=desk.page,
     )  # fmt: skip
     desk.page.leave_wanted.disconnect()
     desk.page.leave_wanted.connect(lambda port, act: attention.leave_port(act, port=port))

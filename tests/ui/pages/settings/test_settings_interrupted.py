@@ -28,6 +28,7 @@ from tests.support.window.settings_bench import (
 from tests.support.window.steps import given, notice_text
 from ui.pages.settings.page import SettingsPage
 from ui.session.interruptions import RemainderKind
+from ui.session.left_active import LeftActiveWatch
 from ui.shell.attention import AGAIN_S, Attention
 from ui.widgets.notice_bar import NoticeBar
 
@@ -230,16 +231,17 @@ def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QAppli
         window, bar = one.assembly.window, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
         window.close()
-        assert bar.button("drop_edits") is not None
+        assert bar.button("lock_and_leave") is not None
         one.wait(AGAIN_S)
         window.close()  # a second attempt is an answer to the first question, not to the next
         assert window.isVisible()
-        assert bar.button("lock_and_leave") is not None
+        assert bar.button("drop_edits") is not None
         choose(one, "stay", bar)
+        assert one.settings.work.form.edited != {}
         window.close()
-        choose(one, "drop_edits", bar)
-        assert window.isVisible()
         choose(one, "leave_active", bar)
+        assert window.isVisible()
+        choose(one, "drop_edits", bar)
         one.until(lambda: not window.isVisible())
         assert one.changes() == []
 
@@ -299,7 +301,7 @@ def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_cl
             go_to=lambda _page: None,
             shown_page=lambda: "fleet",
             is_choosing=lambda: False,
-            find_left=lambda: None,
+            left_active=LeftActiveWatch(services.ports),
             parent=services.ports,
         )
         ports.plug_in("/dev/port0")
