@@ -33,10 +33,11 @@ class FiringDoubt:
         """No person has closed the notice about it yet."""
         return self._is_raised and not self._is_notice_closed
 
-    def note_ended(self, conversation: ConversationView) -> None:
-        """To be called once with each conversation that has ended."""
+    def note_ended(self, conversation: ConversationView, *, was_active: bool = False) -> None:
+        """To be called once with each conversation that has ended. `was_active`: it was ACTIVE a moment before, and was
+        not locked from here: a module that restarted reports LOCKED before its boot count tells of the restart."""
         self._boot_count_before = None
-        if conversation.ended is None or not _may_fire(conversation):
+        if conversation.ended is None or not (was_active or _may_fire(conversation)):
             return
         if conversation.ended.reason is EndReason.RESTARTED:
             self._raise()

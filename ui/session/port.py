@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from typing import Any, Final, NamedTuple
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -44,6 +45,8 @@ MakeWorker = Callable[[Callable[[Batch], None], Callable[[], Job[Any]]], Worker]
 """Given what takes its batches, and what makes the job of an owed LOCK."""
 MIN_PUBLISH_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
+# The link asks the boot count once a second, so that it may be told of a restart as late as this.
+RESTART_TOLD_S = 3.0
 # While a port is waited for: how often it is checked.
 FOLLOW_EVERY_MS = 100
 VIEWED: Final = ("triggered", "active", "cell_voltage_v", "charging", "boot_count")
@@ -103,6 +106,8 @@ class Port(QObject):
         self._lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         self._interruptions = Interruptions(time.time, parent=self)
         self._firing_doubt = FiringDoubt()
+        # When the module last reported ACTIVE; long ago where LOCK was confirmed since.
+        self._active_at = -inf
         self.target: Target | None = None
         self.key = ""
         """Of the adapter or the port, as it was connected; the same when it comes back under another name."""
@@ -314,6 +319,10 @@ class Port(QObject):
         if view.ended is not None and was_going:
             self._on_end(view, view.ended)
         self.lock.take_in(batch, self.module.activation, is_open=self.is_open)
+        if self.lock.confirmed is not None:
+            self._active_at = -inf
+        elif self.module.activation.state is Activation.ACTIVE:
+            self._active_at = self.now_s
         if is_news:
             _log.info("Port: %s", batch.connection)
             self._on_connection(batch.connection)
@@ -341,7 +350,7 @@ class Port(QObject):
     def _on_end(self, view: ConversationView, end: Ended) -> None:
         module = self.module
         _log.info("Conversation %d ended: %s", view.number, end.reason.value)
-        self._firing_doubt.note_ended(view)
+        self._firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
         self.last_name = module.name or self.last_name
         text = module.end_message
         if text is not None:

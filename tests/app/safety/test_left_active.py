@@ -210,6 +210,13 @@ def test_a_module_that_restarted_while_active_may_have_fired(
     assert is_in_doubt(view(active, reason), view(False, number=2, boots=boots)) is is_open
 
 
+@pytest.mark.promise("f")
+def test_a_report_of_locked_after_the_restart_takes_no_doubt_away() -> None:
+    doubt = FiringDoubt()
+    doubt.note_ended(view(False, EndReason.RESTARTED), was_active=True)
+    assert doubt.is_open
+
+
 def test_the_boot_count_goes_around() -> None:
     assert is_in_doubt(view(True, EndReason.SILENT, boots=255), view(False, number=2, boots=0))
 

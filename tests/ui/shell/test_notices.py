@@ -249,6 +249,7 @@ def test_an_interruption_does_not_wait_behind_what_was_left_active(
         qtbot.waitUntil(lambda: len(main.notice_bar.notices) > 1 and assembly.ports.module.is_going)
         qtbot.waitUntil(lambda: any("The module restarted." in one.text for one in main.notice_bar.notices))
         assert any("M-07" in one.text for one in main.notice_bar.notices)
+        assert "may have fired" in notice_text(main.notice_bar)
 
 
 def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:
