@@ -15,17 +15,13 @@ from contextlib import suppress
 from functools import partial
 from typing import Final, NamedTuple, TextIO
 
-from app.captures.entries import CaptureEntry, Way
-from app.captures.explained import Explained, Explainer, HexExplainer
+from app.captures.traffic import CaptureEntry, Explained, Explainer, Way
 from protocol.catalogue import Command
 from protocol.translatable import marked
 
-MAX_LINE_LENGTH: Final = 64 * 1024
-"""Of a line with a time."""
 MAX_TEXT_LENGTH: Final = 1 << 22
-"""Of a line of hex."""
+"""Of a line; a longer one is read in pieces."""
 MAX_FAULTS: Final = 100
-NOT_HEX: Final = marked("no pairs of hex digits")
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 _WORD = re.compile(r"[^\s,\ufeff]+")
 _SHOWN = 24
@@ -63,70 +59,55 @@ class LineFault(NamedTuple):
     text: str
 
 
-class TimedLines:
-    def __init__(self) -> None:
+class TextReader:
+    """Explains text line by line; its first line that is no remark tells whether it has times."""
+
+    def __init__(self, asked: Command | None = None) -> None:
+        """`asked`: the command that the module's frames answer until the first request."""
+        self._is_timed = False
         self.faults: list[LineFault] = []
-        """The first `MAX_FAULTS`."""
+        """Of lines with times: the first `MAX_FAULTS`."""
+        self._explainer = Explainer(asked)
+        self._has_begun = False
         self._number = 0
         self._last_s = 0.0
 
-    def feed(self, line: str) -> CaptureEntry | None:
-        """None for a remark, an empty line, and one that cannot be read."""
+    def feed(self, line: str) -> list[Explained]:
+        """What the line completes. Raises `NotHex` where the text has no times."""
         self._number += 1
         plain = line.strip("\ufeff \t\r\n")
         if not plain or plain.startswith("#"):
-            return None
-        entry = _ENTRY.fullmatch(plain) if len(line) <= MAX_LINE_LENGTH else None
-        if entry is None:
+            return []
+        if not self._has_begun:
+            self._has_begun, self._is_timed = True, _ENTRY.fullmatch(plain) is not None
+        if not self._is_timed:
+            return self._explainer.feed_untimed(hex_bytes(plain))
+        entry = self._entry(plain)
+        return [] if entry is None else self._explainer.feed(entry)
+
+    def end(self) -> list[Explained]:
+        return self._explainer.end()
+
+    def _entry(self, plain: str) -> CaptureEntry | None:
+        """The bytes of a line with a time; None where it has none, or cannot be read."""
+        found = _ENTRY.fullmatch(plain)
+        if found is None:
             self._refuse(marked("no time, direction and bytes"))
             return None
         try:
-            raw = hex_bytes(entry[3])
+            raw = hex_bytes(found[3])
         except NotHex:
-            self._refuse(NOT_HEX)
+            self._refuse(marked("no pairs of hex digits"))
             return None
-        at_s = float(entry[1])
-        if at_s < self._last_s:
-            self._refuse(marked("the time runs backwards"))
-            at_s = self._last_s
-        self._last_s = at_s
-        return CaptureEntry(at_s, Way(entry[2]), raw) if raw else None
+        if float(found[1]) < self._last_s:
+            self._refuse(marked("the time runs backwards"))  # its bytes count all the same
+        self._last_s = max(self._last_s, float(found[1]))
+        return CaptureEntry(self._last_s, Way(found[2]), raw) if raw else None
 
     def _refuse(self, text: str) -> None:
         if len(self.faults) < MAX_FAULTS:
             self.faults.append(LineFault(self._number, text))
 
 
-class TextReader:
-    """Explains text line by line; its first line that is no remark tells whether it has times."""
-
-    def __init__(self, asked: Command | None = None) -> None:
-        """`asked`: the command that the module's frames answer until the first request."""
-        self.is_timed = False
-        self._has_begun = False
-        self._lines, self._explainer = TimedLines(), Explainer(asked)
-        self._hex_explainer = HexExplainer(asked)
-
-    @property
-    def faults(self) -> list[LineFault]:
-        """Of lines with times."""
-        return self._lines.faults
-
-    def feed(self, line: str) -> list[Explained]:
-        """What the line completes. Raises `NotHex`."""
-        plain = line.strip("\ufeff \t\r\n")
-        is_remark = not plain or plain.startswith("#")
-        if not self._has_begun and not is_remark:
-            self._has_begun, self.is_timed = True, _ENTRY.fullmatch(plain) is not None
-        if self.is_timed or not self._has_begun:
-            entry = self._lines.feed(line)
-            return [] if entry is None else self._explainer.feed(entry)
-        return [] if is_remark else self._hex_explainer.feed(hex_bytes(line))
-
-    def end(self) -> list[Explained]:
-        return self._explainer.end() if self.is_timed else self._hex_explainer.end()
-
-
 def lines_in(file: TextIO) -> Iterator[str]:
-    """Of a text; a line that is too long in pieces."""
     return iter(partial(file.readline, MAX_TEXT_LENGTH), "")

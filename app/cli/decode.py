@@ -17,10 +17,9 @@ from pathlib import Path
 
 from msgspec import UNSET, Struct
 
-from app.captures.entries import Way
 from app.captures.explain import meaning, sentence
-from app.captures.explained import Explained, Explainer
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
+from app.captures.traffic import Explained, Explainer, Way
 from app.cli.results import DecodedFrameJson, RejectedJson
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
@@ -113,7 +112,7 @@ def _print_rows(
     def write() -> None:
         nonlocal is_whole
         is_whole &= not any(isinstance(row.piece, Noise) for row in waiting)
-        console.write_lines([shown(row, is_timed=reader.is_timed) for row in waiting])
+        console.write_lines([shown(row) for row in waiting])
         waiting.clear()
 
     try:
@@ -127,16 +126,16 @@ def _print_rows(
     return is_whole
 
 
-def _line_of_json(row: Explained, *, is_timed: bool) -> str:
-    return console.as_json(as_json(row, is_timed=is_timed))
+def _line_of_json(row: Explained) -> str:
+    return console.as_json(as_json(row))
 
 
-def as_json(row: Explained, *, is_timed: bool) -> Struct:
+def as_json(row: Explained) -> Struct:
     """The object of one line of `decode --json`; always in English."""
     piece = row.piece
-    time_s = round(row.at_s, 6) if is_timed else UNSET
+    time_s = UNSET if row.at_s is None else round(row.at_s, 6)
     if isinstance(piece, Noise):
-        direction = _DIRECTIONS[row.way] if is_timed else UNSET
+        direction = UNSET if row.at_s is None else _DIRECTIONS[row.way]
         return RejectedJson(
             t_s=time_s, offset=piece.offset, hex=_hex(piece.raw), valid=False, direction=direction, reason=piece.detail
         )
@@ -150,15 +149,15 @@ def as_json(row: Explained, *, is_timed: bool) -> Struct:
     )
 
 
-def _line_for_people(row: Explained, *, is_timed: bool) -> str:
+def _line_for_people(row: Explained) -> str:
     piece = row.piece
-    direction = piece.direction if isinstance(piece, Frame) else _DIRECTIONS[row.way] if is_timed else None
+    direction = piece.direction if isinstance(piece, Frame) else None if row.at_s is None else _DIRECTIONS[row.way]
     sender = "-" if direction is None else "host" if direction is Direction.HOST_TO_MODULE else "module"
     shown = _hex(piece.raw[:SHOWN_BYTES])
     words = sentence(piece, row.asked)
     if len(piece.raw) > SHOWN_BYTES:
         words = f"… {len(piece.raw)} B: {words}"
-    place = f"{row.at_s:11.6f}" if is_timed else f"{piece.offset:6}"
+    place = f"{piece.offset:6}" if row.at_s is None else f"{row.at_s:11.6f}"
     return f"{place}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
 
 

@@ -15,11 +15,10 @@ import numpy as np
 
 from app.cli.results import ExportJson
 from app.engine.worker import Batch
-from app.recordings.excerpt import Excerpt, csv_parts
+from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.markers import MarkerTracker
 from app.recordings.recorder import Recorder
-from app.recordings.reports import ACTIVE, TRIGGERED
 from app.recordings.writer import POLLED
 from app.samples.ring_buffers import Window
 from app.terminal import console

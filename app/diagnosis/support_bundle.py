@@ -11,19 +11,21 @@ import platform
 import re
 import socket
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from app.captures.entries import CaptureEntry, line_of
+from app.captures.traffic import entries_of
 from app.diagnosis.causes import explain
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.conversation import ConversationView
 from app.engine.worker import Connection
 from app.system.files import whole_file
+from app.system.wall_clock import wall_offset_s
+from protocol.events import Event
 
 USER = "<user>"
 COMPUTER = "<computer>"
@@ -88,23 +90,22 @@ class Contents:
     statistics: LinkStatistics | None = None
     preferences: Mapping[str, object] = field(default_factory=dict)
     """Language, theme …"""
-    capture: Iterable[CaptureEntry] = ()
-    capture_started_at: datetime | None = None
+    traffic: Sequence[Event] = ()
+    """The latest, oldest first."""
 
 
 class SupportBundle:
     """Immutable. `files`: exactly what `write` writes."""
 
     def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
-        names, started_at = names or Names.of_this_computer(), contents.capture_started_at
-        head = () if started_at is None else (f"# started: {started_at.isoformat(timespec='seconds')}",)
+        names = names or Names.of_this_computer()
         texts = {
             "about.json": _json(_about(contents.version)),
             "link.json": _json(_link(contents)),
             "module.json": _json(_module(contents)),
             "preferences.json": _json(dict(contents.preferences)),
             "log.txt": contents.log,
-            "capture.txt": "".join(f"{line}\n" for line in (*head, *map(line_of, contents.capture))),
+            "capture.txt": _capture(contents.traffic),
         }
         self.files = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
 
@@ -127,6 +128,16 @@ def _end_of(text: str) -> str:
     if len(text) <= MAX_PART_LENGTH:
         return text
     return "…\n" + text[-MAX_PART_LENGTH:].partition("\n")[2]
+
+
+def _capture(traffic: Sequence[Event]) -> str:
+    """As `dps-s decode` reads it."""
+    if not traffic:
+        return ""
+    started_at = datetime.fromtimestamp(traffic[0].at + wall_offset_s(), UTC)
+    lines = [f"# started: {started_at.isoformat(timespec='seconds')}"]
+    lines += [entry.line for entry in entries_of(traffic, traffic[0].at)]
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _about(version: str) -> dict[str, object]:

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
 from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
-from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Readable, Seconds, Window
 from app.samples.step_function import MAX_STEPS, StepFunction
 
+ACTIVE, TRIGGERED = 0x01, 0x02
+"""Bits of `Excerpt.flags`."""
 HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
 """Rows per part, about 10 ms: how often a cancellation is checked."""

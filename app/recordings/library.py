@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.engine.target import is_simulated
-from app.recordings.session_format import SUFFIX
-from app.recordings.session_reader import read_head
+from app.recordings.session_file import SUFFIX, read_head
 from app.system.files import lock, private_opener
 from app.system.folders import data_folder
 from app.text.messages import UserMessage, message

@@ -20,7 +20,7 @@ from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary, stopped_message
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker
-from app.recordings.session_format import Opening, time_of
+from app.recordings.session_file import Opening, time_of
 from app.recordings.writer import SessionWriter
 from app.stations.station import find_station, fingerprint_of
 from app.system.clock import Clock, steady_time

@@ -1,21 +1,20 @@
 """Opens a recording for reading."""
 
-from collections.abc import Iterable, Iterator
+from array import array
+from collections.abc import Iterator
 from datetime import datetime
 from operator import itemgetter
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
-from app.captures.entries import CaptureEntry
-from app.captures.line import NANOSECONDS, LineBytes, LinePart
-from app.recordings.excerpt import Excerpt, Measured
+from app.captures.traffic import CaptureEntry, Way
+from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
-from app.recordings.reports import ReportColumns, ReportFinder
-from app.recordings.session_format import EVENTS, RX, TX, Opening, is_time
-from app.recordings.session_reader import FileMessage, SessionFile
-from app.samples.ring_buffers import RecordedSeries, bucket_firsts
+from app.recordings.session_file import EVENTS, NANOSECONDS, RX, STATUS, TX, FileMessage, RecordedReport, SessionFile
+from app.samples.ring_buffers import Readable
 from app.system.gil_yield import GilYield
 from app.text.json_objects import object_in
 from app.text.messages import UserMessage, joined, message
@@ -25,6 +24,9 @@ from protocol.translatable import marked
 _MAX_LIMITS = 1_000_000
 _LARGEST = 1e9
 _MARKS = {kind.value: kind for kind in MarkerKind}
+_WAYS = {RX: Way.IN, TX: Way.OUT}
+_PAUSE_EVERY = 500
+"""Reports."""
 
 
 class Recording(Measured):
@@ -44,27 +46,38 @@ class Recording(Measured):
         file = SessionFile(entry.path)
         self.opening = file.opening
         self.wall_offset_s = file.opening.wall_offset_ns / NANOSECONDS
+        # A day has millions of reports.
+        times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("B")
         self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
         self._limits: list[tuple[float, ModuleLimits]] = []
         markers: list[Marker] = []
-        columns: list[ReportColumns] = []
-        finder, pace = ReportFinder(), GilYield()
-        last_s = file.opening.start_s
-        for messages in file.blocks():
-            columns.append(finder.feed(_line_part(messages, RX)))
-            markers += self._markers_in(messages)
-            if messages:
-                last_s = max(last_s, file.opening.clock_s(messages[-1].log_ns))
-            pace.checkpoint()
-        times, tilt, acceleration, self._flags = _joined(columns, file.opening)
-        firsts = bucket_firsts(times)
-        self._times = times
-        self.tilt = RecordedSeries(times, tilt, firsts)
-        self.acceleration = RecordedSeries(times, acceleration, firsts)
+        decoder, pace = msgspec.json.Decoder(RecordedReport), GilYield()
+        last_ns = file.opening.wall_ns(file.opening.start_s)
+        for one in file.messages():
+            last_ns = max(last_ns, one.log_ns)
+            if one.topic == STATUS:
+                try:
+                    report = decoder.decode(one.data)
+                except msgspec.DecodeError:
+                    continue  # of another program
+                times_ns.append(one.log_ns)
+                tilt.append(report.tilt_deg)
+                acceleration.append(report.acceleration_g)
+                flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
+                if len(flags) % _PAUSE_EVERY == 0:
+                    pace.checkpoint()
+            elif one.topic == EVENTS:
+                markers += self._take_event(one)
+        # Readers rely on ascending times.
+        self._times = np.maximum.accumulate(
+            (np.frombuffer(times_ns, np.int64) - file.opening.wall_offset_ns) / NANOSECONDS
+        )
+        self._flags = np.frombuffer(flags, np.uint8)
+        self.tilt = Readable(self._times, np.frombuffer(tilt, np.float32))
+        self.acceleration = Readable(self._times, np.frombuffer(acceleration, np.float32))
         self.cell = _series(self._polled["cell_voltage_v"])
         self.light = _series(self._polled["light_v"])
-        if len(times):
-            last_s = max(last_s, float(times[-1]))
+        last_s = file.opening.clock_s(last_ns)
         self.damaged: tuple[tuple[float, float], ...] = ()
         """From when to when data is missing: up to the end, as far as that is known."""
         if file.is_damaged:
@@ -88,21 +101,21 @@ class Recording(Measured):
         damaged_at = self.damaged[0][0] + self.wall_offset_s if self.damaged else None
         return _damage(damaged_at, self.missing_count)
 
-    def _markers_in(self, messages: Iterable[FileMessage]) -> Iterator[Marker]:
-        """Takes in the events; those that are marks are returned."""
-        for at_s, event in _events_in(messages, self.opening):
-            word = event.get("event")
-            self.missing_count += _missing_in(event)
-            if word == "reading":
-                for key, polled in self._polled.items():
-                    value = _number(event.get(key))
-                    if value is not None:
-                        polled.append((at_s, value))
-            elif word == "limits":
-                values = [_number(event.get(key)) for key in ModuleLimits._fields]
-                self._limits.append((at_s, ModuleLimits(*values)))
-            elif isinstance(word, str) and word in _MARKS and is_time(at_s):
-                yield Marker(at_s, _MARKS[word], str(event.get("module") or event.get("port") or ""))
+    def _take_event(self, one: FileMessage) -> Iterator[Marker]:
+        """Takes in an event; one that is a mark is returned."""
+        at_s, event = self.opening.clock_s(one.log_ns), object_in(one.data)
+        word = event.get("event")
+        self.missing_count += _missing_in(event)
+        if word == "reading":
+            for key, polled in self._polled.items():
+                value = _number(event.get(key))
+                if value is not None:
+                    polled.append((at_s, value))
+        elif word == "limits":
+            values = [_number(event.get(key)) for key in ModuleLimits._fields]
+            self._limits.append((at_s, ModuleLimits(*values)))
+        elif isinstance(word, str) and word in _MARKS:
+            yield Marker(at_s, _MARKS[word], str(event.get("module") or event.get("port") or ""))
 
 
 class RecordedTraffic:
@@ -117,16 +130,18 @@ class RecordedTraffic:
         file = SessionFile(self.path)
         start_ns = last_ns = file.opening.wall_ns(file.opening.start_s)
         missing_count = 0
-        for messages in file.blocks(at_once=100):
-            missing_count += sum(_missing_in(event) for _, event in _events_in(messages, file.opening))
-            last_ns = max(last_ns, *(one.log_ns for one in messages)) if messages else last_ns
-            yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
+        for one in file.messages():
+            last_ns = max(last_ns, one.log_ns)
+            if one.topic in _WAYS:
+                yield CaptureEntry((one.log_ns - start_ns) / NANOSECONDS, _WAYS[one.topic], one.data)
+            elif one.topic == EVENTS:
+                missing_count += _missing_in(object_in(one.data))
         self.damage = _damage(last_ns / NANOSECONDS if file.is_damaged else None, missing_count)
 
 
 def open_recording(entry: RecordingEntry) -> Recording:
-    """Opens a recording and verifies all checksums. Takes a second or two for a long one: not for the window's thread.
-    Raises `UserError`."""
+    """Opens a recording and verifies all checksums. Takes seconds for a long one: not for the window's thread. Raises
+    `UserError`."""
     try:
         return Recording(entry)
     except (OSError, UserError) as error:
@@ -155,31 +170,13 @@ def _damage(damaged_at: float | None, missing_count: int) -> UserMessage | None:
     return joined(missing, " ") if missing else None
 
 
-def _events_in(messages: Iterable[FileMessage], opening: Opening) -> Iterator[tuple[float, dict[str, object]]]:
-    for one in messages:
-        if one.topic == EVENTS:
-            yield opening.clock_s(one.log_ns), object_in(one.data)
-
-
 def _missing_in(event: dict[str, object]) -> int:
     return int(_number(event.get("count")) or 0) if event.get("event") == MarkerKind.MISSING.value else 0
 
 
-def _line_part(messages: Iterable[FileMessage], topic: str) -> LinePart:
-    return LinePart.read((one.log_ns, one.data) for one in messages if one.topic == topic)
-
-
-def _joined(columns: list[ReportColumns], opening: Opening) -> list[np.ndarray]:
-    """Times in seconds of the clock, tilt, acceleration and flags. Readers rely on ascending times."""
-    times_ns, tilt, acceleration, flags = (np.concatenate(column) for column in zip(*columns, strict=True))
-    times = (times_ns - opening.wall_offset_ns) / NANOSECONDS
-    return [np.maximum.accumulate(times), tilt, acceleration, flags]
-
-
-def _series(polled: list[tuple[float, float]]) -> RecordedSeries:
+def _series(polled: list[tuple[float, float]]) -> Readable:
     times, values = np.array(polled, np.float64).reshape(-1, 2).T
-    times = np.maximum.accumulate(times)
-    return RecordedSeries(times, values.astype(np.float32), bucket_firsts(times))
+    return Readable(np.maximum.accumulate(times), values.astype(np.float32))
 
 
 def _number(value: object) -> float | None:

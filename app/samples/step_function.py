@@ -20,9 +20,6 @@ class StepFunction:
     def __init__(self, kept: int = MAX_STEPS) -> None:
         self._changes: deque[StepPoint] = deque(maxlen=kept)
 
-    def __len__(self) -> int:
-        return len(self._changes)
-
     def clear(self) -> None:
         self._changes.clear()
 
@@ -33,22 +30,18 @@ class StepFunction:
 
     def put(self, time_s: float, value: float | None) -> None:
         """Set the value from now on; None: unknown. Raises ValueError for an earlier time."""
-        if self._changes:
-            newest = self._changes[-1]
-            if time_s < newest.time_s:
-                raise ValueError("times run backwards")
-            if value == newest.value:
-                return
-        self._changes.append(StepPoint(time_s, value))
+        newest = self._changes[-1] if self._changes else None
+        if newest is not None and time_s < newest.time_s:
+            raise ValueError("times run backwards")
+        if newest is None or value != newest.value:
+            self._changes.append(StepPoint(time_s, value))
 
     def between(self, start_s: float, end_s: float) -> list[StepPoint]:
         """The value at `start_s`, if there is one, and every change up to `end_s`."""
         points: list[StepPoint] = []
         for change in reversed(self._changes):
-            if change.time_s > end_s:
-                continue
-            points.append(change)
-            if change.time_s <= start_s:
-                break
-        points.reverse()
-        return points
+            if change.time_s <= end_s:
+                points.append(change)
+                if change.time_s <= start_s:
+                    break
+        return points[::-1]

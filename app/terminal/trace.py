@@ -1,8 +1,7 @@
 """Output of -v on standard error: requests and their outcomes; with -vv every frame."""
 
-from app.captures.entries import entries_of
 from app.captures.explain import link_sentence, sentence
-from app.captures.explained import Explainer
+from app.captures.traffic import Explainer, entries_of
 from app.engine.worker import Batch, PortState
 from app.terminal.console import notify
 from app.text.i18n import tr
@@ -39,7 +38,7 @@ class Trace:
         for entry in entries_of((event,), started_at):
             for row in self._explainer.feed(entry):
                 raw = row.piece.raw.hex(" ").upper()
-                notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
+                notify(f"{row.at_s or 0.0:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")

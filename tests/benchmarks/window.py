@@ -13,7 +13,6 @@ from typing import Any, Final
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.captures.traffic_buffer import MAX_ENTRIES
 from app.engine.worker import Batch
 from protocol.catalogue import STATUS
 from protocol.events import Received, Role, Sent
@@ -22,6 +21,7 @@ from protocol.messages import Status
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage
+from ui.pages.diagnosis.traffic_model import MAX_ROWS
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
@@ -109,20 +109,17 @@ def live_page(assembly: Assembly) -> Any:
 
 
 def reserve(page: Any) -> None:
-    """Reserve the series' memory for ten hours now, so that further growth is a leak."""
+    """Reserve all memory of the series now, so that further growth is a leak."""
     data = page.data
     for series in (data.tilt, data.acceleration, data.cell, data.light, data._flags):
-        for column in (*series._exact._columns, *series._buckets._columns):
+        for column in series._memory:
             column.fill(0)
 
 
 def fill_capture(page: Any) -> None:
-    """The same for the traffic buffer of the Diagnosis page."""
+    """The same for the traffic of the Diagnosis page."""
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
-    at_s = 0.0
-    for _ in range(MAX_ENTRIES):
-        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, at_s)] * 10)
-        at_s += 1 / 144
+    page.traffic.model.append([Received(frame, None, Role.STREAMED, n / 1440) for n in range(MAX_ROWS)])
 
 
 def resident_mb() -> float:

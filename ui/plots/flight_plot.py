@@ -16,7 +16,7 @@ from app.flights.flight_log import FlightLog
 from app.flights.judge import MAX_GAP_S, TriggerLimits
 from app.flights.raw_log import Floats
 from app.flights.read_log import read_flight_log
-from app.samples.ring_buffers import RecordedSeries, bucket_firsts
+from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
@@ -140,10 +140,10 @@ def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
     return lanes
 
 
-def _series(time_s: Floats, values: Floats) -> RecordedSeries:
+def _series(time_s: Floats, values: Floats) -> Readable:
     is_known = np.isfinite(values)
     times, known = time_s[is_known], values[is_known].astype(np.float32)
-    return RecordedSeries(times, known, bucket_firsts(times))
+    return Readable(times, known)
 
 
 def _scale_of(values: Floats) -> Scale:

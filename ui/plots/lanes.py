@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.limits.out_of_limits import Outside
 from app.recordings.markers import Marker, MarkerKind
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
-from app.samples.ring_buffers import Extent, Readable
+from app.samples.ring_buffers import Readable, SeriesSample
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -143,18 +143,17 @@ class Reading(NamedTuple):
     """What is read at a time: its text, and the sample."""
 
     text: str
-    near: Extent | None
+    near: SeriesSample | None
 
 
 def reading(lane: Lane, at_s: float) -> Reading:
-    """The value at a time with its unit, a range where only that was kept, or "no data" where no curve is drawn."""
+    """The value at a time with its unit, or "no data" where no curve is drawn."""
     near = lane.series.around(at_s, within_s=lane.gap_s / 2)
     if near is None:
         return Reading(tr("no data"), None)
-    low, high = value_text(near.low, lane.decimals), value_text(near.high, lane.decimals)
     gap = "" if lane.unit == "°" else " "
-    text = f"{low}{gap}{lane.unit}" if low == high else f"{low} … {high}{gap}{lane.unit}"
-    outside = None if lane.outside is None else lane.outside(near.low, at_s) or lane.outside(near.high, at_s)
+    text = f"{value_text(near.value, lane.decimals)}{gap}{lane.unit}"
+    outside = None if lane.outside is None else lane.outside(near.value, at_s)
     return Reading(text if outside is None else outside.beside(text), near)
 
 

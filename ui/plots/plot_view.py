@@ -238,7 +238,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
         overlay.lines.append((x, theme.text))
         for lane, (text, near) in zip(self.lanes, self.readings, strict=False):
-            y = lane.box.top() + 26 if near is None else lane.y(near.high)
+            y = lane.box.top() + 26 if near is None else lane.y(near.value)
             if near is not None and last.left() <= lane.x(near.time_s) <= last.right():
                 overlay.dots.append((QPointF(lane.x(near.time_s), y), lane.ink))
             tag(text, y - 14, lane.box)

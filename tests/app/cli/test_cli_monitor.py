@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.captures.entries import Way
+from app.captures.traffic import Way
 from app.engine.worker import Worker
 from app.recordings.library import RecordingLibrary
 from app.system.clock import steady_time

@@ -16,7 +16,7 @@ from typing import IO
 import pytest
 import serial
 
-from app.captures.entries import Way
+from app.captures.traffic import Way
 from app.recordings.library import RecordingLibrary
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, Running, RunningModule, ran, ran_code, run_module, running

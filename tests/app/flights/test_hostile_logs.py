@@ -13,14 +13,14 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.captures.entries import CaptureEntry, Way
+from app.captures.traffic import CaptureEntry, Way
 from app.flights.flight_log import FlightLog
 from app.flights.many_logs import LogOrder, summarise_log
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary
 from app.recordings.export import export
 from app.recordings.library import entry_of
-from app.recordings.session_format import Opening
+from app.recordings.session_file import Opening
 from app.text.user_error import UserError
 from protocol.messages import Status
 from tests.support.flights import log_bytes as made

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.captures.entries import CaptureEntry, Way
+from app.captures.traffic import CaptureEntry, Way
 from app.flights.assembly import assembled
 from app.flights.columns import parse_choice
 from app.flights.flight_log import FlightLog
@@ -19,7 +19,7 @@ from app.flights.table import JOIN_S
 from app.recordings.excerpt import HEAD
 from app.recordings.export import export
 from app.recordings.library import entry_of
-from app.recordings.session_format import Opening
+from app.recordings.session_file import Opening
 from app.text.user_error import UserError
 from protocol.messages import Source, Status
 from tests.support.flights import log_bytes as made

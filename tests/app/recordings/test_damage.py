@@ -11,25 +11,13 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 from mcap.writer import Writer
 
-from app.captures.line import LinePart
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import RecordedTraffic, Recording
-from app.recordings.session_format import LINE_ENCODING, OPENING, RX, Opening, metadata_record
-from app.recordings.session_reader import HEAD_BYTES
+from app.recordings.session_file import HEAD_BYTES, OPENING, STATUS, Opening, metadata_record
 from app.text.user_error import UserError
 from tests.support.processes import running
-from tests.support.records.recordings_made import (
-    HEADING,
-    NOON,
-    Whole,
-    opened,
-    received,
-    recorder_in,
-    report,
-    stream,
-    whole_of,
-)
+from tests.support.records.recordings_made import HEADING, NOON, Whole, opened, recorder_in, stream, whole_of
 
 
 @pytest.fixture(scope="module")
@@ -199,10 +187,9 @@ def test_what_came_at_a_time_that_no_clock_shows_is_left_out(tmp_path: Path) -> 
         writer = Writer(file)
         writer.start()
         file.write(metadata_record(OPENING, Opening(started_at=NOON, start_s=0.0, port="", baud_rate=0)))
-        writer.register_channel(RX, LINE_ENCODING, 0)
-        (line,) = LinePart.of([(0, received(report(0.0)).frame.raw)]).messages()
+        writer.register_channel(STATUS, "json", 0)
         for at_ns in (1 << 62, 1 << 63):
-            writer.add_message(1, at_ns, line[1], at_ns)
+            writer.add_message(1, at_ns, b'{"tilt_deg":1,"acceleration_g":1,"triggered":false,"active":true}', at_ns)
             writer.flush()
         writer.finish()
     recording = opened(path)

@@ -19,7 +19,7 @@ from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened
 
 def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = 130_000
+        bench.library.max_bytes = 300_000
         bench.recorder.begin(*HEADING)
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):

@@ -10,15 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.captures.entries import CaptureEntry, Way
-from app.captures.explained import Explained, Explainer
+from app.captures.traffic import CaptureEntry, Explained, Explainer, Way
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
 from app.recordings.recording import RecordedTraffic, Recording, open_recording
-from app.recordings.session_format import Opening
+from app.recordings.session_file import Opening
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value

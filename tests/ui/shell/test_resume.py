@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.captures.entries import Way
+from app.captures.traffic import Way, entries_of
 from app.diagnosis.link_state import Phase
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
@@ -204,7 +204,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         events = [event for batch in batches for event in batch.events]
         sent = [event.raw for event in events if isinstance(event, Sent)]
         received = [event.frame.raw for event in events if isinstance(event, Received)]
-        kept = pages["diagnosis"].traffic_buffer.entries()
+        kept = list(entries_of(pages["diagnosis"].traffic.model.events, 0.0))
         assert b"".join(one.raw for one in kept if one.way is Way.OUT) == b"".join(sent)
         assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
         assert len(sent) > 5 < len(received)

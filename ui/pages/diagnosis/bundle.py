@@ -11,7 +11,6 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
 from app.system.logs import text_of
@@ -21,6 +20,7 @@ from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.diagnosis.traffic_model import TrafficModel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
@@ -44,7 +44,7 @@ _PARTS_PX: Final = 232
 class BundlePreview(QWidget):
     """Makes the bundle each time it is shown."""
 
-    def __init__(self, services: Services, traffic: TrafficBuffer, result: JobNotice) -> None:
+    def __init__(self, services: Services, traffic: TrafficModel, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
@@ -113,8 +113,7 @@ class BundlePreview(QWidget):
             now=self._ports.clock(),
             statistics=copy.copy(self._ports.module.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
-            capture=self._traffic.entries(),
-            capture_started_at=self._traffic.started_at(),
+            traffic=self._traffic.events,
         )
 
     def choose_and_save(self) -> None:

@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
 
-from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
 from app.diagnosis.link_state import Phase, link_text
@@ -261,12 +260,11 @@ class DiagnosisPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
         self._ports = services.ports
-        self.traffic_buffer = TrafficBuffer()
         self.traffic = TrafficPage()
         self.why = WhyPanel(services)
         self.statistics = LinkStatisticsView(services)
         self.result = JobNotice(self)
-        self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
+        self.bundle = BundlePreview(services, self.traffic.model, self.result)
         self.strip = named(NoticeBar(), "diagnosis_notice")
         self.tabs = self._make_tabs()
         head = self.make_header(tr("Diagnosis"))
@@ -290,7 +288,6 @@ class DiagnosisPage(Page):
         if batch.connection.opening != self._opening:
             self._opening = batch.connection.opening
             self._begin_again()
-        self.traffic_buffer.feed(batch.events)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)
 
@@ -303,7 +300,6 @@ class DiagnosisPage(Page):
         """Frames of two connections are never in one list, nor in one bundle."""
         self.traffic.model.clear()
         self.traffic.pause.setChecked(False)
-        self.traffic_buffer.clear()
         self.bundle.begin_again()
         self.why.begin_again()
 

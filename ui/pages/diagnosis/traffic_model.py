@@ -92,6 +92,11 @@ class TrafficModel(RowsModel[Event]):
         self._filter = Filter.ALL
 
     @property
+    def events(self) -> tuple[Event, ...]:
+        """All that are stored, whatever the filter, oldest first."""
+        return tuple(self._stored)
+
+    @property
     def unseen(self) -> int:
         """Number of stored events that `show_new` has not shown yet."""
         return min(self._unseen, len(self._stored))

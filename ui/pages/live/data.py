@@ -10,7 +10,7 @@ from app.engine.conversation import ConversationView
 from app.engine.conversation import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
-from app.recordings.excerpt import Excerpt, LimitSteps, Measured
+from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, LimitSteps, Measured
 from app.recordings.markers import (
     Marker,
     MarkerKind,
@@ -21,7 +21,6 @@ from app.recordings.markers import (
     last_limits,
     limits_of,
 )
-from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -49,15 +48,15 @@ class LiveData(Measured):
         super().__init__()
         self.tilt = Series()
         self.acceleration = Series()
-        self.cell = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
-        self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
+        self.cell = Series(_SLOW_SAMPLES)
+        self.light = Series(_SLOW_SAMPLES)
         self.acting = LimitSteps()
         """The limits that the module acts on, as far as that is known."""
         self.unproven = LimitSteps()
         """What was last known of the others: stale, or of a trigger that is not known to be on."""
         self.markers = deque(maxlen=_MAX_MARKERS)
-        # One entry for each sample of tilt and acceleration; its summary is not used.
-        self._flags = Series(summary_buckets=2)
+        # One entry for each sample of tilt and acceleration.
+        self._flags = Series()
         self._first_s: float | None = None
         self._tracker = MarkerTracker()
 
@@ -101,7 +100,7 @@ class LiveData(Measured):
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """A copy of all data in a span, both ends included."""
         flags = self._flags.window(start_s, end_s).value.astype(np.uint8)
-        oldest_s = self.tilt.exact_since_s
+        oldest_s = self.tilt.first_s
         is_whole = self._first_s is None or start_s >= oldest_s or self._first_s >= oldest_s
         return deepcopy(self._excerpt(start_s, end_s, flags, is_whole=is_whole))
 

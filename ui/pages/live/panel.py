@@ -336,7 +336,7 @@ def device_at(recording: Recording, time_s: float) -> ConversationView:
     flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
     has_flags = flags is not None and len(flags.flags) > 0
     values: dict[str, Value | None] = {
-        "tilt_deg": None if tilt is None else tilt.high,
+        "tilt_deg": None if tilt is None else tilt.value,
         "acceleration_g": _value(recording.acceleration, time_s, _NEAR_S),
         "light_v": _value(recording.light, time_s, SLOW_GAP_S),
         "light_threshold_v": recording.at(time_s).light_v,
@@ -366,4 +366,4 @@ def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in
 
 def _value(series: Readable, time_s: float, within_s: float) -> float | None:
     near = series.around(time_s, within_s=within_s)
-    return None if near is None else near.high
+    return None if near is None else near.value

@@ -369,8 +369,9 @@ def test_sent_frames_are_kept_for_a_bundle(qtbot: QtBot, qapp: QApplication, tmp
     request = HEARTBEAT.query()
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        page.on_batch(Batch(1.0, opened, ConversationView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
-        assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
+        sent = Sent(request.encode(), request, 1, 1.0)
+        page.on_batch(Batch(1.0, opened, ConversationView(), None, events=(sent,)))
+        assert page.bundle._contents().traffic == (sent,)
 
 
 @pytest.mark.promise("l")

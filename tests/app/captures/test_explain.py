@@ -1,34 +1,23 @@
-"""Captures in little memory: entries, rows that are made when they are looked at, and their frames in words and
-values.
-"""
+"""Frames of a capture in words and values."""
 
 import json
 import threading
 import time
-from datetime import UTC, datetime
 
 import pytest
-from hypothesis import strategies as st
 
-from app.captures.entries import MAX_ENTRY_BYTES, CaptureEntry, Way
 from app.captures.explain import Asked, meaning, sentence
-from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, TrafficBuffer
+from app.captures.traffic import CaptureEntry, Way
 from app.system import gil_yield as pace
-from app.system.wall_clock import wall_offset_s
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, SET, STATUS, Command, Request
-from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.fields import Flag
-from protocol.frame import Direction, Fault, Frame, Noise, Reason, encode_long, encode_reply
-from protocol.messages import Status, decode
+from protocol.frame import Direction, Frame, Noise, encode_long, encode_reply
+from protocol.messages import Status
 from protocol.stream import StreamParser
 from tests.support.records.recordings_made import explained
-from tests.vendor.frames import BY_ID, VALID, VECTORS, Vector
+from tests.vendor.frames import BY_ID, VALID, Vector
 
-RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
-ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS), max_size=30).map(
-    lambda drawn: [CaptureEntry(at / 100, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
-)
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
 
 
@@ -63,17 +52,10 @@ def test_faults_that_differ_only_in_their_figures_stay_apart() -> None:
     assert said[0] == said[2] != said[1]
 
 
-def test_work_in_the_main_thread_never_rests(monkeypatch: pytest.MonkeyPatch) -> None:
-    rests: list[float] = []
-    monkeypatch.setattr(time, "sleep", rests.append)
-    monkeypatch.setattr(time, "perf_counter", iter(range(1000)).__next__)
-    keeper = pace.GilYield()
-    for _ in range(100):
-        keeper.checkpoint()
-    assert rests == []
-
-
-def test_work_beside_it_rests_when_it_has_worked_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("is_beside", [False, True])
+def test_only_work_beside_the_main_thread_rests_when_it_has_worked_for_a_while(
+    monkeypatch: pytest.MonkeyPatch, is_beside: bool
+) -> None:
     now_s = [0.0]
     rests: list[float] = []
     monkeypatch.setattr(time, "sleep", rests.append)
@@ -85,60 +67,17 @@ def test_work_beside_it_rests_when_it_has_worked_for_a_while(monkeypatch: pytest
             now_s[0] += pace.WORK_S / 10
             keeper.checkpoint()
 
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert len(rests) in (2, 3)
-    assert set(rests) == {pace.REST_S}
+    if is_beside:
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+        assert len(rests) in (2, 3)
+    else:
+        work()
+        assert rests == []
 
 
-# The buffer of the line's traffic is bounded.
-
-
-RAW = Status(7, 1.0, triggered=False, active=False).encode()
-FRAME = Frame(Direction.MODULE_TO_HOST, RAW)
-STATUS_READ = decode(RAW)
-
-
-def status(at: int) -> Event:
-    return Received(FRAME, STATUS_READ, Role.STREAMED, float(at))
-
-
-def asked(at: int) -> Event:
-    return Sent(STATUS.query().encode(), STATUS.query(), 1, float(at))
-
-
-def noise(at: int) -> Event:
-    return Rejected(Noise(bytes(MAX_ENTRY_BYTES), Fault(Reason.NO_HEADER, ""), 0), float(at))
-
-
-def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:
-    buffer = TrafficBuffer()
-    assert (buffer.entries(), buffer.started_at()) == ((), None)
-    buffer.feed(status(at) for at in range(MAX_ENTRIES + 10))
-    entries = buffer.entries()
-    assert [entry.at_s for entry in entries] == [float(at) for at in range(MAX_ENTRIES)]
-    began = datetime.fromtimestamp(10.0 + wall_offset_s(), UTC)
-    started = buffer.started_at()
-    assert started is not None
-    assert abs((started - began).total_seconds()) < 1
-    buffer.clear()
-    assert buffer.entries() == ()
-
-
-def test_every_entry_is_kept_as_it_was() -> None:
-    buffer, wanted = TrafficBuffer(), list[CaptureEntry]()
-    for at in range(3000):
-        buffer.feed([asked(at), status(at), status(at)] if at % 3 else [status(at)])
-        wanted += [CaptureEntry(float(at), Way.OUT, STATUS.query().encode())] if at % 3 else []
-        wanted.append(CaptureEntry(float(at), Way.IN, RAW * 2 if at % 3 else RAW))
-    assert list(buffer.entries()) == wanted
-
-
-def test_with_the_longest_entries_its_memory_is_bounded() -> None:
-    buffer = TrafficBuffer()
-    buffer.feed(noise(at) for at in range(2 * MAX_BYTES // MAX_ENTRY_BYTES))
-    assert MAX_BYTES / 2 <= sum(len(entry.raw) for entry in buffer.entries()) <= MAX_BYTES
+# Frames in words and values
 
 
 def frame(hex_text: str) -> Frame:

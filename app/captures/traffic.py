@@ -1,0 +1,117 @@
+"""Bytes on the line with their time and direction, and the frames in them."""
+
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from typing import Final, NamedTuple
+
+from app.captures.explain import Asked
+from protocol.catalogue import Command
+from protocol.events import Event, Received, Rejected, Sent
+from protocol.frame import Direction, Frame, Noise, decode_request
+from protocol.stream import Piece, StreamParser
+
+MAX_ENTRY_BYTES: Final = 4096
+# After such a silence a frame has ended.
+QUIET_S: Final = 0.25
+
+
+class Way(Enum):
+    """Direction of bytes on the line. The value is the character in text."""
+
+    OUT = ">"
+    IN = "<"
+
+
+class CaptureEntry(NamedTuple):
+    """Bytes that were sent or received together. `at_s`: seconds since the capture began."""
+
+    at_s: float
+    way: Way
+    raw: bytes
+
+    @property
+    def line(self) -> str:
+        """As `app.captures.text` reads it."""
+        return f"{self.at_s:.6f} {self.way.value} {self.raw.hex(' ').upper()}"
+
+
+def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
+    """The bytes of these events; bytes that were received together become one entry.
+
+    `started_at`: monotonic time that becomes 0, also for earlier events.
+    """
+    together: CaptureEntry | None = None
+    for event in events:
+        if isinstance(event, Received):
+            way, raw = Way.IN, event.frame.raw
+        elif isinstance(event, Rejected):
+            way, raw = Way.IN, event.noise.raw
+        elif isinstance(event, Sent):
+            way, raw = Way.OUT, event.raw
+        else:
+            continue
+        entry = CaptureEntry(max(0.0, event.at - started_at), way, raw)
+        if together is None:
+            together = entry
+        elif way is Way.IN and together[:2] == entry[:2] and len(together.raw) + len(raw) <= MAX_ENTRY_BYTES:
+            together = together._replace(raw=together.raw + raw)
+        else:
+            yield together
+            together = entry
+    if together is not None:
+        yield together
+
+
+class Explained(NamedTuple):
+    """A frame or a run of rejected bytes. `asked`: the request that a frame may answer. `at_s` None: of bytes without
+    times, where only the header of a frame tells its direction."""
+
+    at_s: float | None
+    way: Way
+    piece: Frame | Noise
+    asked: Asked
+
+
+class Explainer:
+    """Bytes in, pieces out: every byte is in exactly one of them."""
+
+    def __init__(self, asked: Command | None = None) -> None:
+        """`asked`: the command that the module's frames answer until the first request."""
+        self._asked: Asked = asked
+        query = asked.query() if asked is not None and asked.can_be_asked else None
+        # Each direction has its own parser, so frames that crossed on the wire stay whole.
+        self._parsers = {Way.OUT: StreamParser(), Way.IN: StreamParser(asked=query)}
+        self._last_s = dict.fromkeys(Way, 0.0)
+        # Of bytes without direction, whose frames tell it by their headers.
+        self._mixed = StreamParser(asked=query, follows_host=True)
+
+    def feed(self, entry: CaptureEntry) -> list[Explained]:
+        """The pieces that the entry completes, or the silence before it ended."""
+        at_s, way, raw = entry
+        rows: list[Explained] = []
+        for side, parser in self._parsers.items():
+            if at_s - self._last_s[side] >= QUIET_S and parser.pending:
+                rows += self._rows(parser.flush(), self._last_s[side], side)
+        self._last_s[way] = at_s
+        return rows + self._rows(self._parsers[way].feed(raw), at_s, way)
+
+    def feed_untimed(self, raw: bytes) -> list[Explained]:
+        """The pieces in bytes of both directions without times; noise counts as the module's."""
+        return self._rows(self._mixed.feed(raw), None)
+
+    def end(self) -> list[Explained]:
+        rows = []
+        for way, parser in self._parsers.items():
+            rows += self._rows(parser.flush(), self._last_s[way], way)
+        return rows + self._rows(self._mixed.flush(), None)
+
+    def _rows(self, pieces: list[Piece], at_s: float | None, way: Way | None = None) -> list[Explained]:
+        rows = []
+        for piece in pieces:
+            asked = self._asked if isinstance(piece, Frame) else None
+            is_request = isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE
+            came = way or (Way.OUT if is_request else Way.IN)
+            rows.append(Explained(at_s, came, piece, asked))
+            if is_request and came is Way.OUT:
+                self._asked = self._parsers[Way.IN].asked = decode_request(piece.raw)
+        return rows

@@ -1,0 +1,225 @@
+"""The file of a recording: MCAP, as docs/recording.md describes it for other programs.
+
+    metadata "dps-s recording"   where, when and by whom it was recorded; never changes
+    metadata "dps-s state"       how far it is; of a fixed length, so it is written again in its place
+    /line/rx, /line/tx           the bytes of each read and of each write
+    /status                      the module's reports
+    /events                      marks, names, limits, polled values, what was sent
+
+What the list of recordings shows is in the two records at the head of the file: ten thousand files are listed within a
+second, and a file that was cut off tells as much as one that was closed.
+"""
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated, Final, NamedTuple, TypeVar
+
+import msgspec
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.exceptions import EndOfFile, McapError
+from mcap.records import Channel, Chunk, Message, Metadata
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC
+from msgspec import Meta
+
+from app.text.user_error import UserError
+from protocol.translatable import marked
+
+SUFFIX: Final = ".mcap"
+OPENING: Final = "dps-s recording"
+STATE: Final = "dps-s state"
+VERSION: Final = 2
+RX, TX, EVENTS, STATUS = "/line/rx", "/line/tx", "/events", "/status"
+NANOSECONDS: Final = 1_000_000_000
+HEAD_BYTES: Final = 8192
+"""In these are the opening and the state."""
+STATE_LENGTH: Final = 2000
+"""Characters of the state's JSON; with more names the last ones are left out."""
+MAX_CHUNK_BYTES: Final = 1 << 26
+MAX_UNPACKED_BYTES: Final = 1 << 32
+"""Of a file: about a day at full line rate. Nothing is read beyond."""
+MAX_NS: Final = (1 << 63) - 1
+_YEARS: Final = range(1970, 2201)
+# What the libraries raise for damaged bytes.
+_DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError)
+
+Count = Annotated[int, Meta(ge=0, le=1 << 40)]
+# Seconds of the program's clock, up to thirty years.
+ClockTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
+
+
+class Opening(msgspec.Struct, frozen=True, kw_only=True):
+    """What is known when a recording begins. `start_s` is of the program's clock; `started_at` is the same moment."""
+
+    started_at: Annotated[datetime, Meta(tz=True)]
+    start_s: ClockTime
+    port: str
+    baud_rate: Count
+    station: str = ""
+    program: str = ""
+    version: int = VERSION
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a date that no recording has."""
+        if self.started_at.year not in _YEARS:
+            raise ValueError("no time of a recording")
+
+    @property
+    def wall_offset_ns(self) -> int:
+        """Nanoseconds since 1970 minus those of the program's clock; whole microseconds."""
+        return round((self.started_at.timestamp() - self.start_s) * 1e6) * 1000
+
+    def wall_ns(self, at_s: float) -> int:
+        """A time of the program's clock as files have it."""
+        return round(at_s * NANOSECONDS) + self.wall_offset_ns
+
+    def clock_s(self, wall_ns: int) -> float:
+        return (wall_ns - self.wall_offset_ns) / NANOSECONDS
+
+
+class State(msgspec.Struct, frozen=True, kw_only=True):
+    """How far the recording is. `modules`: the names that were said while it was recorded, in this order. `is_ended`:
+    it was closed properly."""
+
+    end_s: ClockTime
+    reports: Count = 0
+    was_triggered: bool = False
+    modules: tuple[str, ...] = ()
+    is_ended: bool = False
+
+
+class RecordedReport(msgspec.Struct, frozen=True, gc=False):
+    """A message of `STATUS`; names include the unit, as in all files of the program."""
+
+    tilt_deg: Annotated[float, Meta(ge=0, le=1000)]
+    acceleration_g: Annotated[float, Meta(ge=0, le=1000)]
+    triggered: bool
+    active: bool
+
+
+class FileMessage(NamedTuple):
+    topic: str
+    log_ns: int
+    data: bytes
+
+
+# The records at the head
+
+Head = TypeVar("Head", Opening, State)
+
+
+def metadata_record(name: str, head: Opening | State) -> bytes:
+    """The MCAP record of an opening or a state."""
+    text = _json_text(head)
+    if isinstance(head, State):
+        while len(text) > STATE_LENGTH:
+            head = msgspec.structs.replace(head, modules=head.modules[:-1])
+            text = _json_text(head)
+        text = text.ljust(STATE_LENGTH)
+    builder = RecordBuilder()
+    Metadata(name, {"json": text, "crc32": _checksum(text)}).write(builder)
+    raw: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return raw
+
+
+def _json_text(head: Opening | State) -> str:
+    # ASCII, so that the length in bytes does not depend on the names. Names of ports may have bytes that are no text.
+    return json.dumps(msgspec.to_builtins(head))
+
+
+def _checksum(text: str) -> str:
+    """MCAP has none for metadata."""
+    return f"{zlib.crc32(text.encode()):08x}"
+
+
+def _head_of(record: Metadata, kind: type[Head]) -> Head:
+    text = record.metadata.get("json", "")
+    if record.metadata.get("crc32") != _checksum(text):
+        raise UserError(marked("damaged"))
+    try:
+        plain = json.loads(text)
+        if kind is Opening and plain["version"] != VERSION:
+            raise UserError(marked("written by another version"))
+        return msgspec.convert(plain, kind)
+    except (ValueError, TypeError, KeyError, msgspec.ValidationError) as error:
+        raise UserError(marked("damaged")) from error
+
+
+def read_head(path: Path) -> tuple[Opening, State]:
+    """Where and when it was recorded, and how far. Raises OSError, `UserError`."""
+    with path.open("rb", buffering=0) as file:
+        head = file.read(HEAD_BYTES)
+    if not head.startswith(MCAP0_MAGIC):
+        raise UserError(marked("unknown kind of file"))
+    opening: Opening | None = None
+    try:
+        for record in StreamReader(BytesIO(head), emit_chunks=True, record_size_limit=HEAD_BYTES).records:
+            if isinstance(record, Metadata) and record.name == OPENING:
+                opening = _head_of(record, Opening)
+            elif isinstance(record, Metadata) and record.name == STATE and opening is not None:
+                return opening, _head_of(record, State)
+    except _DAMAGES:
+        pass  # as is the state where a power failure came while it was written
+    except UserError:
+        if opening is None:
+            raise
+    if opening is None:
+        raise UserError(marked("not a recording by this program"))
+    return opening, State(end_s=opening.start_s)
+
+
+# What was recorded
+
+
+class SessionFile:
+    """The messages of a recording. A file that is being written is read as far as it is written."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises OSError, `UserError`."""
+        self.path = path
+        self.opening, self.state = read_head(path)
+        self.is_damaged = False
+        """There was more than could be read; known when all messages were."""
+
+    def messages(self) -> Iterator[FileMessage]:
+        """All up to the first damage. Raises OSError."""
+        reports = 0
+        try:
+            for message in self._read():
+                reports += message.topic == STATUS
+                yield message
+        except EndOfFile:
+            self.is_damaged = self.state.is_ended  # else it was cut off, or is being written
+        except _DAMAGES:
+            self.is_damaged = True
+        self.is_damaged |= reports < self.state.reports
+
+    def _read(self) -> Iterator[FileMessage]:
+        topics: dict[int, str] = {}
+        unpacked_bytes = 0
+        with self.path.open("rb") as file:
+            for record in StreamReader(file, emit_chunks=True, record_size_limit=MAX_CHUNK_BYTES).records:
+                if not isinstance(record, Chunk):
+                    continue
+                # A few bytes may be packed gigabytes, whatever the record says.
+                size = max(record.uncompressed_size, zstandard.frame_content_size(record.data))
+                unpacked_bytes += size
+                if size > MAX_CHUNK_BYTES or unpacked_bytes > MAX_UNPACKED_BYTES:
+                    raise ValueError("too large")
+                for part in breakup_chunk(record, validate_crc=True):
+                    if isinstance(part, Channel):
+                        topics[part.id] = part.topic
+                    elif isinstance(part, Message):
+                        if part.log_time > MAX_NS:
+                            raise ValueError("a time that no clock shows")
+                        yield FileMessage(topics.get(part.channel_id, ""), part.log_time, part.data)
+
+
+def time_of(wall_s: float) -> datetime:
+    return datetime.fromtimestamp(wall_s, UTC)
