@@ -296,6 +296,7 @@ COMMANDS: tuple[Command, ...] = (
 BY_CODE: dict[int, Command] = {command.code: command for command in COMMANDS}
 BY_NAME: dict[str, Command] = {command.name: command for command in COMMANDS}
 SETTINGS: tuple[Command, ...] = tuple(command for command in COMMANDS if command.is_setting)
+READABLE_SETTINGS: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
 
 HEARTBEAT = BY_NAME["heartbeat"]
 HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
@@ -311,6 +312,7 @@ LOCK = ACTIVATION.set(False)
 BAUD_RATE = BY_NAME["baud_rate"]
 BAUD_RATES: tuple[int, ...] = tuple(sorted(BAUD.values.values(), reverse=True))
 DEFAULT_BAUD_RATE = 115200
+BOOTS = 256  # the boot count wraps to 0 after 255
 RESET_BELOW_THRESHOLD_DEG = 10  # "复位角度=姿态阈值角度减10°"
 
 

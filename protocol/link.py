@@ -168,12 +168,6 @@ class Link:
         return self._flight is not None and self._flight.is_own
 
     @property
-    def has_left(self) -> bool:
-        """Whether the owner's request in flight was sent; it may still wait for a fence or for a quiet line."""
-        flight = self._flight
-        return flight is not None and not flight.is_own and flight.behind is None and flight.attempts > 0
-
-    @property
     def silence_s(self) -> float:
         return self.round_trips.silence_s
 
@@ -198,9 +192,9 @@ class Link:
     ) -> list[Event]:
         """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`), or the module may have restarted.
 
-        One of `Answered`, `Unanswered`, `OutcomeUnknown` and `Ended` follows. A dangerous request needs
-        `is_deliberate`. With `is_fenced` another question is answered first, so that the answer cannot be older than
-        this call. After `limit_s` it is given up. Raises `LinkMisused` while another request is in flight.
+        One of `Answered`, `Unanswered` and `OutcomeUnknown` follows. A dangerous request needs `is_deliberate`. With
+        `is_fenced` another question is answered first, so that the answer cannot be older than this call. After
+        `limit_s` it is given up. Raises `LinkMisused` while another request is in flight.
         """
         if self._flight is not None:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
@@ -213,14 +207,8 @@ class Link:
         return self._take_off(flight, now, is_fenced=is_fenced)
 
     def abandon(self, now: float) -> list[Event]:
-        """Stop waiting for the request in flight, if any; a reply to it is late from now on.
-
-        A set or an act of the owner that was sent is `OutcomeUnknown`: it may have been carried out.
-        """
-        flight = self._drop_flight()
-        if flight is None or flight.is_own or not flight.attempts or flight.request.is_repeatable:
-            return []
-        return [OutcomeUnknown(flight.request, now - flight.sent_at, now)]
+        """Stop waiting for the request in flight, if any; a reply to it is late from now on."""
+        return _outcome(self._drop_flight(), now)
 
     def lock_again(self, now: float, attempt: int) -> list[Event]:
         """Send LOCK beside the request in flight; see the module's docstring. Its acknowledgement proves nothing: the
@@ -639,27 +627,20 @@ class Link:
     def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
         """The module is there and does not answer this, or it must not be sent any more."""
         self._drop_flight()
-        request, waited_s = flight.request, now - flight.first_at
         if flight.attempts:
             self.counters.time_outs += 1
-            _log.debug("%s: no answer to %d attempts", request.command.name, flight.attempts)
+            _log.debug("%s: no answer to %d attempts", flight.request.command.name, flight.attempts)
         if flight.is_own:
             self._begin_at = now
-        elif flight.behind is not None:
-            events.append(Unanswered(flight.behind, 0, waited_s, now))
-        elif not flight.attempts:
-            events.append(Unanswered(request, 0, 0.0, now))
-        elif flight.request.is_repeatable:
-            events.append(Unanswered(request, flight.attempts, waited_s, now))
-        else:
-            events.append(OutcomeUnknown(request, waited_s, now))
+        events += _outcome(flight, now)
 
     def _end(
         self, reason: EndReason, now: float, events: list[Event], contradiction: Contradiction | None = None
     ) -> None:
-        self._drop_flight()
+        flight = self._drop_flight()
         self._begin_at = now
         if not self.is_begun:
+            events += _outcome(flight, now)
             return
         _log.debug("ended: %s", reason.value)
         self.is_begun = False
@@ -670,3 +651,17 @@ class Link:
         if reason is EndReason.RESTARTED:
             self.counters.restarts += 1
         events.append(Ended(reason, now, contradiction))
+        events += _outcome(flight, now)
+
+
+def _outcome(flight: _Flight | None, now: float) -> list[Event]:
+    """What became of a request of the owner that was not answered. A set or an act may have been carried out."""
+    if flight is None or flight.is_own:
+        return []
+    if flight.behind is not None:
+        return [Unanswered(flight.behind, 0, now - flight.first_at, now)]
+    if not flight.attempts:
+        return [Unanswered(flight.request, 0, 0.0, now)]
+    if flight.request.is_repeatable:
+        return [Unanswered(flight.request, flight.attempts, now - flight.first_at, now)]
+    return [OutcomeUnknown(flight.request, now - flight.first_at, now)]

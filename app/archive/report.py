@@ -11,7 +11,6 @@ from msgspec import Struct, field
 
 from app.archive.archive import Archive
 from app.archive.due import DueKind
-from app.engine.setting_changes import BOOTS
 from app.guided.guided_store import last_tests
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.modules.service import COUNTS_ANEW, service_due
@@ -23,6 +22,7 @@ from app.store.rows import time_text
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
+from protocol.catalogue import BOOTS
 from protocol.translatable import marked
 
 CHECK_DAYS = 30

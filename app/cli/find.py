@@ -3,7 +3,7 @@
 import argparse
 
 from app.cli.results import FindJson
-from app.engine.address_lock import sets_rate
+from app.engine.target import sets_rate
 from app.procedures.find import find_rate
 from app.safety.interlocks import RATE_SET_ELSEWHERE
 from app.terminal import console

@@ -7,9 +7,9 @@ null in JSON and "unknown" with the reason in the text, never a default.
 import argparse
 from typing import NamedTuple
 
-from app.engine.address_lock import sets_rate
-from app.engine.conversation import SLOW_LINE_S, STATUS_KEYS, Interrupted
+from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, LinkView, Pause, Procedure
+from app.engine.target import sets_rate
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
 from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Everything, contradictions, read_everything
@@ -22,6 +22,7 @@ from app.text.sentences import in_brackets, join_names
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
 from protocol.fields import Choice, Quantity, Value
+from protocol.timing import SLOW_S
 from protocol.translatable import marked
 
 SECOND_ANSWER_S = 0.05
@@ -94,7 +95,7 @@ def _read_and_listen(everything: Everything) -> Procedure[bool]:
     yield from read_everything(everything)
     yield Pause(SECOND_ANSWER_S)
     view: EngineView = yield Inspect()
-    return view.is_answered_twice
+    return view.told.is_answered_twice(view.now)
 
 
 def _findings(opened: OpenPort, port: str, everything: Everything, ended: Interrupted | None) -> Findings:
@@ -166,7 +167,7 @@ def page_of(findings: Findings) -> list[str]:
     round_trip_s = findings.round_trip_s
     head = tr("{port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
     if round_trip_s is not None:
-        is_slow = round_trip_s > SLOW_LINE_S
+        is_slow = round_trip_s > SLOW_S
         head = join_names((head, f"{round_trip_s:.1f} s" if is_slow else f"{1000 * round_trip_s:.1f} ms"))
     line = line_outside(
         lag_s=round_trip_s, round_trip_s=round_trip_s, has_damaged=findings.has_damaged, in_use=LimitsInUse()

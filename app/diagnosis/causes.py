@@ -11,8 +11,8 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.diagnosis.symptoms import PortEvidence
-from app.engine.address_lock import is_network_address
 from app.engine.conversation import Interrupted
+from app.engine.target import is_network_address
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away

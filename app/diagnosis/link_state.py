@@ -109,7 +109,7 @@ def link_state(
         return state._replace(phase=Phase.CLOSED if connection.trouble is None else Phase.FAILED)
     if is_finding:
         return state._replace(phase=Phase.FINDING)
-    if conversation.is_going and conversation.is_late:
+    if conversation.is_going and conversation.is_slow:
         # In steps of 0.5 s, so that the text does not change with every answer.
         return state._replace(phase=Phase.LATE, lag_s=round((conversation.lag_s or 0.0) * 2) / 2)
     if conversation.is_going:

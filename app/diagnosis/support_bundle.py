@@ -195,7 +195,7 @@ def _module(contents: Contents) -> dict[str, object]:
                 "value": known.value,
                 "how": known.how.value,
                 "age_s": round(contents.now - known.at, 1),
-                "doubt": None if known.stale_reason is None else known.stale_reason.value,
+                "is_stale": known.is_stale,
             }
     ended = conversation.ended
     return {

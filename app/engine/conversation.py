@@ -1,12 +1,8 @@
 """One unbroken conversation with one module: what is known of it holds as long as it goes on, and no longer.
 
 Only the module's own frames provide values. A value that was never received is absent and shown as "unknown"; the
-defaults of the vendor's table are never used instead.
-
-    read          the answer to a question
-    acknowledged  the module acknowledged a set (E2: "received", not yet verified)
-    streamed      part of a streamed report
-    stale         any of these, but too old, delayed by the line, or of a conversation that is over
+defaults of the vendor's table are never used instead. A value is stale where it is too old, delayed by the line, or of
+a conversation that is over.
 """
 
 from collections import deque
@@ -16,47 +12,35 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.motion import MotionExtremes, MotionWatch
-from app.engine.setting_changes import ACKNOWLEDGED_KEYS, key_changed_by
 from app.text.messages import UserMessage, message
 from app.text.user_error import ErrorCode, UserError
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
 from protocol.flag_answers import TRIGGER_FLAGS, FlagAnswers
 from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
+from protocol.timing import SLOW_S
 from protocol.translatable import marked
+
+STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
+# Seconds after which a value is stale. Settings and the boot count do not age while the conversation goes on.
+FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
+    dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(("cell_voltage_v", "charging", "light_v"), 5.0)
+)
+# How long a streamed status is current, and proves that the serial output is on: the slowest streams send one a second.
+STREAM_PROVES_S = 1.5
+STREAM_WINDOW_S = 3.0  # in which the rate of the stream is measured
+MAX_STRAY_RECORDS = 100 * MAX_RECORDS
+# The value that an act changes, by its command.
+_CHANGED_BY_ACTS = {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
+# Values that an acknowledgement provides.
+_ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
 
 
 class How(Enum):
-    READ = "read"
-    ACKNOWLEDGED = "acknowledged"
-    STREAMED = "streamed"
-
-
-class StaleReason(Enum):
-    """Why a value that was known may no longer be true."""
-
-    AGED = "aged"
-    LATE = "late"
-    """The line delays everything, so the value is older than its arrival."""
-    ENDED = "ended"
-    """The conversation is over: another module may answer now."""
-
-
-STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
-SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
-FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
-"""Seconds after which a value is stale. Settings and the boot count do not age while the conversation goes on."""
-
-SLOW_LINE_S = 0.3
-"""A line whose answers take longer delays what it carries."""
-STREAM_PROVES_S = 1.5
-"""How long a streamed status proves that the serial output is on."""
-STREAM_LATE_PERIODS = 1.5
-"""A streamed status is stale when the next one is late by half a period."""
-STREAM_WINDOW_S = 3.0
-"""The window in which the rate of the stream is measured; the slowest streams send one report a second."""
-MAX_STRAY_RECORDS = 100 * MAX_RECORDS
+    READ = "read"  # the answer to a question
+    ACKNOWLEDGED = "acknowledged"  # the module acknowledged a set (E2: "received", not yet verified)
+    STREAMED = "streamed"  # part of a streamed report
 
 
 # Why it ended
@@ -125,11 +109,7 @@ class Known(NamedTuple):
     value: Value
     how: How
     at: float
-    stale_reason: StaleReason | None = None
-
-    @property
-    def is_stale(self) -> bool:
-        return self.stale_reason is not None
+    is_stale: bool = False
 
 
 class StatusSample(NamedTuple):
@@ -145,28 +125,25 @@ class StatusSample(NamedTuple):
 class ConversationView(NamedTuple):
     """What was known at one moment; immutable, so any thread may keep it."""
 
-    number: int = 0
-    """Counted from 1 over the program's life at one port; 0 before the first one."""
+    number: int = 0  # from 1 over the program's life at one port; 0 before the first one
     began_at: float = 0.0
     ended: Ended | None = None
     values: Mapping[str, Known] = MappingProxyType({})
-    is_streaming: bool = False
-    """Status reports came unasked, the last one within 1.5 s."""
+    is_streaming: bool = False  # status reports came unasked, the last one within 1.5 s
     stream_hz: float = 0.0
-    motion: MotionExtremes | None = None
-    """Of the last seconds."""
+    motion: MotionExtremes | None = None  # of the last seconds
+    # Trigger records received outside an answer, mostly after their query was given up; oldest first.
     stray_records: tuple[TriggerRecord, ...] = ()
-    """Trigger records received outside an answer, mostly after their query was given up; oldest first."""
-    lag_s: float | None = None
-    """How long answers take; None until one is measured."""
+    lag_s: float | None = None  # how long answers take; None until one is measured
 
     @property
     def is_going(self) -> bool:
         return self.number > 0 and self.ended is None
 
     @property
-    def is_late(self) -> bool:
-        return self.lag_s is not None and self.lag_s > SLOW_LINE_S
+    def is_slow(self) -> bool:
+        """Whether the line delays what it carries, so that only questions and LOCK are sent."""
+        return self.lag_s is not None and self.lag_s > SLOW_S
 
     @property
     def reported(self) -> tuple[Value | None, Value | None]:
@@ -183,30 +160,14 @@ class ConversationView(NamedTuple):
     def known(self, key: str, now: float) -> Known | None:
         """The value, stale if it is too old at `now` or the conversation is over; None while unknown."""
         known = self.values.get(key)
-        if known is None:
-            return None
-        if self.ended is not None:
-            return known._replace(stale_reason=StaleReason.ENDED)
-        limit_s = self.fresh_for_s(key, known.how)
-        if limit_s is None:
-            return known
-        if now - known.at > limit_s:
-            return known._replace(stale_reason=StaleReason.AGED)
-        if self.lag_s is not None and self.is_late and now - known.at + self.lag_s > limit_s:
-            return known._replace(stale_reason=StaleReason.LATE, at=known.at - self.lag_s)  # about when it was sent
-        return known
-
-    def fresh_for_s(self, key: str, how: How) -> float | None:
-        """Seconds after which the value is stale; None where it does not age. A streamed value may be as old as the
-        rate of the stream requires."""
+        if known is None or self.ended is not None:
+            return None if known is None else known._replace(is_stale=True)
         limit_s = FRESH_FOR_S.get(key)
-        if how is not How.STREAMED:
-            return limit_s
-        if key == SERIAL_OUTPUT.key:
-            return STREAM_PROVES_S
-        if limit_s is not None and self.stream_hz > 0:
-            return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
-        return limit_s
+        if known.how is How.STREAMED:
+            limit_s = STREAM_PROVES_S
+        if self.is_slow and self.lag_s is not None and limit_s is not None:
+            known = known._replace(at=known.at - self.lag_s)  # about when it was sent
+        return known._replace(is_stale=True) if limit_s is not None and now - known.at > limit_s else known
 
     def fresh(self, key: str, now: float) -> Value | None:
         """The value if it is known and not stale, else None."""
@@ -232,8 +193,9 @@ class Conversation:
             BOOT_COUNT.key: Known(boot_count, How.READ, began_at),
             "baud_rate": Known(baud_rate, How.READ, began_at),
         }
+        # The last status frame, not yet among the values: at line rate the next one follows soon.
         self._latest: Received | None = None
-        """The last status frame, not yet among the values: at line rate the next one follows soon."""
+        # When streamed reports came, in the last seconds.
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._samples: list[StatusSample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
@@ -311,19 +273,19 @@ class Conversation:
         how = How.STREAMED if event.role is Role.STREAMED else How.READ
         for key, value in zip(STATUS_KEYS, event.message, strict=True):
             self._values[key] = Known(value, how, event.at)
-        if len(self._streamed_at) > 1:
+        if len(self._streamed_at) > 1:  # a single one may be a late answer
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
         self._settle()
         request = acknowledgement.request
-        key = key_changed_by(request)
+        key = _key_changed_by(request)
         if key is None:
             return
         # After an act only a report has the new value; but an acknowledged activation already may fire.
         is_only_reported = key in STATUS_KEYS and request != ACTIVATION.set(True)
         field = request.command.write
-        if is_only_reported or field is None or key not in ACKNOWLEDGED_KEYS or not acknowledgement.is_accepted:
+        if is_only_reported or field is None or key not in _ACKNOWLEDGED_KEYS or not acknowledgement.is_accepted:
             self._forget_changed(request)
             return
         self._values[key] = Known(field.decode(request.data), How.ACKNOWLEDGED, at)
@@ -333,6 +295,14 @@ class Conversation:
     def _forget_changed(self, request: Request) -> None:
         """What a set or an act may have changed is unknown until it is read."""
         self._settle()
-        key = key_changed_by(request)
+        key = _key_changed_by(request)
         if key is not None and request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
             self._values.pop(key, None)
+
+
+def _key_changed_by(request: Request) -> str | None:
+    """The key of the value that this request changes, or None."""
+    command = request.command
+    if request.is_repeatable:
+        return None
+    return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)

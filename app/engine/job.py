@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, Generic
 
 from app.engine.conversation import Interrupted
-from app.engine.procedure import Ask, Await, Effect, Inspect, Listen, Pause, Procedure, Report, Result, UseRate
+from app.engine.procedure import Ask, Await, Effect, Inspect, Listen, Pause, Procedure, Report, Result
 from protocol.events import EndReason, Received
 
 _log = logging.getLogger(__name__)
@@ -46,8 +46,6 @@ class Job(Generic[Result]):
         """It may use the line without a conversation."""
         self.asks_only = False
         """It has outlasted its conversation: it sends questions only."""
-        self.is_overtaken = False
-        """LOCK was pressed since it was submitted: it sends nothing dangerous any more."""
         self.activated_at: float | None = None
         """When an activation of this job left the computer."""
         self.submitted_at = 0.0
@@ -60,7 +58,6 @@ class Job(Generic[Result]):
         self._is_cancel_delivered = False
         self._resume_at = 0.0
         self._awaits_since = 0.0
-        self._has_used_rate = False
         self._heard: list[Received] = []
         self._done = threading.Event()
 
@@ -104,11 +101,6 @@ class Job(Generic[Result]):
     @property
     def pending_ask(self) -> Ask | None:
         return self.effect if isinstance(self.effect, Ask) else None
-
-    @property
-    def searches_rate(self) -> bool:
-        """Whether it has changed the port's rate, or is about to."""
-        return self._has_used_rate or isinstance(self.effect, UseRate)
 
     @property
     def due_at(self) -> float | None:
@@ -188,7 +180,6 @@ class Job(Generic[Result]):
             self._end(None, error)
         else:
             self.effect = effect
-            self._has_used_rate |= isinstance(effect, UseRate)
             if isinstance(effect, Pause | Listen):
                 self._resume_at = now + effect.seconds
             elif isinstance(effect, Await):

@@ -41,7 +41,7 @@ LOCKS_FOR_S = 10.0
 """From the first one, including the time without a port or in a search for the baud rate."""
 
 TOO_SLOW = marked("This line is too slow for commands; use the cable.")
-"""Said where `LinkView.is_slow`: only questions and LOCK are sent."""
+"""Said where `ConversationView.is_slow`: only questions and LOCK are sent."""
 
 
 class LockRepeat:
@@ -123,34 +123,27 @@ class LinkView(NamedTuple):
     counters: Counters
     round_trip_minimum_s: float | None
     round_trip_median_s: float | None
-    is_slow: bool = False
-    """Answers take longer than 0.3 s, so only questions and LOCK are sent; see `TOO_SLOW`."""
 
 
 class EngineView(NamedTuple):
     """What `Inspect` shows. `baud_rate` is the port's; `conversation` the one that goes on, or else the last one."""
 
     now: float
-    opened_at: float
     baud_rate: int
     conversation: ConversationView
     link: LinkView
+    # The rate at which a conversation last began.
     proven_rate: int | None
-    """The rate of the last answer since the port was opened."""
-    is_rate_searched: bool
-    """Another procedure changes the port's rate: the module may be at any rate."""
+    # The module may be at any rate: it was told to change it, or the rate is searched.
+    is_rate_in_doubt: bool
+    # When LOCK last overtook the rest: confirmations before it no longer count.
     overtaken_at: float | None
-    """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
-    sets_rate: bool = True
-    """False: the port's baud rate is set at its other end."""
-    flags: FlagAnswers | None = None
-    """When 16 and 17 may be set, and whether their answers count."""
-    told: ToldValues | None = None
-    """Whether something is answered twice."""
-
-    @property
-    def is_answered_twice(self) -> bool:
-        return self.told is not None and self.told.is_answered_twice(self.now)
+    # False: the port's baud rate is set at its other end.
+    sets_rate: bool
+    # When 16 and 17 may be set, and whether their answers count.
+    flags: FlagAnswers
+    # Whether something is answered twice.
+    told: ToldValues
 
 
 Effect = Ask | Pause | Await | Listen | UseRate | Inspect | Report

@@ -19,23 +19,21 @@ from app.engine.job import Job
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, Procedure, UseRate
 from app.engine.transport import Line
 from app.system.clock import Clock
-from protocol.catalogue import ACTIVATION, LOCK, Hazard, Layout
+from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
 from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Received, Sent, Unanswered
 from protocol.link import Link, LinkMisused
 
 _log = logging.getLogger(__name__)
 MAX_STEP_S = 0.02
+# How long to gather a stream while no answer is awaited.
 BATCH_S = 0.008
-"""How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
-BATCH_FRAME_S = 0.002
-_FRAME = Layout.STATUS.value
 AWAIT_POLL_S = 0.002
+# After waiting for a disk for this long the foreground leaves the line to the background.
 AWAIT_GRACE_S = 0.1
-"""After waiting for a disk for this long the foreground leaves the line to the background."""
+# After a longer turn the computer slept, or the program stood still: nobody knows what happened meanwhile.
 LONGEST_TURN_S = 5.0
-"""After a longer turn the computer slept, or the program stood still: nobody knows what happened meanwhile."""
+# How long a job waits for a conversation to begin.
 NO_MODULE_S = 2.0
-"""How long a job waits for a conversation to begin."""
 _ACTIVATE = ACTIVATION.set(True)
 
 
@@ -59,30 +57,27 @@ class Session:
         goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
         self.line = line
         self.clock = clock
-        self.opened_at = clock()
         self.batch_s = BATCH_S
         self.conversations = conversations
+        # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
-        """The one that goes on, or else the last one of this port."""
+        # A module may have been left active by what was interrupted. The owner resets it.
         self.owes_lock = False
-        """A module may have been left active by what was interrupted. The owner resets it."""
-        self._link = Link(self.opened_at)
+        self._looked_at = clock()
+        self._link = Link(self._looked_at)
         self._make_background = background
         self._make_first = first
+        # The first one runs, the others wait for it.
         self._jobs: list[Job[Any]] = []
-        """The first one runs, the others wait for it."""
         self._background: Job[None] | None = None
+        # The job whose request is in flight, and whether that was sent.
         self._asking: Job[Any] | None = None
         self._has_left = False
-        """The request of `_asking` was sent."""
         self._lock_sent_at = 0.0
         self._overtaken_at: float | None = None
-        self._rate_before: int | None = None
-        """The port's rate when LOCK overtook another job, which continues at it."""
+        # The rate at which a conversation last began. Since then the module was told to change it, or it is searched.
         self._proven_rate: int | None = None
-        self._looked_at = self.opened_at
-        self._received_at = self.opened_at
-        self._is_fast = True
+        self._is_rate_in_doubt = True
         self._events: list[Event] = []
 
     # What others want
@@ -102,12 +97,10 @@ class Session:
             return
         _log.debug("an urgent job overtakes %d", len(self._jobs))
         job.is_urgent = True
-        for other in self._all():
-            other.is_overtaken = True
+        for other in self._jobs:
             if other.is_urgent:
                 other.cancel()
         self._overtaken_at = now
-        self._rate_before = self._rate_before or self.line.baud_rate
         self._free_line(now)
         self._jobs.insert(0, job)
         job.start(now)
@@ -139,8 +132,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        is_slow = link.lag_s is not None and not link.allows_commands
-        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s, is_slow)
+        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""
@@ -182,16 +174,9 @@ class Session:
 
     def _read(self, wait_s: float) -> bytes:
         began = self.clock()
-        line, is_idle = self.line, self._link.is_idle
-        data = line.read(wait_s, self.batch_s if is_idle and self._is_fast else 0.0)
-        while is_idle and 0 < len(data) < _FRAME and (rest := line.read(BATCH_FRAME_S, 0.0)):
-            data += rest
-        now = self.clock()
-        if not data and now - began > wait_s:
-            data = line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
-        if data:
-            self._is_fast = len(data) * self.batch_s > _FRAME * (now - self._received_at)
-            self._received_at = now
+        data = self.line.read(wait_s, self.batch_s if self._link.is_idle else 0.0)
+        if not data and self.clock() - began > wait_s:
+            data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
         return data
 
     def _notice_sleep(self, now: float) -> bool:
@@ -237,16 +222,12 @@ class Session:
 
     def _cancel(self, job: Job[Any], now: float) -> None:
         if self._asking is job:
-            ask = job.pending_ask
-            self._asking = None
-            self._digest(self._link.abandon(now), now)
-            if ask is not None and self._is_held(ask):
-                job.resume(Unanswered(ask.request, 0, 0.0, now), now)
+            self._free_line(now)
         job.throw(Cancelled(), now)
 
     def _start_next(self, now: float) -> None:
         """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
-        self._drop_ended(now)
+        self._drop_ended()
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
             if job.outlives:
@@ -260,17 +241,12 @@ class Session:
                 job.stop(NoModule(), now)
             else:
                 return
-            self._drop_ended(now)
+            self._drop_ended()
 
-    def _drop_ended(self, now: float) -> None:
+    def _drop_ended(self) -> None:
         if self._background is not None and self._background.has_ended:
             self._background = None
         self._jobs = [job for job in self._jobs if not job.has_ended]
-        rate = self._rate_before
-        if rate is not None and not any(job.is_urgent for job in self._jobs):
-            self._rate_before = None
-            if rate != self.line.baud_rate and any(job.is_started for job in self._jobs):
-                self._use_rate(rate, now)
 
     @property
     def _last_reason(self) -> EndReason:
@@ -293,6 +269,7 @@ class Session:
             return False
         if isinstance(job.effect, UseRate):
             job.outlast()
+            self._is_rate_in_doubt |= not job.is_urgent
             self._use_rate(job.effect.baud_rate, now)
             job.resume(now, now)
             return True
@@ -328,7 +305,8 @@ class Session:
 
     def _may_change(self, job: Job[Any], ask: Ask) -> bool:
         """Whether a set or an act of this job may be sent."""
-        if job.asks_only or (job.is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
+        is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
+        if job.asks_only or (is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
             return False
         return self._link.allows_commands
 
@@ -342,24 +320,12 @@ class Session:
         self._write_outgoing()
 
     def _free_line(self, now: float) -> None:
-        """Nothing that is in flight is waited for any more."""
-        asking = self._asking
-        ask = None if asking is None else asking.pending_ask
-        if asking is None or ask is None:
-            self._link.abandon(now)  # the link's own question
-        elif ask.request.is_repeatable:
-            self._asking = None  # it asks again when it is its turn
-            self._link.abandon(now)
-        elif self._is_held(ask):
+        """Nothing that is in flight is waited for any more. Who asked a question asks it again when it is his turn; of
+        a set or an act he is told what became of it."""
+        ask = None if self._asking is None else self._asking.pending_ask
+        if ask is not None and ask.request.is_repeatable:
             self._asking = None
-            self._link.abandon(now)
-            asking.resume(Unanswered(ask.request, 0, 0.0, now), now)
-        else:
-            self._digest(self._link.abandon(now), now)
-
-    def _is_held(self, ask: Ask) -> bool:
-        """Whether it is a set or an act that was not sent yet: it waited for a quiet line."""
-        return not ask.request.is_repeatable and not self._has_left
+        self._digest(self._link.abandon(now), now)
 
     def _write_outgoing(self) -> None:
         outgoing = self._link.take_outgoing()
@@ -377,12 +343,11 @@ class Session:
         link = self._link
         return EngineView(
             now,
-            self.opened_at,
             self.line.baud_rate,
             self.conversation_view(now),
             self.link_view(),
             proven_rate=self._proven_rate,
-            is_rate_searched=any(job.searches_rate and not job.is_urgent for job in self._jobs),
+            is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,
             sets_rate=self.line.sets_rate,
             flags=link.flags,
@@ -403,8 +368,6 @@ class Session:
                     self._on_sent(event)
                 case Answered() | Unanswered() | OutcomeUnknown():
                     self._apply(event)
-                    if isinstance(event, Answered):
-                        self._proven_rate = self.line.baud_rate
                     job, self._asking = self._asking, None
                     if job is not None:
                         job.resume(event, now)
@@ -428,11 +391,13 @@ class Session:
                 ask.repeat.note_sent(sent.at)
         if sent.request == LOCK:
             self._lock_sent_at = sent.at
+        if sent.request.command is BAUD_RATE:
+            self._is_rate_in_doubt = True
 
     def _on_began(self, began: Began, now: float) -> None:
         self.conversations += 1
         _log.debug("conversation %d begins, boot count %d", self.conversations, began.boot_count)
-        self._proven_rate = self.line.baud_rate
+        self._proven_rate, self._is_rate_in_doubt = self.line.baud_rate, False
         self.conversation = Conversation(
             self.conversations, began.boot_count, now, self.line.baud_rate, self._link.flags
         )
@@ -446,7 +411,6 @@ class Session:
     def _end_conversation(self, reason: EndReason, now: float) -> None:
         """End it, if one goes on, for a reason that the link does not know."""
         self._digest(self._link.end(reason, now), now)
-        self._give_up_asking(now)
 
     def _on_ended(self, ended: Ended, now: float) -> None:
         _log.debug("conversation %d ends: %s", self.conversations, ended.reason.value)
@@ -461,18 +425,6 @@ class Session:
             if job.activated_at is not None and not self._is_locked_since(job.activated_at):
                 self.owes_lock = True
             job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=job is asking and not had_left), now)
-        self._give_up_asking(now)
-
-    def _give_up_asking(self, now: float) -> None:
-        """What a job of the port asked is not waited for any more either."""
-        job, self._asking = self._asking, None
-        ask = None if job is None else job.pending_ask
-        if job is None or ask is None:
-            return
-        if ask.request.is_repeatable or not self._has_left:
-            job.resume(Unanswered(ask.request, 1 if self._has_left else 0, 0.0, now), now)
-        else:
-            job.resume(OutcomeUnknown(ask.request, 0.0, now), now)
 
     def _is_locked_since(self, at: float) -> bool:
         """Whether the module reported LOCKED after a LOCK that was sent since then."""

@@ -1,4 +1,4 @@
-"""Connection target: a port with its baud rate and adapter."""
+"""Connection target: a port with its baud rate and adapter, and what its address says."""
 
 from typing import NamedTuple
 
@@ -8,8 +8,7 @@ class Target(NamedTuple):
 
     device: str
     baud_rate: int
-    identity: str = ""
-    """Identifies the adapter; empty where there is none (a URL, a pseudo-terminal)."""
+    identity: str = ""  # of the adapter; empty where there is none (a URL, a pseudo-terminal)
     finds_rate: bool = False
 
     @property
@@ -25,3 +24,12 @@ class Target(NamedTuple):
 def is_simulated(port: str) -> bool:
     """Whether the port is a simulated module's, by its address."""
     return port.lower().startswith("sim:")
+
+
+def is_network_address(port: str) -> bool:
+    return port.startswith(("socket://", "rfc2217://"))
+
+
+def sets_rate(port: str) -> bool:
+    """Whether this program sets the baud rate: behind a plain socket somebody else did."""
+    return not port.startswith("socket://")

@@ -3,15 +3,6 @@
 One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For an unplugged adapter pyserial
 raises SerialException, OSError, termios.error (not an OSError) or TypeError, depending on the call; all of them are
 `PortTrouble.LOST` here.
-
-    PortError
-     ├─ MISSING      no such port: unplugged, or another name
-     ├─ BUSY         another program has it open, or of this user the same network address
-     ├─ NOT_ALLOWED  this user may not open it
-     ├─ UNUSABLE     not a port, or the driver refuses the settings
-     ├─ UNSUPPORTED  a kind of address, or an option in it, that this program does not open
-     ├─ LOST         it was open and disappeared
-     └─ STUCK        it accepts no bytes
 """
 
 import errno
@@ -20,50 +11,43 @@ import re
 import select
 import sys
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from threading import Event, Lock
-from types import MappingProxyType
-from typing import IO, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import serial
 
-from app.engine.address_lock import AddressHeld, is_network_address, lock_address, sets_rate
+from app.engine.target import sets_rate
 
 _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
 if sys.platform != "win32":
-    from app.engine import terminal_settings
+    import fcntl
+    import termios
 
-    _DRIVER_ERRORS += (terminal_settings.TerminalError,)
+    _DRIVER_ERRORS += (termios.error,)
 
+# pyserial's time-out of a read, where the wait cannot be given for each read.
 READ_SLICE_S = 0.01
-"""pyserial's time-out of a read, where the wait cannot be given for each read."""
+# pyserial's time-out of a write. Closing waits for it, and must take half a second at most.
 WRITE_LIMIT_S = 0.3
-"""pyserial's time-out of a write. Closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
+# pyserial's text for ERROR_TIMEOUT and ERROR_BROKEN_PIPE. Under Wine a read during which nothing came ends with either;
+# Windows uses neither for a port.
 _NOTHING_CAME = re.compile(r"GetOverlappedResult failed .*, (?:1460|109)\)")
-"""pyserial's text for ERROR_TIMEOUT and ERROR_BROKEN_PIPE. Under Wine a read during which nothing came ends with
-either; Windows uses neither for a port."""
-URL_OPTIONS: Mapping[str, frozenset[str] | None] = MappingProxyType({
-    "socket": frozenset(),
-    "rfc2217": frozenset({"ign_set_control", "poll_modem", "timeout"}),
-    "loop": frozenset(),
-    "sim": None,
-})  # fmt: skip
-"""The schemes that are opened, each with its options; None: the scheme is ours and judges them itself. pyserial knows
-more: some write files (`spy`), load any class (`alt`), or take whichever adapter fits a pattern (`hwgrep`)."""
+# pyserial knows more: some write files (`spy`), load any class (`alt`), or take whichever adapter fits (`hwgrep`).
+SCHEMES = frozenset(("socket", "rfc2217", "loop", "sim"))
 
 
 class PortTrouble(Enum):
-    MISSING = "missing"
-    BUSY = "busy"
-    NOT_ALLOWED = "not allowed"
-    UNUSABLE = "unusable"
-    UNSUPPORTED = "unsupported"
-    LOST = "lost"
-    STUCK = "stuck"
+    MISSING = "missing"  # no such port: unplugged, or another name
+    BUSY = "busy"  # another program has it open
+    NOT_ALLOWED = "not allowed"  # this user may not open it
+    UNUSABLE = "unusable"  # not a port, or the driver refuses the settings
+    UNSUPPORTED = "unsupported"  # a kind of address that this program does not open
+    LOST = "lost"  # it was open and disappeared
+    STUCK = "stuck"  # it accepts no bytes
 
 
 class PortHolder(NamedTuple):
@@ -122,18 +106,10 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> PortHolder | None:
 
 
 def refuse_unsupported(port: str) -> None:
-    """Raise `PortError` UNSUPPORTED for a URL whose scheme or options are not in `URL_OPTIONS`."""
-    scheme, separator, rest = port.partition("://")
-    if not separator:
-        return
-    if scheme not in URL_OPTIONS:
+    """Raise `PortError` UNSUPPORTED for a URL whose scheme is not in `SCHEMES`."""
+    scheme, separator, _rest = port.partition("://")
+    if separator and scheme not in SCHEMES:
         raise PortError(PortTrouble.UNSUPPORTED, port, "scheme")
-    allowed = URL_OPTIONS[scheme]
-    if allowed is None:
-        return
-    query = rest.partition("#")[0].partition("?")[2]
-    if {part.partition("=")[0] for part in re.split("[&;]", query) if part} - allowed:
-        raise PortError(PortTrouble.UNSUPPORTED, port, "option")
 
 
 def _trouble_at_opening(error: Exception) -> PortTrouble:
@@ -153,19 +129,13 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
 
 
 class SerialLine:
-    """An open port, made by `open_line`.
+    """An open port, made by `open_line`. Only the thread that opened it may use it, except `interrupt`."""
 
-    Only the thread that opened it may use it, except `interrupt` and `abort`.
-    """
-
-    def __init__(self, port: str, opened: serial.Serial, address_lock: IO[bytes] | None = None) -> None:
+    def __init__(self, port: str, opened: serial.Serial) -> None:
         self.port = port
         self._serial = opened
-        self._address_lock = address_lock
+        # Readable after `interrupt`; POSIX only.
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
-        """Readable after `interrupt`; POSIX only."""
-        self._aborts: int | None = getattr(opened, "pipe_abort_write_r", None)
-        """As `_interrupts`, after `abort`."""
         self._wake_up = Event()
         self._closing = Lock()
         self._is_closed = False
@@ -232,22 +202,22 @@ class SerialLine:
 
     def _read_waiting(self) -> bytes:
         """Read what is there, without waiting."""
-        if self.port.startswith("socket://"):
-            # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
-            # takes all. (A real port would be reconfigured at every change of the time-out.)
-            self._serial.timeout = 0
-            try:
-                rest: bytes = self._serial.read(READ_CHUNK)
-            finally:
-                self._serial.timeout = READ_SLICE_S
-            return rest
-        waiting = self._serial.in_waiting
-        return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
+        if not self.port.startswith("socket://"):
+            waiting = self._serial.in_waiting
+            return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
+        # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
+        # takes all. (A real port would be reconfigured at every change of the time-out.)
+        self._serial.timeout = 0
+        try:
+            rest: bytes = self._serial.read(READ_CHUNK)
+        finally:
+            self._serial.timeout = READ_SLICE_S
+        return rest
 
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
         try:
-            if self._aborts is not None or (sys.platform != "win32" and self.port.startswith("socket://")):
+            if self._interrupts is not None or (sys.platform != "win32" and self.port.startswith("socket://")):
                 self._write_in_time(data)
             else:
                 self._serial.write(data)
@@ -256,45 +226,38 @@ class SerialLine:
             raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
-        if self._is_stuck:
-            raise PortError(PortTrouble.STUCK, self.port, "broken off")
 
     def _write_in_time(self, data: bytes) -> None:
         """pyserial also calls a time-out what the driver took, where this thread was kept waiting after it."""
         port, ends_at = self._serial.fileno(), time.monotonic() + WRITE_LIMIT_S
         while data:
-            left_s, written = max(0.0, ends_at - time.monotonic()), 0
-            aborted, ready, _ = select.select([] if self._aborts is None else [self._aborts], [port], [], left_s)
-            if ready and not aborted:
-                with suppress(BlockingIOError):
-                    written = os.write(port, data)
-            if aborted or not (written or left_s):
+            _, ready, _ = select.select([], [port], [], max(0.0, ends_at - time.monotonic()))
+            if not ready:
                 raise serial.SerialTimeoutException("Write timeout")
-            data = data[written:]
+            with suppress(BlockingIOError):
+                data = data[os.write(port, data) :]
 
     def use_rate(self, baud_rate: int) -> None:
-        """Continue at another rate, with empty buffers; raises `PortError` LOST, or UNUSABLE if the driver refuses."""
+        """Continue at another rate, with empty buffers; raises `PortError` LOST."""
         try:
             self._serial.baudrate = baud_rate
-            self.complete_settings()
-            self._serial.reset_input_buffer()
+            self.begin()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
-    def complete_settings(self) -> None:
-        """Set what pyserial leaves as it was, and make sure that the driver took everything.
-
-        Raises `PortError` UNUSABLE if it did not. An address and a port on Windows have no such settings.
-        """
+    def begin(self) -> None:
+        """Set what pyserial leaves as it was, and discard what was received before."""
         number = getattr(self._serial, "fd", None)
-        if number is None or sys.platform == "win32":
-            return
-        terminal_settings.complete(number)
-        refused = terminal_settings.refused(number, self.baud_rate)
-        if refused:
-            raise PortError(PortTrouble.UNUSABLE, self.port, f"the driver refuses {refused}")
-        if not terminal_settings.is_pseudo_terminal(self.port):
-            terminal_settings.keep_others_off(number)
+        if number is not None and sys.platform != "win32":
+            # With BRKINT a break on the line throws away what was received.
+            attributes = termios.tcgetattr(number)
+            attributes[0] &= ~termios.BRKINT
+            termios.tcsetattr(number, termios.TCSANOW, attributes)
+            # pyserial keeps off only the programs that ask for the port for themselves. Not for a pseudo-terminal: of
+            # one whose other end stays open, this survives a program that was killed.
+            if not is_pseudo_terminal(self.port):
+                fcntl.ioctl(number, termios.TIOCEXCL)
+        self._serial.reset_input_buffer()
 
     def interrupt(self) -> None:
         """End a waiting read with b"", or else the next one. From any thread."""
@@ -303,15 +266,6 @@ class SerialLine:
             if not self._is_closed:
                 with suppress(*_DRIVER_ERRORS):  # a socket cannot be interrupted
                     self._serial.cancel_read()
-
-    def abort(self) -> None:
-        """End a blocked write as STUCK, and a waiting read; afterwards it can only be closed. From any thread."""
-        with self._closing:
-            if not self._is_closed:
-                self._is_stuck = True
-                for cancel in ("cancel_write", "cancel_read"):
-                    with suppress(*_DRIVER_ERRORS):
-                        getattr(self._serial, cancel)()
 
     def close(self) -> None:
         """Close the port. Idempotent; never raises."""
@@ -322,8 +276,10 @@ class SerialLine:
                 self._serial.reset_output_buffer()
         with suppress(*_DRIVER_ERRORS):
             self._serial.close()
-        if self._address_lock is not None:
-            self._address_lock.close()
+
+
+def is_pseudo_terminal(port: str) -> bool:
+    return os.path.realpath(port).startswith(("/dev/pts/", "/dev/ttys"))
 
 
 def open_line(port: str, baud_rate: int) -> SerialLine:
@@ -335,7 +291,6 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.insert(0, "app.port_urls")  # before pyserial's: for rfc2217:// it has one, too
-    address_lock = _lock_address(port) if is_network_address(port) else None
     try:
         opened = serial.serial_for_url(
             port, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
@@ -346,27 +301,13 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.rts = False
         opened.open()
     except Exception as error:
-        if address_lock is not None:
-            address_lock.close()
         trouble = _trouble_at_opening(error)
         holder = holder_of(port) if trouble is PortTrouble.BUSY else None
         raise PortError(trouble, port, str(error), holder) from error
-    line = SerialLine(port, opened, address_lock)
+    line = SerialLine(port, opened)
     try:
-        line.complete_settings()
-        opened.reset_input_buffer()
-    except PortError:
-        line.close()
-        raise
+        line.begin()
     except _DRIVER_ERRORS as error:
         line.close()
         raise PortError(PortTrouble.LOST, port, str(error)) from error
     return line
-
-
-def _lock_address(port: str) -> IO[bytes] | None:
-    try:
-        return lock_address(port)
-    except AddressHeld as held:
-        holder = None if held.pid is None else PortHolder("dps-s", held.pid)
-        raise PortError(PortTrouble.BUSY, port, "another of these programs is connected", holder) from held

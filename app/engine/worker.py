@@ -34,8 +34,6 @@ MAX_BATCH_S = 0.025
 """How long a stream is gathered where batches are published a few times a second only."""
 CLOSING_LIMIT_S = 0.3
 """How long the procedures may take to undo what they changed (stream off) before the port closes."""
-ABORT_AFTER_S = 0.33
-"""`stop` then interrupts a blocked write."""
 OWED_FOR_S = 60.0
 """How long an owed LOCK is sent."""
 
@@ -198,11 +196,7 @@ class Worker:
         if not self._thread.is_alive():
             return True
         self._order(self._end)
-        self._thread.join(min(deadline_s, ABORT_AFTER_S))
-        line = self._line
-        if self._thread.is_alive() and line is not None:
-            line.abort()
-        self._thread.join(max(0.0, deadline_s - ABORT_AFTER_S))
+        self._thread.join(deadline_s)
         return not self._thread.is_alive()
 
     # The thread

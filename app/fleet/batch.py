@@ -15,7 +15,6 @@ from typing import NamedTuple
 from msgspec import convert, to_builtins
 
 from app.engine.procedure import Procedure
-from app.engine.setting_changes import BOOTS
 from app.fleet.provision import Provisioned, provision
 from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
@@ -34,7 +33,7 @@ from app.store.fact_store import Facts, Store
 from app.store.kinds import MessageText, ModuleProvisioned
 from app.text.messages import UserMessage, joined, message, message_from_json
 from app.text.user_error import UserError
-from protocol.catalogue import BAUD_RATE
+from protocol.catalogue import BAUD_RATE, BOOTS
 from protocol.fields import Value
 from protocol.translatable import marked
 

@@ -86,7 +86,8 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     if report.is_cancelled:
         why.append(message(marked("Cancelled: the rest is unknown.")))
     why += _named(marked("Not as written: {names}."), [one.command for one in report.results if not one.is_fine])
-    why += _named(marked("Changed without being written: {names}."), [change.command for change in report.changed])
+    changed = [] if report.changed is None else [report.changed.after.command]
+    why += _named(marked("Changed without being written: {names}."), changed)
     why += _named(NOT_READ_BACK, report.unread)
     if why:
         return AppliedProfile(Applied.FAILED, tuple(why))

@@ -123,7 +123,7 @@ class StatusWatch:
 def require_locked() -> Procedure[None]:
     """Raise `UserError` unless the module now reports that it is locked and has not fired."""
     view: EngineView = yield Inspect()
-    if view.link.is_slow:
+    if view.conversation.is_slow:
         raise UserError(TOO_SLOW)
     present = yield from who_is_there()
     if present.contradiction is not None or present.status is None:

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.conversation import SLOW_LINE_S, ConversationView
+from app.engine.conversation import ConversationView
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.i18n import tr
 from protocol.fields import Value
 from protocol.messages import HIGHEST_CELL_V, TriggerRecord
+from protocol.timing import SLOW_S
 from protocol.translatable import marked
 
 CELL_ABOVE_V = 0.05
@@ -108,8 +109,8 @@ def line_outside(
 ) -> Outside | None:
     """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
     most_ms = in_use.profile.limit("round_trip_max_ms")
-    if lag_s is not None and lag_s > SLOW_LINE_S:
-        return Outside(OutOfLimit.LATE, f"{SLOW_LINE_S:g} s")
+    if lag_s is not None and lag_s > SLOW_S:
+        return Outside(OutOfLimit.LATE, f"{SLOW_S:g} s")
     if has_damaged:
         return Outside(OutOfLimit.DAMAGED, "0")
     if round_trip_s is not None and round_trip_s * 1000 > most_ms:

@@ -12,15 +12,14 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 from app.engine.conversation import ConversationView
-from app.engine.setting_changes import BOOTS, changed_settings
-from app.engine.snapshots import Snapshot, restorable
 from app.modules.service import COUNTS_ANEW
 from app.settings.values import value_message
 from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed, Serviced, SettingsSeen
 from app.store.rows import Row, time_text
 from app.text.messages import UserMessage, clean, message
-from protocol.fields import Value
+from protocol.catalogue import BOOTS, READABLE_SETTINGS, SETTINGS
+from protocol.fields import Value, ValueRefused
 from protocol.translatable import marked
 
 # The boot count is one byte. A module in use may go around within half a year.
@@ -96,6 +95,21 @@ def _state(facts: Facts, name: str) -> dict[str, Any]:
     return facts.state(_MODULE + name) or {}
 
 
+def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
+    """The valid ones of `settings` (from a file)."""
+    valid: dict[str, Value] = {}
+    for command in SETTINGS:
+        value = settings.get(command.key)
+        if command.write is None or not isinstance(value, bool | int | float):
+            continue
+        try:
+            command.write.encode(value)
+        except ValueRefused:
+            continue
+        valid[command.key] = value
+    return valid
+
+
 def _remembered(name: str, state: Mapping[str, Any]) -> Remembered:
     return Remembered(
         name=name,
@@ -120,14 +134,16 @@ def what_speaks_against(known: Remembered, conversation: ConversationView) -> tu
 
 def what_differs(known: Remembered, conversation: ConversationView, now: float) -> tuple[UserMessage, ...]:
     """The settings that are otherwise than they were last read: to be shown, speaking neither way."""
+    settings = conversation.settings(now)
     return tuple(
         message(
             marked("{name} {now}, was {before}"),
-            name=message(change.command.title),
-            now=value_message(change.command, change.after),
-            before=value_message(change.command, change.before),
+            name=message(command.title),
+            now=value_message(command, settings[command.key]),
+            before=value_message(command, known.settings[command.key]),
         )
-        for change in changed_settings(known.settings, conversation.settings(now))
+        for command in READABLE_SETTINGS
+        if command.key in settings and settings[command.key] != known.settings.get(command.key, settings[command.key])
     )
 
 
@@ -140,9 +156,11 @@ def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
     return message(marked("{module}, named by a person in this conversation"), module=name)
 
 
-def store_snapshot(facts: Facts, snapshot: Snapshot, *, port: str, module: str = "") -> Row:
+def store_as_found(
+    facts: Facts, settings: Mapping[str, Value], boot_count: int | None, *, port: str, module: str = ""
+) -> Row:
     """Keep the settings as they were found. `module`: its name, where it has one. Within `Store.write`."""
     if module:
         remember(facts, module)
-    seen = SettingsSeen(port=clean(port), boot_count=snapshot.boot_count, settings=dict(snapshot.settings))
+    seen = SettingsSeen(port=clean(port), boot_count=boot_count, settings=dict(settings))
     return facts.add(seen, module or None)

@@ -7,7 +7,6 @@ from enum import Enum
 from functools import partial
 from typing import Final
 
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastTested
@@ -16,7 +15,7 @@ from app.preflight.findings import Case, Check, CheckResult, Finding, judged, un
 from app.settings.values import value_text
 from app.system.wall_clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import BY_NAME
+from protocol.catalogue import BY_NAME, READABLE_SETTINGS
 from protocol.fields import Value
 from protocol.translatable import marked
 

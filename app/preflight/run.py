@@ -90,7 +90,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
 
     end: EngineView = yield Inspect()
     evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
-    evidence.is_answered_twice |= end.told is not None and end.told.twice_at >= begin.now
+    evidence.is_answered_twice |= end.told.twice_at >= begin.now
     for command in TRIGGERS:
         evidence.flags[command.key] = _final_state(evidence.flags[command.key], command.key, end)
     evidence.ended_at = end.now
@@ -162,5 +162,5 @@ def _final_state(flag: TriggerFlag, key: str, view: EngineView) -> TriggerFlag:
         return TriggerFlag(known.value is True)
     if flag.is_enabled is None:
         return flag
-    has_repeated = view.flags is not None and view.flags.has_repeated
+    has_repeated = view.flags.has_repeated
     return TriggerFlag(why=message(WriteFault.REPEATED.value) if has_repeated else NOT_ENABLED)

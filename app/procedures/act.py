@@ -217,7 +217,7 @@ def checked_inputs(
     """What the conditions are judged by, just after it was asked who is there."""
     status = present.status
     contradiction = present.contradiction
-    if contradiction is None and view.is_answered_twice:
+    if contradiction is None and view.told.is_answered_twice(view.now):
         contradiction = ANSWERED_TWICE
     age_s = None if status is None else view.now - present.asked_at
     return replace(
@@ -235,7 +235,6 @@ def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> I
     """What is known without asking the module anything."""
     return replace(
         inputs_at(view.conversation, view.now),
-        is_slow=view.link.is_slow,
         permit=permit,
         overtaken_at=view.overtaken_at,
         armed=None if armed is None else armed.act,

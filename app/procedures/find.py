@@ -40,7 +40,7 @@ class Silence(Enum):
 def await_module(limit_s: float = WAIT_S) -> Procedure[Silence | None]:
     """Wait until a conversation begins; None then, else what came instead."""
     before: EngineView = yield Inspect()
-    if (yield from _begins(limit_s)):
+    if (yield from _begins(limit_s)) is not None:
         return None
     after: EngineView = yield Inspect()
     return what_came(after.link.counters - before.link.counters)
@@ -97,21 +97,25 @@ def _search(places: Sequence[tuple[int, float]]) -> Procedure[RateSearch]:
         yield Report(len(tried), len(places), marked("Trying {rate} baud"), (("rate", rate),))
         tried.append(rate)
         _log.debug("trying %d baud", rate)
-        if begin.sets_rate:
-            yield UseRate(rate)
-        if (yield from _begins(wait_s)):
-            _log.debug("found at %d baud", rate)
-            return RateSearch(rate, tuple(tried))
+        found = yield from _begins(wait_s, at=rate if begin.sets_rate else None)
+        if found is not None:
+            _log.debug("found at %d baud", found)
+            return RateSearch(found, tuple(tried))
     if begin.sets_rate:
         yield UseRate(begin.baud_rate)
     return RateSearch(None, tuple(tried))
 
 
-def _begins(limit_s: float) -> Procedure[bool]:
-    """Whether a conversation goes on, or begins within the limit."""
+def _begins(limit_s: float, *, at: int | None = None) -> Procedure[int | None]:
+    """The rate of the conversation that goes on, or begins within the limit. `at`: the rate to try; LOCK, which may
+    come between, may have tried another one."""
+    if at is not None:
+        yield UseRate(at)
     view: EngineView = yield Inspect()
     ends_at = view.now + limit_s
     while not view.conversation.is_going and view.now < ends_at:
         yield Pause(min(LOOK_EVERY_S, ends_at - view.now))
         view = yield Inspect()
-    return view.conversation.is_going
+        if at is not None and view.baud_rate != at and not view.conversation.is_going:
+            yield UseRate(at)
+    return view.baud_rate if view.conversation.is_going else None

@@ -219,11 +219,8 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
                 return
         if proof.is_heard and not proof.says_locked:
             yield Pause(max(0.0, repeat.next_at - view.now))
-        is_rate_in_doubt = view.is_rate_searched or view.proven_rate is None
-        if may_search and is_rate_in_doubt and view.now - silent_since > SILENT_S:
+        if may_search and view.is_rate_in_doubt and view.now - silent_since > SILENT_S:
             may_search = False
-            found = yield from find_rate()
-            if found.baud_rate is None and view.proven_rate is not None:
-                yield UseRate(view.proven_rate)
+            yield from find_rate()
             view = yield Inspect()
             silent_since = view.now

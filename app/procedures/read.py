@@ -11,9 +11,17 @@ from typing import NamedTuple
 
 from app.engine.conversation import StatusSample
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_report, ask_value
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import BOOT_COUNT, BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
+from protocol.catalogue import (
+    BOOT_COUNT,
+    BY_NAME,
+    COMMANDS,
+    HEARTBEAT,
+    READABLE_SETTINGS,
+    STATUS,
+    TRIGGER_RECORDS,
+    Command,
+)
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
 from protocol.messages import Reading, Status

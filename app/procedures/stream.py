@@ -14,10 +14,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import read_everything
 from app.store.stream_memory import StreamMemory
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
+from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.messages import Acknowledgement
 

@@ -23,8 +23,6 @@ from typing import Any, NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
-from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting
-from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed, checked_inputs, inputs_of
 from app.procedures.read import SettingsReading, read_settings, read_twice, who_is_there
 from app.safety.acts import Act
@@ -32,8 +30,8 @@ from app.safety.consequences import Consequence, risks
 from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
 from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command, Request
-from protocol.events import Answered, Unanswered
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command, Request
+from protocol.events import Answered, Contradiction, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.fields import Value
 from protocol.flag_answers import TRIGGER_FLAGS
@@ -150,8 +148,8 @@ class WriteReport:
     results: tuple[Written, ...]
     # Why some were not sent.
     refusals: tuple[Refusal, ...] = ()
-    # Settings that changed without being written.
-    changed: tuple[ChangedSetting, ...] = ()
+    # A setting that changed without being written, which ended the conversation.
+    changed: Contradiction | None = None
     # Settings that were not written and could not be read afterwards.
     unread: tuple[Command, ...] = ()
     # When the last reading began, in seconds of the session's clock; None without one.
@@ -165,7 +163,7 @@ class WriteReport:
     @property
     def is_fine(self) -> bool:
         is_whole = self.interrupted is None and not self.is_cancelled
-        return is_whole and all(written.is_fine for written in self.results) and not self.changed and not self.unread
+        return is_whole and not self.unread and all(written.is_fine for written in self.results)
 
     @property
     def is_refused(self) -> bool:
@@ -198,7 +196,7 @@ class WriteContext:
     accepted_risks: frozenset[SettingChange] = frozenset()
     # Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
     # they are stored; None if they were stored before in this conversation.
-    store_snapshot: Callable[[Snapshot], "Future[Any] | None"] | None = None
+    keep_as_found: Callable[[Mapping[str, Value], int | None], "Future[Any] | None"] | None = None
     # Called with each result in the session's thread. The report decides: a result may be taken back later.
     on_written: Callable[[Written], None] | None = None
 
@@ -225,7 +223,7 @@ def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedu
 def await_flags_free(request: Request, progress: Report | None = None) -> Procedure[None]:
     """Before a set of 16 or 17: wait until no answer to an earlier one can be taken for its own (E4)."""
     view: EngineView = yield Inspect()
-    while view.flags is not None and view.flags.free_at(request) > view.now:
+    while view.flags.free_at(request) > view.now:
         if progress is not None:
             yield progress._replace(doing=WAITING)
         yield Pause(view.flags.free_at(request) - view.now)
@@ -236,7 +234,7 @@ def await_flags_known(progress: Report | None = None) -> Procedure[None]:
     """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
     view: EngineView = yield Inspect()
     ends_at = view.now + FLAGS_LIMIT_S
-    while view.flags is not None and not (view.flags.has_repeated or view.flags.are_known(view.now)):
+    while not (view.flags.has_repeated or view.flags.are_known(view.now)):
         if view.now >= ends_at:
             return
         if progress is not None:
@@ -336,17 +334,15 @@ class _Writing:
         if known is not None and known.is_sent:
             self.results[command] = known._replace(read_back=now, verified=False, fault=WriteFault.CHANGED)
         else:
-            changed = ChangedSetting(command, contradiction.before.value, now)
-            self.report = replace(self.report, changed=(changed,))
+            self.report = replace(self.report, changed=contradiction)
 
 
 def _write_and_read_again(writing: _Writing) -> Procedure[None]:
     context = writing.context
     writing.before = (yield from read_settings()).values
     view: EngineView = yield Inspect()
-    if context.store_snapshot is not None:
-        settings = view.conversation.settings(view.now)
-        stored = context.store_snapshot(Snapshot(settings=settings, boot_count=view.conversation.boot_count))
+    if context.keep_as_found is not None:
+        stored = context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
         if stored is not None:
             yield Await(stored, DURABLE_LIMIT_S)
     yield from _set_all(writing)
@@ -462,7 +458,7 @@ def _after_copies(written: Written, view: EngineView) -> Written:
     """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
     if view.conversation.fresh(written.command.key, view.now) == written.target:
         return written
-    has_repeated = view.flags is not None and view.flags.has_repeated
+    has_repeated = view.flags.has_repeated
     fault = WriteFault.REPEATED if has_repeated else WriteFault.NO_LAST_READING
     return written._replace(heard=SetReply.NOTHING, fault=fault)
 

@@ -8,7 +8,7 @@ check comes to READY.
 import logging
 
 from app.engine.conversation import ConversationView
-from app.engine.setting_changes import BOOTS
+from protocol.catalogue import BOOTS
 from protocol.events import EndReason
 
 _log = logging.getLogger(__name__)

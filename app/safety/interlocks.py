@@ -111,7 +111,7 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
     return InterlockInputs(
         now=now,
         conversation=conversation.number if conversation.is_going else None,
-        is_slow=conversation.is_late,
+        is_slow=conversation.is_slow,
         status_age_s=None if tilt is None else now - tilt.at,
         is_status_fresh=is_fresh,
         active=_reported(conversation, "active", now),

@@ -8,9 +8,8 @@ detects any single wrong character and nearly all swapped neighbours.
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.settings.values import field_of
-from protocol.catalogue import Command
+from protocol.catalogue import READABLE_SETTINGS, Command
 from protocol.fields import Value
 
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"

@@ -2,14 +2,13 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import cache, partial
 from typing import NamedTuple, TypeVar
 
-from app.engine.snapshots import Snapshot
-from app.modules.names import store_snapshot
+from app.modules.names import store_as_found
 from app.safety.journal import Journal
 from app.safety.left_active import KnownAs
 from app.store.acts import Where
@@ -22,6 +21,7 @@ from app.terminal.console import notify
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.user_error import UserError
+from protocol.fields import Value
 
 ORIGIN = "command line"
 READ_LIMIT_S = 1.0
@@ -40,9 +40,9 @@ class Records(NamedTuple):
     troubles: list[UserMessage]
     """Why entries are missing in the audit log; said at the end."""
 
-    def store_snapshot(self, snapshot: Snapshot) -> "Future[Row]":
+    def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
-        return self.store.write(partial(store_snapshot, snapshot=snapshot, port=self.port))
+        return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
 
     def where(self) -> Where:
         """For the store's thread."""

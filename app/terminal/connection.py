@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from app.engine.address_lock import is_network_address
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import LinkView, Procedure, Report
+from app.engine.target import is_network_address
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, OwedLock, PortState, Worker
 from app.procedures.find import Silence, await_module, find_rate

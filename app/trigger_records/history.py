@@ -9,13 +9,12 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.setting_changes import BOOTS
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
 from app.text.sentences import in_brackets
 from app.trigger_records.fields import source_message
-from protocol.catalogue import MAX_RECORDS, RECORD_PART
+from protocol.catalogue import BOOTS, MAX_RECORDS, RECORD_PART
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
 

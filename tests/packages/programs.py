@@ -88,7 +88,7 @@ def check_window(program: Program, evidence: Path) -> None:
     assert seen["answers"] is True
     assert seen["link"]["frames"] > 10
     assert {"tilt_deg", "acceleration_g", "triggered", "active", "cell_voltage_v"} <= seen["values"].keys()
-    assert seen["values"]["tilt_deg"]["doubt"] is None
+    assert seen["values"]["tilt_deg"]["is_stale"] is False
 
 
 def check_reading(program: Program) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT, SETTINGS
-from protocol.events import Sent
+from protocol.events import Sent, Unanswered
 from protocol.request_gap import CLEAR_S, LOST_IN_A_ROW, MAX_S, ONCE_S, QUESTION_S, STREAM_LATE_S, Gap
 from tests.support.line.link_bench import STREAMED, Bench, named
 
@@ -22,9 +22,9 @@ def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
     bench.wait(0.003)
     answered_at = bench.now
     assert bench.begin_to_ask(SET) == b""
-    assert not bench.link.has_left
+    assert not bench.has_left
     assert bench.link.next_deadline(bench.now) == pytest.approx(answered_at + ONCE_S)
-    assert bench.link.abandon(bench.now) == [], "it has not left, so nothing is unknown"
+    assert bench.link.abandon(bench.now) == [Unanswered(SET, 0, 0.0, bench.now)]
     (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
     assert isinstance(sent, Sent)
 

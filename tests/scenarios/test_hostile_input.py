@@ -42,10 +42,6 @@ HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal
         "://",
         "capture://{file}",
         " capture://{file}",
-        "socket://localhost:1?logging=debug",
-        "loop://?logging=debug",
-        "loop://?%6cogging=debug",
-        "rfc2217://localhost:1?timeout=1&logging=debug",
     ],
 )
 @pytest.mark.promise("g")

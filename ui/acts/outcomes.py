@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
-from app.engine.address_lock import sets_rate
+from app.engine.target import sets_rate
 from app.procedures.act import Performed
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, inputs_at, refusals

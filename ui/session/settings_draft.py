@@ -104,7 +104,7 @@ class SettingsDraft(QObject):
     @property
     def as_found(self) -> Mapping[str, Value] | None:
         """The settings before the first write of this conversation; None while nothing was written."""
-        return None if self._module.as_found is None else self._module.as_found.settings
+        return self._module.as_found
 
     def count_unsent(self) -> int:
         """Edits that leaving the module would lose. Those of an ended conversation are kept with its port."""
@@ -230,7 +230,7 @@ class SettingsDraft(QObject):
                 armed=wish.armed,
                 is_unlocked=wish.is_unlocked,
                 accepted_risks=wish.accepted,
-                store_snapshot=self._module.keep_as_found(),
+                keep_as_found=self._module.keep_as_found(),
             )
             self.form.begin_write(wish.changes)
             self.job.run(write_all(wish.changes, context), partial(self._end_writing, wish))
@@ -320,7 +320,10 @@ def _written_notice(report: WriteReport) -> Notice:
         parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
     for text, commands in (
         (marked("Not as written: {names}."), bad),
-        (marked("Changed without being written: {names}."), [change.command for change in report.changed]),
+        (
+            marked("Changed without being written: {names}."),
+            [] if report.changed is None else [report.changed.after.command],
+        ),
         (marked("Not read back: {names}."), report.unread),
     ):
         if commands:

@@ -18,11 +18,9 @@ from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.job import Job
 from app.engine.procedure import Procedure, Report, Result
-from app.engine.setting_changes import READABLE_SETTINGS
-from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
-from app.modules.names import Remembered, known_by, remember, remembered, store_snapshot, what_speaks_against
+from app.modules.names import Remembered, known_by, remember, remembered, store_as_found, what_speaks_against
 from app.procedures.light import LightDirection
 from app.safety.firing_doubt import FiringDoubt
 from app.safety.journal import Journal
@@ -36,6 +34,7 @@ from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import capitalised, join_sentences, labelled
+from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from ui.session.interruptions import Interruptions, RemainderKind
@@ -98,7 +97,7 @@ class ShownModule(QObject):
         self.run_id = new_run()
         """Names this conversation in the audit log."""
         self.statistics = LinkStatistics()
-        self.as_found: Snapshot | None = None
+        self.as_found: Mapping[str, Value] | None = None
         """The settings before the first write."""
         self.light_direction: LightDirection | None = None
         """Which way the light reads; None until it was measured with the bay closed and open (E11)."""
@@ -281,17 +280,19 @@ class ShownModule(QObject):
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)
 
-    def keep_as_found(self) -> Callable[[Snapshot], "Future[Row] | None"] | None:
+    def keep_as_found(self) -> Callable[[Mapping[str, Value], int | None], "Future[Row] | None"] | None:
         """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
         port = "" if self._port.target is None else self._port.target.device
         name = self.name
 
-        def keep(snapshot: Snapshot) -> "Future[Row] | None":
-            self.as_found = snapshot
+        def keep(settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row] | None":
+            self.as_found = settings
             store = self._storage.begun
             if store is None:
                 return None
-            return store.write(partial(store_snapshot, snapshot=snapshot, port=port, module=name))
+            return store.write(
+                partial(store_as_found, settings=settings, boot_count=boot_count, port=port, module=name)
+            )
 
         return keep if self.as_found is None else None
 

@@ -108,7 +108,7 @@ def values_seen(ports: Ports) -> dict[str, object]:
                 "value": reading.value,
                 "how": reading.how.value,
                 "age_s": round(now - reading.at, 3),
-                "doubt": None if reading.stale_reason is None else reading.stale_reason.value,
+                "is_stale": reading.is_stale,
             }
             for key, reading in known.items()
         },

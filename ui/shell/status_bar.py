@@ -137,7 +137,7 @@ class StatusBar(QFrame):
             return
         lag_s = view.lag_s if view.is_going else None
         invalid_at = line.last_invalid_at
-        self.age.show_age(line.last_frame_at, late_s=lag_s if view.is_late else None)
+        self.age.show_age(line.last_frame_at, late_s=lag_s if view.is_slow else None)
         has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
         self._show_fault(
             line_outside(

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.cli.results import SaveJson
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.read import NO_REPLY, read_settings
@@ -27,6 +26,7 @@ from app.terminal.export_file import STANDARD_OUTPUT
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
+from protocol.catalogue import READABLE_SETTINGS
 from protocol.fields import Value
 
 

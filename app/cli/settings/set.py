@@ -130,7 +130,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> WriteRe
             journal=records.journal,
             is_unlocked=args.unlock,
             accepted_risks=frozenset(wishes if args.accept_risk else ()),
-            store_snapshot=records.store_snapshot,
+            keep_as_found=records.keep_as_found,
             on_written=written.append,
         )
         # As `write_all` orders them, and the baud rate last.
@@ -203,16 +203,20 @@ def json_of(report: WriteReport) -> SetJson:
             verified_age_s=age_s,
             error=None if why is None else why.in_english(),
         )
-    changed = {change.command.key: ChangedJson(before=change.before, after=change.after) for change in report.changed}
+    changed: dict[str, ChangedJson] = {}
+    if report.changed is not None:
+        before, after = report.changed
+        changed[before.command.key] = ChangedJson(before=before.value, after=after.value)
     return SetJson(results=results, changed=changed, unread=[command.key for command in report.unread])
 
 
 def _remarks(report: WriteReport) -> list[str]:
     """Sentences about settings that were not written, and why it ended early."""
     remarks: list[str] = []
-    if report.changed:
-        changed = [f"{one.command.key} {typed(one.before)} → {typed(one.after)}" for one in report.changed]
-        remarks.append(tr("Changed without being written: {names}.", names=join_names(changed)))
+    if report.changed is not None:
+        before, after = report.changed
+        names = f"{before.command.key} {typed(before.value)} → {typed(after.value)}"
+        remarks.append(tr("Changed without being written: {names}.", names=names))
     if report.unread:
         names = join_names(command.key for command in report.unread)
         remarks.append(tr("Could not read: {names}. Read again or check the wiring.", names=names))

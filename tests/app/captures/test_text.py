@@ -130,8 +130,9 @@ def test_events_become_what_went_over_the_wire() -> None:
 def test_a_session_is_captured_whole() -> None:
     """Every byte that the port gave and took is in it, in order."""
     rig = Rig({"history": "2", "corrupt": "0.01", "seed": "3"})
+    opened_at = rig.clock()
     rig.run(read_everything())
     rig.step_for(1.0)
-    entries = list(entries_of(rig.session.take_events(), started_at=rig.session.opened_at))
+    entries = list(entries_of(rig.session.take_events(), started_at=opened_at))
     assert b"".join(entry.raw for entry in entries if entry.way is Way.IN) == bytes(rig.line.arrived)
     assert b"".join(entry.raw for entry in entries if entry.way is Way.OUT) == bytes(rig.line.sent)

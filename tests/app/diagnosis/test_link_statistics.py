@@ -224,7 +224,7 @@ def test_a_bundle_contains_what_support_needs() -> None:
     assert link["sent"] == 0
     assert json.loads(parts["about.json"])["program"] == "DPS-S Configurator 1.2"
     module = json.loads(parts["module.json"])
-    assert module["values"]["tilt_deg"] == {"value": 7, "how": "streamed", "age_s": 2.0, "doubt": "aged"}
+    assert module["values"]["tilt_deg"] == {"value": 7, "how": "streamed", "age_s": 2.0, "is_stale": True}
     assert json.loads(parts["preferences.json"])["language"] == "zh_CN"
     started, *lines = parts["capture.txt"].splitlines()
     assert started.startswith("# started: 20")

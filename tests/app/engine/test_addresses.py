@@ -1,13 +1,11 @@
 """Each kind of address against what may stand at its other end, with the command line in a process of its own."""
 
 import json
-import os
 import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
-from pathlib import Path
 
 import pytest
 
@@ -97,32 +95,6 @@ def test_nobody_listens() -> None:
     ended = ran(*PROGRAM, "read", "--port", f"socket://{address}")
     assert ended.returncode == 3
     assert "refused" in ended.stderr
-
-
-@pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
-@pytest.mark.promise("a")
-def test_a_second_program_is_kept_off_an_address(scheme: str) -> None:
-    server = tcp_peers.raw_bridge if scheme == "socket" else tcp_peers.rfc2217_server
-    with Line(Module(now=now())) as line, server(line.port) as address:
-        port = f"{scheme}://{address}"
-        held = open_line(port, 115200)
-        try:
-            second = ran(*PROGRAM, "read", "--port", port.replace("127.0.0.1", "localhost"))
-        finally:
-            held.close()
-        after = ran(*PROGRAM, "read", "--port", port)
-    assert second.returncode == 3
-    assert f"in use by dps-s (process {os.getpid()})" in second.stderr
-    assert after.returncode == 0, after.stderr
-
-
-def test_without_a_folder_for_locks_an_address_opens_all_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "dps-s-configurator").touch()
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    with tcp_peers.serving(tcp_peers.silent) as address:
-        open_line(f"socket://{address}", 115200).close()
 
 
 def test_an_address_that_takes_no_more_bytes_is_stuck() -> None:

@@ -81,20 +81,6 @@ def test_no_read_gathers_while_an_answer_is_awaited() -> None:
     assert gathered == [BATCH_S] == [0.008], "a stream is gathered while no answer is awaited"
 
 
-def test_the_rest_of_a_frame_is_waited_for_only_briefly() -> None:
-    rig = settled_rig()
-    waited_s: list[float] = []
-
-    def cut(longest_s: float, _gather_s: float) -> bytes:
-        waited_s.append(longest_s)
-        return HEARTBEAT_REPLY[:3] if len(waited_s) == 1 else b""
-
-    rig.line.read = cut  # type: ignore[method-assign, assignment]
-    rig.session.step(0.05)
-    assert len(waited_s) == 2, "once for the beginning and once for the rest"
-    assert waited_s[1] <= 0.002
-
-
 def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
     """The driver has nothing yet, and this thread gets its turn again only later than it wanted."""
     rig = settled_rig()
@@ -367,7 +353,7 @@ def test_16_on_a_slow_line_only_questions_and_lock_leave(request_: Request) -> N
     (refused,) = rig.run(ask(request_))
     assert refused == Unanswered(request_, 0, 0.0, refused.at)  # type: ignore[attr-defined]
     assert request_ not in rig.line.requests
-    assert rig.session.link_view().is_slow
+    assert rig.conversation.is_slow
     rig.end(rig.job(lock(), is_urgent=True, outlives=True))
     assert LOCK in rig.line.requests
 
@@ -445,7 +431,7 @@ def test_what_a_procedure_sees() -> None:
     view = rig.run(look())
     assert view.conversation.boot_count == 37
     assert (view.baud_rate, view.proven_rate, view.sets_rate) == (115200, 115200, True)
-    assert (view.overtaken_at, view.is_rate_searched, view.is_answered_twice) == (None, False, False)
+    assert (view.overtaken_at, view.is_rate_in_doubt) == (None, False)
     assert view.link.round_trip_median_s is not None
 
 
@@ -468,7 +454,7 @@ def test_a_search_for_the_rate_is_seen_by_lock() -> None:
         yield Pause(1.0)
 
     def look() -> Procedure[None]:
-        seen.append((yield Inspect()).is_rate_searched)
+        seen.append((yield Inspect()).is_rate_in_doubt)
 
     rig = settled_rig()
     rig.job(search(), outlives=True)

@@ -14,7 +14,7 @@ if sys.platform == "win32":
 import fcntl
 import termios
 
-from app.engine import terminal_settings
+from app.engine import transport
 from app.engine.transport import PortError, PortTrouble, open_line
 from tests.module.line import Line
 
@@ -69,15 +69,6 @@ def test_the_line_is_set_at_opening_and_at_a_change_of_rate(line: Line) -> None:
 
 
 @pytest.mark.promise("a")
-def test_a_driver_that_keeps_another_setting_is_refused(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terminal_settings, "complete", lambda _number: None)
-    with pytest.raises(PortError) as failed:
-        open_line(line.port, 115200)
-    assert failed.value.trouble is PortTrouble.UNUSABLE
-    assert "brkint" in failed.value.detail
-
-
-@pytest.mark.promise("a")
 def test_a_second_one_of_these_programs_is_kept_off(line: Line) -> None:
     opened = open_line(line.port, 115200)
     try:
@@ -91,7 +82,7 @@ def test_a_second_one_of_these_programs_is_kept_off(line: Line) -> None:
 
 @pytest.mark.promise("a")
 def test_other_programs_are_kept_off_an_adapter(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terminal_settings, "is_pseudo_terminal", lambda _port: False)
+    monkeypatch.setattr(transport, "is_pseudo_terminal", lambda _port: False)
     opened = open_line(line.port, 115200)
     try:
         answer = fcntl.ioctl(line.slave, TIOCGEXCL, bytes(4))

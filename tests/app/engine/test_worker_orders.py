@@ -76,30 +76,3 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
     finally:
         assert worker.stop(PATIENCE_S)
         bench.remove_bench("lock-and-leave")
-
-
-@pytest.mark.parametrize(("limits_s", "joined_s"), [((), [0.33, 2.0 - 0.33]), ((0.25,), [0.25, 0.0])])
-def test_stopping_waits_two_seconds_for_a_driver_that_blocks_and_breaks_it_off_before(
-    limits_s: tuple[float, ...], joined_s: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done: list[object] = []
-
-    class BlockedThread:
-        def is_alive(self) -> bool:
-            return True
-
-        def join(self, timeout_s: float) -> None:
-            done.append(timeout_s)
-
-    class BlockedLine:
-        def interrupt(self) -> None:
-            done.append("interrupt")
-
-        def abort(self) -> None:
-            done.append("abort")
-
-    worker = Worker(ignore)
-    monkeypatch.setattr(worker, "_thread", BlockedThread())
-    monkeypatch.setattr(worker, "_line", BlockedLine())
-    assert not worker.stop(*limits_s)
-    assert done == ["interrupt", joined_s[0], "abort", joined_s[1]]

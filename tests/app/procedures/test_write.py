@@ -226,7 +226,9 @@ def test_the_module_is_asked_after_a_wait_for_the_disk(what: str) -> None:
     rig, journal = watched_rig(), FakeJournal()
     kept: Future[int] = Future()
     journal.is_held = what == "log"
-    context = WriteContext(journal=journal, store_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
+    context = WriteContext(
+        journal=journal, keep_as_found=(lambda _settings, _boot_count: kept) if what == "snapshot" else None
+    )
     job = rig.job(write_all(changes(freefall_time=1.2), context))
     rig.step_until(lambda: job.awaits_since is not None)
     rig.step_for(0.3)
@@ -270,14 +272,13 @@ def test_what_was_found_is_kept_before_the_first_set() -> None:
     rig, kept = settled_rig(), list[Any]()
     sent: list[int] = []
 
-    def store(snapshot: Any) -> None:
-        kept.append(snapshot)
+    def store(settings: Any, boot_count: int | None) -> None:
+        kept.append((settings["freefall_time_s"], boot_count))
         sent.append(len(sets(rig)))
 
-    write(rig, WriteContext(journal=FakeJournal(), store_snapshot=store), freefall_time=1.2)
+    write(rig, WriteContext(journal=FakeJournal(), keep_as_found=store), freefall_time=1.2)
     assert sent == [0]
-    assert kept[0].settings["freefall_time_s"] == 1.6
-    assert kept[0].boot_count == rig.bench.module.memory.boot_count
+    assert kept == [(1.6, rig.bench.module.memory.boot_count)]
 
 
 def test_a_setting_that_is_not_read_at_the_end_is_named_and_may_have_changed() -> None:
@@ -410,7 +411,9 @@ def write_to(options: dict[str, Any], wanted: dict[str, Any]) -> tuple[WriteRepo
             found.append(f"{key} verified as {written.target}, and it holds {holds[key]}")
         if written.verified and has_restarted:
             found.append(f"{key} verified over a restart")
-    commands = [written.command for written in report.results] + [change.command for change in report.changed]
+    commands = [written.command for written in report.results] + (
+        [] if report.changed is None else [report.changed.after.command]
+    )
     named = {command.key for command in (*commands, *report.unread)}
     if report.is_fine:
         moved = [key for key in KEYS if key not in named and before[key] != holds[key]]
@@ -434,7 +437,8 @@ def test_cross_talk_between_settings_is_named(name: str) -> None:
     report, _faults = write_to({"cross_talk": f"22:{name}=14"}, {"freefall_time": 1.2})
     assert report.results[0].fault is WriteFault.VERIFIED_THEN
     assert not report.results[0].verified
-    assert [one.command.code for one in report.changed] == [int(name, 16)]
+    assert report.changed is not None
+    assert report.changed.after.command.code == int(name, 16)
     assert report.interrupted is not None
 
 

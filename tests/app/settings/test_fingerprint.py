@@ -6,12 +6,11 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import read_everything
 from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
 from app.settings.form import Match, compare
 from app.settings.profiles import Profile
-from protocol.catalogue import SETTINGS
+from protocol.catalogue import READABLE_SETTINGS, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.line.sim_line import settled_rig

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.snapshots import Snapshot, restorable
-from app.modules.names import store_snapshot
+from app.modules.names import restorable, store_as_found
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
@@ -58,9 +57,9 @@ def test_modules_and_snapshots(tmp_path: Path) -> None:
         register(store, "M-08")
         register(store, "M-07")
         assert [module.name for module in modules_in(store)] == ["M-07", "M-08"]
-        found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
-        store.write(lambda facts: store_snapshot(facts, found, port="sim://", module="M-07")).result(PATIENCE_S)
-        assert kept_settings(store) == [found.settings]
+        found = {"freefall_time_s": 1.6, "attitude_trigger": True}
+        store.write(lambda facts: store_as_found(facts, found, 37, port="sim://", module="M-07")).result(PATIENCE_S)
+        assert kept_settings(store) == [found]
         (kept,) = store.read(lambda facts: facts.of_module(SettingsSeen, "M-07"))
         assert kept.content.boot_count == 37
 

@@ -39,6 +39,8 @@ class Bench:
         self.is_there = is_there
         self.reply_s = reply_s
         self._due: list[tuple[float, bytes]] = []
+        self._asked: Request | None = None
+        self._asked_after = 0
 
     def begun(self) -> "Bench":
         """In a conversation, of which the round trips are known; nothing happened yet."""
@@ -53,7 +55,7 @@ class Bench:
         Return what left."""
         before = len(self.taken(Sent))
         self.begin_to_ask(request, **options)
-        while not (self.link.is_idle or self.link.is_own or self.link.has_left):
+        while not (self.link.is_idle or self.link.is_own or self.has_left):
             self.wait(0.0005)
         return b"".join(sent.raw for sent in self.taken(Sent)[before:])
 
@@ -62,9 +64,16 @@ class Bench:
         while self.link.is_own:
             self.wait(0.0005)
         before = len(self.taken(Sent))
+        self._asked, self._asked_after = request, len(self.events)
         self.events += self.link.ask(request, self.now, **options)  # type: ignore[arg-type]
         self._deliver()
         return b"".join(sent.raw for sent in self.taken(Sent)[before:])
+
+    @property
+    def has_left(self) -> bool:
+        """Whether what was last asked for was sent; it may still wait for a fence or for a quiet line."""
+        since = self.events[self._asked_after :]
+        return any(isinstance(event, Sent) and event.request == self._asked for event in since)
 
     def hear(self, *frames: bytes, after_s: float = 0.003) -> bytes:
         """Return what leaves because of these frames, as well as in the time before."""

@@ -15,7 +15,9 @@ from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
+from protocol.contradictions import ToldValues
 from protocol.events import Counters, EndReason
+from protocol.flag_answers import FlagAnswers
 from protocol.frame import decode_request
 from tests.support.line.lies import lying_bench
 from tests.support.line.odd_module import end_faults
@@ -282,9 +284,10 @@ def engine_view(
     now: float = 0.0, conversation: ConversationView | None = None, counters: Counters | None = None, **more: Any
 ) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
-    known: dict[str, Any] = {"proven_rate": None, "is_rate_searched": False, "overtaken_at": None}
+    known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
+    known |= {"flags": FlagAnswers(now), "told": ToldValues()}
     link = LinkView(counters or Counters(), None, None)
-    return EngineView(now, 0.0, 115200, conversation or ConversationView(), link, **(known | more))
+    return EngineView(now, 115200, conversation or ConversationView(), link, **(known | more))
 
 
 def watched_rig(switch: StreamSwitch | None = None, **options: object) -> Rig:

@@ -203,7 +203,7 @@ class GroupProfile(QObject):
             journal=module.journal,
             armed=self._services.armed,
             accepted_risks=accepted,
-            store_snapshot=module.keep_as_found(),
+            keep_as_found=module.keep_as_found(),
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
         job = module.run(write_all(changes, context), partial(self._end, connection, module), goes_on=True)

@@ -9,7 +9,6 @@ import pytest
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.engine.procedure import Cancelled, Procedure
-from app.engine.snapshots import Snapshot
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
 from app.modules.labels import Printer
@@ -208,10 +207,10 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
     for is_first in (True, False):
         desk.page.profile.apply(desk.page.members.connections)
-        keep = contexts[-1].store_snapshot
+        keep = contexts[-1].keep_as_found
         assert (keep is not None) is is_first
         if keep is not None:
-            keep(Snapshot(settings={"attitude_threshold_deg": 60}))
+            keep({"attitude_threshold_deg": 60}, None)
         desk.modules[0][1].end_jobs(Cancelled())
         desk.wait(lambda: not desk.page.profile.is_running)
 
