@@ -1588,16 +1588,8 @@
         <translation>制造商</translation>
     </message>
     <message>
-        <source>Mark</source>
-        <translation>标记</translation>
-    </message>
-    <message>
         <source>Mark as reviewed</source>
         <translation>标为已复核</translation>
-    </message>
-    <message>
-        <source>Marked</source>
-        <translation>已标记</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -1786,10 +1778,6 @@
     <message>
         <source>Next control</source>
         <translation>下一个控件</translation>
-    </message>
-    <message>
-        <source>Next match</source>
-        <translation>下一个匹配行</translation>
     </message>
     <message>
         <source>Next: Settings, then Pre-flight.</source>
@@ -2320,10 +2308,6 @@
         <translation>按开关</translation>
     </message>
     <message>
-        <source>Previous match</source>
-        <translation>上一个匹配</translation>
-    </message>
-    <message>
         <source>Print labels</source>
         <translation>打印标签</translation>
     </message>
@@ -2524,14 +2508,6 @@
         <translation>往返时间</translation>
     </message>
     <message>
-        <source>Round trips: {n}. {classes}</source>
-        <translation>往返：{n} 次。{classes}</translation>
-    </message>
-    <message>
-        <source>Round-trip time, ms</source>
-        <translation>往返时间（毫秒）</translation>
-    </message>
-    <message>
         <source>SET ASIDE</source>
         <translation>搁置</translation>
     </message>
@@ -2590,14 +2566,6 @@
     <message>
         <source>Saving…</source>
         <translation>正在保存…</translation>
-    </message>
-    <message>
-        <source>Scroll left</source>
-        <translation>向左滚动</translation>
-    </message>
-    <message>
-        <source>Scroll right</source>
-        <translation>向右滚动</translation>
     </message>
     <message>
         <source>Search</source>
@@ -4202,10 +4170,6 @@
         <translation>已锁定</translation>
     </message>
     <message>
-        <source>longer</source>
-        <translation>更长</translation>
-    </message>
-    <message>
         <source>longer than 48 hours</source>
         <translation>超过 48 小时</translation>
     </message>
@@ -4858,10 +4822,6 @@
         <translation>未命名来源（{bit}）</translation>
     </message>
     <message>
-        <source>up to {ms} ms</source>
-        <translation>不超过 {ms} ms</translation>
-    </message>
-    <message>
         <source>used last</source>
         <translation>上次使用</translation>
     </message>
@@ -5180,10 +5140,6 @@
     <message>
         <source>{new} of {total} not reviewed</source>
         <translation>{total} 条中有 {new} 条未复核</translation>
-    </message>
-    <message>
-        <source>{n} of {all} rows copied.</source>
-        <translation>已复制 {all} 行中的 {n} 行。</translation>
     </message>
     <message>
         <source>{option} takes one port only.</source>

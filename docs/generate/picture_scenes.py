@@ -273,7 +273,7 @@ def why(studio: Studio) -> None:
     act = studio.find(QAbstractButton, "why_act")
     studio.until(lambda: not act.isHidden() and tr("Find the baud rate") in act.text(), "no cause was found")
     studio.run(1.0)
-    studio.take("why", page, last=studio.find(QLabel, "why_seen_noise"))
+    studio.take("why", page, last=studio.find(QLabel, "why_noise"))
     bench.remove_bench(OTHER_NAME)
 
 

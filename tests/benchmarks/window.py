@@ -21,7 +21,7 @@ from protocol.messages import Status
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage
-from ui.pages.diagnosis.traffic_model import MAX_ROWS
+from ui.pages.diagnosis.traffic import MAX_ROWS
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5

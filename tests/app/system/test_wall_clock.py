@@ -11,7 +11,7 @@ from app.system.clock import steady_time
 from app.system.wall_clock import wall_offset_s
 from tests.support.records.recordings_made import asked
 from tests.support.window.live_bench import live_bench
-from ui.pages.diagnosis.traffic_model import Column, TrafficModel
+from ui.pages.diagnosis.traffic import Column, TrafficModel
 from ui.pages.live import page as live
 
 HOUR_S = 3600.0

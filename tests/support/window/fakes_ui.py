@@ -21,7 +21,7 @@ from ui.core.language import use_language
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
-from ui.pages.diagnosis.traffic import TrafficPage
+from ui.pages.diagnosis.traffic import TrafficView
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.storage import Storage
@@ -39,7 +39,7 @@ class TrafficAlone(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("alone")
-        self.traffic = TrafficPage()
+        self.traffic = TrafficView()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.traffic)

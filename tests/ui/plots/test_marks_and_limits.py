@@ -4,7 +4,7 @@ from itertools import combinations, pairwise
 
 import pyqtgraph as pg
 import pytest
-from PySide6.QtCore import QPointF, QRectF, QSize
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
@@ -15,7 +15,7 @@ from app.samples.step_function import StepFunction
 from tests.support.window.contrast import style_all
 from tests.support.window.steps import find, given
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
-from ui.pages.diagnosis.link_statistics import Histogram, OverTime, Stretch, percent_text
+from ui.pages.diagnosis.statistics import OverTime, Stretch
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
@@ -223,22 +223,9 @@ def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbo
 CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))
 
 
-@pytest.mark.parametrize(("width_px", "is_said"), [(150, False), (600, True)])
-def test_a_share_is_not_written_across_the_higher_bar_beside_it(qtbot: QtBot, width_px: int, is_said: bool) -> None:
-    chart = Histogram()
-    qtbot.addWidget(chart)
-    chart.show_classes(CLASSES)
-    chart.resize(QSize(width_px, 130))
-    chart.show()
-    QApplication.processEvents()
-    shares = [item.toPlainText() for item in chart.view.addedItems if isinstance(item, pg.TextItem)]
-    assert shares[0] == percent_text(0.9)
-    assert (percent_text(0.1) in shares) == is_said
-
-
 def test_the_ground_is_not_kept_over_a_change_of_theme(qtbot: QtBot) -> None:
     """The map of flight logs stood on white in the dark theme."""
-    chart = Histogram()
+    chart = OverTime()
     qtbot.addWidget(chart)
     chart.show()
     assert chart.view.getViewWidget().cacheMode() == pg.GraphicsView.CacheModeFlag.CacheNone

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
@@ -20,14 +20,14 @@ from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
-from ui.pages.diagnosis.traffic_model import TrafficModel
+from ui.pages.diagnosis.traffic import TrafficModel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, fixed_font, scaled
+from ui.style.theme import Meaning, Size, Space, fixed_font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _PART_WORDS: Final = {
@@ -38,7 +38,6 @@ _PART_WORDS: Final = {
     "log.txt": marked("Log"),
     "capture.txt": marked("Traffic"),
 }
-_PARTS_PX: Final = 232
 
 
 class BundlePreview(QWidget):
@@ -65,13 +64,14 @@ class BundlePreview(QWidget):
         self._privacy_note.setWordWrap(True)
         self.parts = control(QListWidget(), "bundle_parts", says=tr("Files"))
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
+        self.parts.setSizeAdjustPolicy(QListWidget.SizeAdjustPolicy.AdjustToContents)
+        self.parts.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Expanding)
         self.parts.currentRowChanged.connect(self._show_part)
         self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)
-        self.text.document().setDocumentMargin(Space.S)
+        self.text.setFont(fixed_font(Size.SMALL))
         self.save = control(
             QPushButton(tr("Save support bundle…")),
             "bundle_save",
@@ -82,9 +82,10 @@ class BundlePreview(QWidget):
         self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._where.hide()
-        self._lay_out()
-        self._timer = VisibilityTimer(self, self.make, restyle=self._apply_theme)
-        self._apply_theme()
+        head = in_row((self._privacy_note, 1), self.renew, self.save, spacing=Space.S)
+        body = in_row(self.parts, (self.text, 1), spacing=Space.S)
+        in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self._timer = VisibilityTimer(self, self.make)
 
     def begin_again(self) -> None:
         """What is shown, or still being made, is of the former module."""
@@ -137,7 +138,6 @@ class BundlePreview(QWidget):
             self.parts.clear()
             for part in bundle.files:
                 item = QListWidgetItem(_title(part))
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _title(part))
                 item.setToolTip(part.name)
                 self.parts.addItem(item)
             self.parts.setCurrentRow(min(row, self.parts.count() - 1))
@@ -157,18 +157,6 @@ class BundlePreview(QWidget):
 
     def _notify_failure(self, error: Exception) -> None:
         self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
-
-    # Making
-
-    def _lay_out(self) -> None:
-        body = in_row(self.parts, (self.text, 1), spacing=Space.S)
-        buttons = FlowRow(right=(self.renew, self.save))
-        head = in_row((self._privacy_note, 1), (buttons, 1), spacing=Space.S)
-        in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-
-    def _apply_theme(self) -> None:
-        self.text.setFont(fixed_font(Size.SMALL))
-        self.parts.setFixedWidth(scaled(_PARTS_PX))
 
 
 def _title(part: BundleFile) -> str:

@@ -1,26 +1,161 @@
-"""Traffic list: every frame sent and received, invalid bytes and why; and its search."""
+"""Every frame sent and received, every invalid byte and why: a table that follows its end, filtered and searched."""
 
-from collections.abc import Callable
-from itertools import chain, islice
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
+from typing import Any, Final
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QLineEdit, QTableView, QToolButton, QWidget
+from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QObject, QSortFilterProxyModel, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.engine.worker import Batch
+from app.system.wall_clock import clock_text, wall_offset_s
 from app.text.i18n import tr
-from protocol.events import Event
+from protocol.events import Answered, Event, Rejected
+from protocol.frame import Noise
 from protocol.translatable import marked
-from ui.forms.table_kit import list_rows, select_row
-from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
-from ui.pages.diagnosis.traffic_texts import hex_of, meaning_of, shown
-from ui.style.icons import Icon, icon, set_icon_size
+from ui.forms.table_kit import Index, list_rows
+from ui.pages.diagnosis.traffic_texts import (
+    colour_of,
+    hex_of,
+    icon_of,
+    is_rejected,
+    is_streamed,
+    meaning_of,
+    shown,
+    words_of,
+)
+from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
+
+MAX_ROWS: Final = 10_000
+# A longer run of rejected bytes takes several rows, which bounds the memory.
+MAX_ROW_BYTES: Final = 1024
+SHOWN_BYTES: Final = 32
+# A person cannot read more.
+DRAW_EVERY_MS: Final = 160
+_ROW_PX: Final = 24
+_ANYWHERE: Final = QModelIndex()
+
+
+class Column(Enum):
+    TIME = 0
+    KIND = 1
+    BYTES = 2
+    MEANING = 3
+
+
+class Filter(Enum):
+    ALL = marked("All")
+    WITHOUT_STREAM = marked("Without stream")
+    REJECTED = marked("Invalid bytes")
+
+
+_TITLES: Final = (marked("Time"), marked("Kind"), marked("Bytes"), marked("Meaning"))
+
+
+class TrafficModel(QAbstractTableModel):
+    """The rows are the last `MAX_ROWS` events. `append` only stores events; `show_new` makes rows of them, which are
+    formatted when they are seen."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.rows: deque[Event] = deque()
+        self.bytes_font = fixed_font(Size.SMALL)
+        self._new: deque[Event] = deque(maxlen=MAX_ROWS)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All that are stored, oldest first."""
+        return (*self.rows, *self._new)
+
+    @property
+    def unseen(self) -> int:
+        """Number of stored events that `show_new` has not shown yet."""
+        return len(self._new)
+
+    def append(self, events: Iterable[Event]) -> None:
+        self._new.extend(_rows_of(events))
+
+    def show_new(self) -> None:
+        surplus = min(len(self.rows), len(self.rows) + len(self._new) - MAX_ROWS)
+        if surplus > 0:
+            self.beginRemoveRows(_ANYWHERE, 0, surplus - 1)
+            for _ in range(surplus):
+                self.rows.popleft()
+            self.endRemoveRows()
+        if self._new:
+            self.beginInsertRows(_ANYWHERE, len(self.rows), len(self.rows) + len(self._new) - 1)
+            self.rows.extend(self._new)
+            self._new.clear()
+            self.endInsertRows()
+
+    def clear(self) -> None:
+        self.beginResetModel()
+        self.rows.clear()
+        self._new.clear()
+        self.endResetModel()
+
+    def as_text(self, rows: Iterable[int]) -> str:
+        """Rows as tab-separated text with all bytes."""
+        return "\n".join(f"{_time_of(self.rows[row])}\t{words_of(self.rows[row])}" for row in rows)
+
+    # Qt
+
+    def rowCount(self, parent: Index = _ANYWHERE) -> int:
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = _ANYWHERE) -> int:
+        return 0 if parent.isValid() else len(_TITLES)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation is not Qt.Orientation.Horizontal or role != Qt.ItemDataRole.DisplayRole:
+            return None
+        return tr(_TITLES[section])
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        row, column = self.rows[index.row()], index.column()
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return _text_of(row, column)
+            case Qt.ItemDataRole.DecorationRole:
+                return icon_of(row) if column == Column.KIND.value else None
+            case Qt.ItemDataRole.FontRole:
+                return self.bytes_font if column == Column.BYTES.value else None
+            case Qt.ItemDataRole.ForegroundRole:
+                return colour_of(row, is_time=column == Column.TIME.value)
+        return None
+
+
+class TrafficFilter(QSortFilterProxyModel):
+    """Shows the rows of one kind that contain the searched words or bytes."""
+
+    def __init__(self, model: TrafficModel) -> None:
+        super().__init__(model)
+        self._model = model
+        self._kind = Filter.ALL
+        self._query = self._query_hex = ""
+        self.setSourceModel(model)
+
+    def use(self, kind: Filter, query: str) -> None:
+        self.beginFilterChange()
+        self._kind, self._query = kind, query.strip().lower()
+        self._query_hex = hex_part(self._query)
+        self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
+
+    def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
+        row = self._model.rows[source_row]
+        if self._kind is Filter.REJECTED and not is_rejected(row):
+            return False
+        if self._kind is Filter.WITHOUT_STREAM and is_streamed(row):
+            return False
+        return not self._query or matches(row, self._query, self._query_hex)
 
 
 def matches(row: Event, query: str, query_hex: str) -> bool:
@@ -38,300 +173,171 @@ def hex_part(text: str) -> str:
     return digits if is_hex else ""
 
 
-class TrafficSearch(QWidget):
-    """Search field with two buttons. `show_row` gets the row found, `say` whether there was one."""
-
-    def __init__(
-        self,
-        model: TrafficModel,
-        *,
-        find_start: Callable[[], int],
-        show_row: Callable[[int], None],
-        say: Callable[[bool], None],
-    ) -> None:
-        super().__init__()
-        self.setObjectName("traffic_search")
-        self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
-        self.field = control(
-            QLineEdit(), "traffic_search_text", says=tr("Search"), tip=tr("Bytes (41 75) or words"), keys="Ctrl+F"
-        )
-        self.field.setClearButtonEnabled(True)
-        self.clear = self.field.findChild(QToolButton)
-        self.field.setMinimumWidth(120)
-        self.field.setMaximumWidth(200)
-        self.next = control(
-            QToolButton(),
-            "traffic_search_next",
-            says=tr("Next match"),
-            key="Enter",
-            picture=Icon.CHEVRON_DOWN,
-            slot=self.find_next,
-        )
-        self.before = control(
-            QToolButton(),
-            "traffic_search_before",
-            says=tr("Previous match"),
-            key="Shift+Enter",
-            picture=Icon.CHEVRON_UP,
-            slot=self.find_before,
-        )
-        for button in (self.next, self.before):
-            set_icon_size(button, 14)
-            button.setStyleSheet("QToolButton { padding: 4px; }")
-        self.field.setPlaceholderText(tr("Search"))
-        if isinstance(self.clear, QToolButton):  # made by Qt
-            control(self.clear, "traffic_search_clear", says=tr("Clear"), tip=tr("Clear"))
-        self.field.textEdited.connect(self._reset)
-        in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)
-
-    def find_next(self) -> None:
-        self._search(1, self._find_start())
-
-    def find_before(self) -> None:
-        self._search(-1, self._find_start())
-
-    def _reset(self) -> None:
-        """Searches while typing, from the start row, included."""
-        self._search(1, self._find_start() - 1)
-
-    def _search(self, step: int, start: int) -> None:
-        """From the row behind `start`, wrapping around at the end."""
-        query = self.field.text().strip().lower()
-        if not query:
-            self._say(True)
-            return
-        query_hex = hex_part(query)
-        count = self._model.rowCount()
-        for distance in range(1, count + 1):
-            place = (start + step * distance) % count
-            if matches(self._model.rows[place], query, query_hex):
-                self._say(True)
-                self._show_row(place)
-                return
-        self._say(False)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            is_back = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            (self.find_before if is_back else self.find_next)()
-            return
-        super().keyPressEvent(event)
+def _time_of(row: Event) -> str:
+    """Time of day to the millisecond."""
+    return clock_text(row.at + wall_offset_s(), 3)
 
 
-DRAW_EVERY_MS = 160
-"""Interval of adding rows; a person cannot read more."""
-MAX_COPIED = 10_000
-"""Rows copied at once."""
-_ROW_PX = 24
-_FILTERS = (
-    (Filter.ALL, marked("All")),
-    (Filter.WITHOUT_STREAM, marked("Without stream")),
-    (Filter.REJECTED, marked("Invalid bytes")),
-    (Filter.MARKED, marked("Marked")),
-)
+def _text_of(row: Event, column: int) -> str:
+    match Column(column):
+        case Column.TIME:
+            return _time_of(row)
+        case Column.KIND:
+            return shown(row).kind
+        case Column.BYTES:
+            return hex_of(shown(row).raw, SHOWN_BYTES)
+        case Column.MEANING:
+            return meaning_of(row)
 
 
-class TrafficPage(QWidget):
+def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
+    """Yields an event per row; splits long runs of rejected bytes."""
+    for event in events:
+        if isinstance(event, Rejected) and len(event.noise.raw) > MAX_ROW_BYTES:
+            noise = event.noise
+            for first in range(0, len(noise.raw), MAX_ROW_BYTES):
+                raw = noise.raw[first : first + MAX_ROW_BYTES]
+                yield Rejected(Noise(raw, noise.fault, noise.offset + first), event.at)
+        elif not isinstance(event, Answered):  # its frame has a row already
+            yield event
+
+
+class TrafficView(QWidget):
     """Collects frames while hidden; while visible it draws every `DRAW_EVERY_MS`."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("traffic_page")
-        self._is_paused = False
+        # While the last row is in sight the table follows it.
         self._follows = True
-        self._is_not_found = False
+        self._dropped = 0
         self.model = TrafficModel(self)
+        self.shown = TrafficFilter(self.model)
         self.table = self._make_table()
-        self.detail = self._make_detail()
-        self._count = named(QLabel(), "traffic_count", "muted")
-        self.filter = self._make_filter()
-        self.search = TrafficSearch(
-            self.model, find_start=self._search_start, show_row=self._show_match, say=self._on_search_end
+        self.detail = text_label("traffic_detail", "muted", is_selectable=True)
+        self.detail.setMinimumHeight(2 * self.detail.fontMetrics().lineSpacing())
+        self.detail.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self.count = named(QLabel(), "traffic_count", "muted")
+        self.filter = control(QComboBox(), "traffic_filter", says=tr("Filter"), tip=tr("Filter"))
+        for kind in Filter:
+            self.filter.addItem(tr(kind.value), kind)
+        WheelGuard(self.filter)
+        self.search = control(
+            QLineEdit(), "traffic_search", says=tr("Search"), tip=tr("Bytes (41 75) or words"), keys="Ctrl+F"
         )
+        self.search.setPlaceholderText(tr("Bytes (41 75) or words"))
+        self.search.setClearButtonEnabled(True)
+        for button in self.search.findChildren(QToolButton):  # made by Qt, without a name
+            named(button, "traffic_search_clear").setAccessibleName(tr("Clear"))
         self.pause = control(
             QToolButton(), "traffic_pause", text=tr("Pause"), keys="Ctrl+P", picture=Icon.PAUSE, is_checkable=True
         )
-        self.mark = control(
-            QToolButton(), "traffic_mark", text=tr("Mark"), keys="Ctrl+M", picture=Icon.BOOKMARK, slot=self.mark_rows
-        )
         self.copy = control(
-            QToolButton(), "traffic_copy", text=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
+            QToolButton(), "traffic_copy", says=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
         )
         self.clear = control(
-            QToolButton(),
-            "traffic_clear",
-            text=tr("Clear"),
-            keys="Ctrl+Shift+X",
-            picture=Icon.ERASE,
+            QToolButton(), "traffic_clear", says=tr("Clear"), keys="Ctrl+Shift+X", picture=Icon.ERASE,
             slot=self.model.clear,
-        )
-        for button in (self.mark, self.copy, self.clear):
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        )  # fmt: skip
+        self.filter.currentIndexChanged.connect(self._use_filter)
+        self.search.textChanged.connect(self._use_filter)
         self.pause.toggled.connect(self._pause)
-        foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
-        bar = FlowRow(self.filter, self.search, right=(self.pause, self.mark, self.copy, self.clear))
+        bar = in_row(self.filter, (self.search, 1), self.pause, self.copy, self.clear, spacing=Space.S)
+        foot = in_row((self.detail, 1), (self.count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, restyle=self._apply_theme)
+        VisibilityTimer(self, self.draw, every_ms=DRAW_EVERY_MS, restyle=self._apply_theme)
         self._apply_theme()
         self._show_detail()
 
+    def _make_table(self) -> QTableView:
+        table = control(QTableView(), "traffic_table", says=tr("Traffic"))
+        table.setModel(self.shown)
+        list_rows(table, row_px=_ROW_PX)
+        head = table.horizontalHeader()
+        for column in (Column.BYTES, Column.MEANING):
+            head.setSectionResizeMode(column.value, QHeaderView.ResizeMode.Stretch)
+        bar = table.verticalScrollBar()
+        bar.valueChanged.connect(self._note_scrolling)
+        bar.rangeChanged.connect(self._stay_at_end)
+        table.selectionModel().selectionChanged.connect(self._show_detail)
+        self.shown.rowsRemoved.connect(self._note_removed)
+        self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
+        return table
+
     def on_batch(self, batch: Batch) -> None:
-        if batch.events:
-            self.model.append(batch.events)
+        self.model.append(batch.events)
+
+    def begin_again(self) -> None:
+        """Another connection."""
+        self.model.clear()
+        self.pause.setChecked(False)
+        self.search.clear()
 
     def draw(self) -> None:
-        """Shows the new rows unless paused."""
-        if self._is_paused:
-            self._show_count()
-            return
-        follows = self._follows
-        bar = self.table.verticalScrollBar()
-        position = bar.value()
-        dropped = self.model.show_new()
-        if dropped and not follows:
-            bar.setValue(position - dropped * self.table.verticalHeader().defaultSectionSize())
+        """Shows the new rows unless paused. The rows in sight stay where they are."""
+        if not self.pause.isChecked():
+            bar, follows = self.table.verticalScrollBar(), self._follows
+            position = bar.value()
+            self._dropped = 0
+            self.model.show_new()
+            if self._dropped and not follows:
+                bar.setValue(position - self._dropped * self.table.verticalHeader().defaultSectionSize())
         self._show_count()
 
-    def _notice_scrolling(self, position: int) -> None:
+    def _note_removed(self, _parent: QModelIndex, first: int, last: int) -> None:
+        self._dropped += last - first + 1
+
+    def _note_scrolling(self, position: int) -> None:
         self._follows = position >= self.table.verticalScrollBar().maximum()
 
     def _stay_at_end(self, _lowest: int, highest: int) -> None:
-        """Stays at the end when rows are added or the table shrinks."""
+        """When rows are added, or the table shrinks."""
         if self._follows:
             self.table.verticalScrollBar().setValue(highest)
 
-    # Making
+    def copy_rows(self) -> None:
+        """Copies the selected rows, else all that are shown, as tab-separated text."""
+        rows = self._selected() or range(self.shown.rowCount())
+        source = [self.shown.mapToSource(self.shown.index(row, 0)).row() for row in rows]
+        QGuiApplication.clipboard().setText(self.model.as_text(source))
 
-    def _make_table(self) -> QTableView:
-        table = control(QTableView(), "traffic_table", says=tr("Traffic"))
-        table.setModel(self.model)
-        list_rows(table, row_px=_ROW_PX)
-        table.setIconSize(QSize(14, 14))
-        columns = table.horizontalHeader()
-        columns.setStretchLastSection(True)
-        bar = table.verticalScrollBar()
-        bar.valueChanged.connect(self._notice_scrolling)
-        bar.rangeChanged.connect(self._stay_at_end)
-        table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.model.modelReset.connect(self._on_other_rows)
-        return table
+    def _selected(self) -> Sequence[int]:
+        ranges = self.table.selectionModel().selection().toList()
+        return sorted(row for part in ranges for row in range(part.top(), part.bottom() + 1))
 
-    def _on_other_rows(self) -> None:
-        """A reset clears the selection without a signal."""
-        self._is_not_found = False
+    def _use_filter(self) -> None:
+        self.shown.use(self.filter.currentData(), self.search.text())
+        self.table.scrollToBottom()
         self._show_detail()
         self._show_count()
 
-    def _make_detail(self) -> QLabel:
-        label = text_label("traffic_detail", "muted", is_selectable=True)
-        label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
-        label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
-        return label
-
-    def _make_filter(self) -> QComboBox:
-        box = control(QComboBox(), "traffic_filter", says=tr("Filter"), tip=tr("Filter"))
-        for row_filter, title in _FILTERS:
-            box.addItem(tr(title), row_filter)
-        WheelGuard(box)
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        box.currentIndexChanged.connect(self._use_filter)
-        return box
-
-    def copy_rows(self) -> None:
-        """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""
-        ranges = self._selected() or [range(self.model.rowCount())]
-        rows = list(islice(chain.from_iterable(ranges), MAX_COPIED))
-        QGuiApplication.clipboard().setText(self.model.as_text(rows))
-        count = sum(map(len, ranges))
-        if count > len(rows):
-            self.detail.setText(tr("{n} of {all} rows copied.", n=f"{len(rows):,}", all=f"{count:,}"))
-
-    def mark_rows(self) -> None:
-        """Marks or unmarks the selected rows, at most `MAX_MARKS`."""
-        rows = list(islice(chain.from_iterable(self._selected()), MAX_MARKS))
-        if rows:
-            self.model.mark(rows)
-        self._show_count()
-
-    def _selected(self) -> list[range]:
-        ranges = [range(part.top(), part.bottom() + 1) for part in self.table.selectionModel().selection().toList()]
-        return sorted(ranges, key=lambda rows: rows.start)
-
-    def _search_start(self) -> int:
-        """The selected row, else the one before the first visible row."""
-        selected = self._selected()
-        return selected[-1][-1] if selected else self.table.rowAt(0) - 1
-
-    def _show_match(self, row: int) -> None:
-        self._follows = False
-        select_row(self.table, row)
-        self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)
-
-    def _on_search_end(self, is_found: bool) -> None:
-        self._is_not_found = not is_found
-        self._show_count()
-
-    def _use_filter(self, number: int) -> None:
-        self.model.use_filter(_FILTERS[number][0])
-        self.table.scrollToBottom()
-
     def _pause(self, is_paused: bool) -> None:
-        self._is_paused = is_paused
         self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
-        self.pause.setText(tr("Continue" if is_paused else "Pause"))
+        self.pause.setText(tr("Continue") if is_paused else tr("Pause"))
         self.draw()
 
     def _show_count(self) -> None:
-        rows = self.model.rowCount()
-        if self._is_not_found:
-            text = tr("No matches")
-        elif self._is_paused:
-            text = tr("{count} new", count=f"{self.model.unseen:,}")
+        rows = self.shown.rowCount()
+        if self.pause.isChecked():
+            self.count.setText(tr("{count} new", count=f"{self.model.unseen:,}"))
+        elif self.search.text() and not rows:
+            self.count.setText(tr("No matches"))
         else:
-            text = tr("rows: {rows}", rows=f"{rows:,}")
-        if text != self._count.text():
-            self._count.setText(text)
-            self._count.setToolTip(text)
+            self.count.setText(tr("rows: {rows}", rows=f"{rows:,}"))
 
-    def _show_detail(self) -> None:
+    def _show_detail(self, _new: QItemSelection | None = None, _old: QItemSelection | None = None) -> None:
         selected = self._selected()
-        count = sum(map(len, selected))
-        if count != 1:
-            self.detail.setText(tr("{count} selected", count=f"{count:,}") if count else tr("Select a row."))
+        if len(selected) != 1:
+            count = tr("{count} selected", count=f"{len(selected):,}")
+            self.detail.setText(count if selected else tr("Select a row."))
             return
-        event = self.model.rows[selected[0][0]]
+        event = self.model.rows[self.shown.mapToSource(self.shown.index(selected[0], 0)).row()]
         seen = shown(event)
         self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{meaning_of(event)}")
 
     def _apply_theme(self) -> None:
-        fixed = fixed_font(Size.SMALL)
-        small = font(Size.SMALL)
-        self.table.setFont(small)
-        self.model.bytes_font = fixed
-        metrics = self.table.fontMetrics()
-        width = metrics.horizontalAdvance
-        mark_px = self.table.iconSize().width() + Space.S
-        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + mark_px + Space.L)
-        self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
-        eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
-        self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
-        self.table.horizontalHeader().setMinimumSectionSize(width(tr("Meaning")) + 2 * Space.L)
-        self._fit_columns()
-        self.table.viewport().update()
-
-    def _fit_columns(self) -> None:
-        """Where the meaning would scroll away the bytes are only below the table."""
-        columns = self.table.horizontalHeader()
-        columns.setSectionHidden(Column.BYTES.value, False)
-        needed = columns.sectionPosition(Column.MEANING.value) + columns.minimumSectionSize()
-        columns.setSectionHidden(Column.BYTES.value, needed > self.table.viewport().width())
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_columns()
-
-    def _show_again(self) -> None:
-        if not self._is_paused:
-            self.model.rebuild()
-            self.table.scrollToBottom()
-        self._show_count()
+        self.table.setFont(font(Size.SMALL))
+        self.model.bytes_font = fixed_font(Size.SMALL)
+        width = self.table.fontMetrics().horizontalAdvance
+        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000 000"))
+        self.table.setColumnWidth(Column.KIND.value, width("unasked (2) 000"))

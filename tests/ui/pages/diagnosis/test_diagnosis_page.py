@@ -149,7 +149,7 @@ def test_a_command_is_shown_and_copied(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     facts = AdapterFacts(access=Access(group="dialout"))
-    monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: facts)
+    monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: facts)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         target = Target(str(tmp_path / "tty"), 115200)
         assembly.ports.connect_to(target)
@@ -169,7 +169,7 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = [AdapterFacts(latency_ms=16), AdapterFacts(latency_ms=1)]
-    monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: found[0])
+    monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         for adapter in ("0403:6001", "0403:6015"):
             assembly.ports.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))
@@ -259,15 +259,14 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
-        shown = {key: total.figure.text() for key, total in page.statistics.totals.items()}
+        shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
         assert shown["sent"] == "10"
         assert shown["lost"] == "2 (20 %)"
         assert shown["trip"] == "3.0 ms"
         assert shown["rejected"] == "12"
         assert shown["restarts"] == "1"
         assert shown["losses"] == "1"
-        assert "up to 3 ms: 3" in page.statistics.trips.accessibleName()
-        assert "wrong checksum: 12" in page.statistics.reasons.text()
+        assert shown["reasons"] == "wrong checksum: 12"
         assert "port lost: 1" in page.statistics.over_time.accessibleName()
         page.grab()  # paints all of it, with marks
 
@@ -334,7 +333,6 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
             qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
-            assert "LookupError: a bug" in assembly.window.status_bar.passing.text()
             press(qtbot, bar.button("copy_details"))
             assert "raise_uncaught" in QApplication.clipboard().text()
             assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]

@@ -1,0 +1,245 @@
+"""Why does it not connect? The likely cause, the step that helps, and a list that ticks itself: how far it comes."""
+
+import time
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
+
+from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
+from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
+from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
+from app.engine.worker import Batch
+from app.system.wall_clock import clock_text
+from app.text.i18n import tr
+from app.text.sentences import join_names, labelled
+from protocol.events import Role
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.services.context import Services
+from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.theme import Meaning, Space, fixed_font
+from ui.widgets.controls import control, named
+from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel, text_label
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.visibility_timer import VisibilityTimer
+
+REFRESH_EVERY_MS: Final = 500
+FACTS_EVERY_S: Final = 5.0
+_WITHOUT_CAUSE: Final = {
+    Phase.ONLINE: (Meaning.GOOD, None),
+    Phase.CLOSED: (Meaning.INFORMATION, NextStep.CHOOSE_PORT),
+    Phase.OPENING: (Meaning.INFORMATION, None),
+    Phase.FINDING: (Meaning.INFORMATION, None),
+    Phase.ASKING: (Meaning.INFORMATION, None),
+    Phase.LATE: (Meaning.ATTENTION, None),
+}
+_CHECKED: Final = (
+    ("port", marked("Port")),
+    ("bytes", marked("Bytes")),
+    ("frames", marked("Frames")),
+    ("replies", marked("Round trip")),
+)
+_TICKS: Final = {True: (Icon.CHECK, Meaning.GOOD), False: (Icon.CROSS, Meaning.DANGER), None: (Icon.UNKNOWN, None)}
+_NOISE_SHOWN: Final = 16
+
+
+class WhyPanel(QWidget):
+    """Collects evidence always, diagnoses while visible. `choose_wanted`: show the list of ports."""
+
+    choose_wanted = Signal()
+    connect_wanted = Signal(object)
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("why_panel")
+        self._ports, self._storage = services.ports, services.storage
+        self._evidence, self._history = EvidenceCollector(), PortHistory()
+        self._facts, self._facts_of, self._facts_at = AdapterFacts(), "", float("-inf")
+        self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
+        self.diagnosis: Diagnosis | None = None
+        self._step: NextStep | None = None
+        self._picture = IconLabel("why_icon", 28)
+        self.what = text_label("why_what", "title", is_selectable=True)
+        self.next_step = text_label("why_next_step", "", is_selectable=True)
+        self.silence = text_label("why_silence", "muted", is_selectable=True)
+        self.command = text_label("why_command", "", is_selectable=True)
+        self.command.setFont(fixed_font())
+        self.act = control(
+            QPushButton(tr(STEP_WORDS[NextStep.CONNECT_AGAIN])),
+            "why_act",
+            picture=Icon.CHEVRON_RIGHT,
+            role="primary",
+            slot=self._do,
+        )
+        card = named(QFrame(), "why_card", "card")
+        lines = in_column(self.what, self.next_step, self.silence, self.command, in_row(self.act, 1), spacing=Space.S)
+        in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)
+        self.checked: dict[str, QLabel] = {}
+        self._ticks: dict[str, IconLabel] = {}
+        in_column(card, self._make_list(), 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self._ports.watcher.listed.connect(self._note_ports)
+        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._ports.changed.connect(timer.refresh_seen)
+        self.begin_again()
+        self._note_ports()
+
+    def _make_list(self) -> QFrame:
+        card = named(QFrame(), "why_list", "card")
+        grid = QGridLayout(card)
+        grid.setHorizontalSpacing(Space.M)
+        grid.setColumnStretch(2, 1)
+        for row, (key, english) in enumerate((*_CHECKED, ("noise", marked("Last invalid bytes")))):
+            value = self.checked[key] = named(TickingLabel(), f"why_{key}")
+            value.setAccessibleName(tr(english))
+            value.setTextInteractionFlags(SELECTABLE)
+            self._ticks[key] = IconLabel(f"why_{key}_tick", 16, keeps_place=True)
+            grid.addWidget(self._ticks[key], row, 0)
+            grid.addWidget(named(QLabel(tr(english)), f"why_{key}_name", "muted"), row, 1)
+            grid.addWidget(value, row, 2)
+        self.checked["noise"].setFont(fixed_font())
+        return card
+
+    # Evidence
+
+    def on_batch(self, batch: Batch) -> None:
+        self._evidence.on_batch(batch)
+
+    def begin_again(self) -> None:
+        """Another port was opened."""
+        target = self._ports.current.target
+        if target is not None:
+            self._evidence.begin(target.device)
+        self._asking.cancel()
+        self._facts_of = ""
+
+    def evidence(self) -> PortEvidence:
+        current, target = self._ports.current, self._ports.current.target
+        port = "" if target is None else target.device
+        # Of this adapter: another one may have the name of its port by now.
+        facts = self._facts if self._facts_of == current.key else AdapterFacts()
+        visits = self._history.short_visits(port, self._ports.clock())
+        seen = self._evidence.evidence(facts=facts, short_visits=visits)
+        # Of a module that was left active nobody can say that it is not this one.
+        is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
+        seen = seen._replace(was_active=current.is_active or is_left)
+        # Between two attempts to reconnect, only the port knows the error.
+        return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
+
+    def _note_ports(self) -> None:
+        ports = self._ports.watcher
+        if ports.is_current:  # an outdated list shows no changes
+            self._history.poll(ports.ports, self._ports.clock())
+
+    def _ask_system(self) -> None:
+        """Queries the system in the background, since it lists all processes."""
+        target, now = self._ports.current.target, time.monotonic()
+        if target is None or self._asking.is_running:
+            return
+        if target.key == self._facts_of and now - self._facts_at < FACTS_EVERY_S:
+            return
+        port = target.device
+        self._facts_at = now
+        self._asking.run(lambda _running: facts_about(port), partial(self._on_facts, target.key), lambda _error: None)
+
+    def _on_facts(self, key: str, facts: AdapterFacts) -> None:
+        self._facts, self._facts_of = facts, key
+        self.refresh()
+
+    # Display
+
+    def refresh(self) -> None:
+        self._ask_system()
+        evidence, state = self.evidence(), self._ports.current.state
+        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
+        self.diagnosis = found = diagnose(evidence) if is_asked else None
+        if found is not None:
+            is_calm = found.cause is Cause.SLOW_ADAPTER
+            meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
+            self._show(meaning, found.what, found.next_step, found.command)
+            self._offer(None if is_calm and found.command is None else found.step)
+        else:
+            words = link_text(state, self._ports.clock())
+            meaning, step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
+            self._show(meaning, words.what, words.next_step, None)
+            self._offer(step)
+        self.silence.setText(self._silence_text(evidence))
+        self.silence.setVisible(bool(self.silence.text()))
+        self._tick(evidence)
+
+    def _show(self, meaning: Meaning, what: str, next_step: str, command: str | None) -> None:
+        self.what.setText(what)
+        self.next_step.setText(next_step)
+        self.command.setText(command or "")
+        self.next_step.setVisible(bool(next_step))
+        self.command.setVisible(command is not None)
+        self._picture.show_icon(MEANING_ICONS[meaning], meaning)
+
+    def _offer(self, step: NextStep | None) -> None:
+        self.act.setVisible(step is not None)
+        if step is not None:
+            self.act.setText(tr(STEP_WORDS[step]))
+        self._step = step
+        self.act.setEnabled(step is not NextStep.FIND_RATE or self._ports.current.is_open)
+
+    def _silence_text(self, evidence: PortEvidence) -> str:
+        """What tells a silent module from a closed port; empty unless it has fallen silent."""
+        current = self._ports.current
+        if current.state.phase is not Phase.OFFLINE:
+            return ""
+        last = max(known.at for known in current.module.view.values.values())
+        return tr(
+            "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
+            time=clock_text(time.time() - self._ports.clock() + last),
+            lost=f"{evidence.counters.time_outs:,}",
+            asked=f"{evidence.counters.sent:,}",
+        )
+
+    def _tick(self, evidence: PortEvidence) -> None:
+        """Each line is met, not met, or not known yet: nothing was asked so far."""
+        counters = evidence.counters
+        echoes = counters.by_role[Role.ECHO]
+        frames = counters.frames - echoes
+        is_asked = evidence.is_open and counters.time_outs > 0
+        met = {
+            "port": evidence.is_open,
+            "bytes": counters.bytes_received > 0,
+            "frames": frames > 0 and not evidence.is_bad_line(),
+            "replies": evidence.is_answering,
+        }
+        failed = {"port": evidence.trouble is not None, "bytes": is_asked, "frames": is_asked, "replies": is_asked}
+        trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
+        noise = evidence.noise[-_NOISE_SHOWN:]
+        parts = [f"{frames:,}"]
+        if counters.rejected:
+            parts.append(labelled(tr("Invalid bytes"), f"{counters.rejected:,}"))
+        if echoes:
+            parts.append(labelled(tr("Echoed frames"), f"{echoes:,}"))
+        lost = tr("{lost} of {asked}", lost=f"{counters.time_outs:,}", asked=f"{counters.sent:,}")
+        trip = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms"
+        texts = {
+            "port": tr("{port}, {rate} baud", port=evidence.port, rate=evidence.baud_rate) if evidence.port else "—",
+            "bytes": f"{counters.bytes_received:,}",
+            "frames": join_names(parts),
+            "replies": join_names((trip, labelled(tr("Without reply"), lost))),
+            "noise": noise.hex(" ").upper() or "—",
+        }
+        for key, text in texts.items():
+            self.checked[key].setText(text)
+        for key, is_met in met.items():
+            tick = True if is_met else False if failed[key] else None
+            self._ticks[key].show_icon(*_TICKS[tick])
+
+    def _do(self) -> None:
+        match self._step:
+            case NextStep.COPY_COMMAND if self.diagnosis is not None:
+                QGuiApplication.clipboard().setText(self.diagnosis.command or "")
+            case NextStep.CONNECT_AGAIN if self._ports.current.target is not None:
+                self.connect_wanted.emit(self._ports.current.target)
+            case NextStep.FIND_RATE:
+                self._ports.current.find_rate()
+            case _:
+                self.choose_wanted.emit()
