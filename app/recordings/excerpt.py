@@ -3,9 +3,11 @@
 Times are seconds of the program's clock.
 """
 
+import csv
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Iterator
 from heapq import merge
+from io import StringIO
 from itertools import islice
 from math import inf
 from operator import itemgetter
@@ -24,8 +26,8 @@ ACTIVE, TRIGGERED = 0x01, 0x02
 HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
 """Rows per part, about 10 ms: how often a cancellation is checked."""
-_END: Final = "\r\n"
 _FLAGS: Final = ("false", "true")
+Cells = tuple[str, ...]
 
 
 class Excerpt(NamedTuple):
@@ -132,36 +134,39 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
     Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
     `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row, or `first_s`.
     """
-    yield f"{HEAD}{_END}".encode()
+    yield f"{HEAD}\r\n".encode()
     first_s = excerpt.first_s if first_s is None else first_s
     rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
     while batch := list(islice(rows, ROWS_AT_ONCE)):
         stamps = time_cells(np.array([at for at, _ in batch]) + wall_offset_s)
-        lines = (f"{stamp},{at - first_s:.3f},{cells}{_END}" for stamp, (at, cells) in zip(stamps, batch, strict=True))
-        yield "".join(lines).encode()
+        text = StringIO()
+        lines = csv.writer(text)
+        for stamp, (at, cells) in zip(stamps, batch, strict=True):
+            lines.writerow((stamp, f"{at - first_s:.3f}", *cells))
+        yield text.getvalue().encode()
 
 
 def part_count(excerpt: Excerpt) -> int:
     return excerpt.row_count // ROWS_AT_ONCE + 2
 
 
-def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
+def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:
     """Time and further cells of the rows with status report."""
     columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.is_triggered, excerpt.is_active)
     for first in range(0, len(excerpt.flags), ROWS_AT_ONCE):
         part = (column[first : first + ROWS_AT_ONCE].tolist() for column in columns)
         for at, tilt, acceleration, is_triggered, is_active in zip(*part, strict=True):
-            yield at, f"{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,"
+            yield at, (f"{tilt:g}", f"{acceleration:.1f}", _FLAGS[is_triggered], _FLAGS[is_active], "", "", "")
 
 
-def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
+def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:
     """Time and further cells of the rows without."""
     for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
-        yield at, f",,,,{volts:.2f},,"
+        yield at, ("", "", "", "", f"{volts:.2f}", "", "")
     for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
-        yield at, f",,,,,{volts:.1f},"
+        yield at, ("", "", "", "", "", f"{volts:.1f}", "")
     for marker in excerpt.markers:
-        yield marker.time_s, f",,,,,,{_quoted(event_text(marker))}"
+        yield marker.time_s, ("", "", "", "", "", "", event_text(marker))
 
 
 def event_text(marker: Marker) -> str:
@@ -170,12 +175,6 @@ def event_text(marker: Marker) -> str:
         return marker.kind.value
     simulated = " (simulated)" if is_simulated(marker.text) else ""
     return f"{marker.kind.value}: {marker.text}{simulated}"
-
-
-def _quoted(text: str) -> str:
-    if any(character in text for character in ',"\r\n'):
-        return '"' + text.replace('"', '""') + '"'
-    return text
 
 
 def time_cells(wall_s: Seconds) -> list[str]:

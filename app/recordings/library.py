@@ -22,6 +22,7 @@ MAX_BYTES: Final = 5 * 1024**3 // 2
 _PINNED: Final = ".kept"
 _NUMBER: Final = re.compile(r"-(\d{1,9})$")
 _DISK_FULL: Final = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+# Other errors of a lock come from file systems without locks.
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
 
@@ -31,6 +32,8 @@ def recordings_folder() -> Path:
 
 
 class RecordingEntry(NamedTuple):
+    """A recording as the list shows it."""
+
     path: Path
     started_at: datetime
     """Aware, UTC."""
@@ -80,8 +83,7 @@ class RecordingLibrary:
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads the heads of the files only. Never raises: an unreadable recording is an entry with
         `trouble`."""
-        pinned = {mark.stem for mark in self._files(_PINNED)}
-        return tuple(entry_of(path, is_pinned=path.stem in pinned) for path in self._newest_first())
+        return tuple(entry_of(path, is_pinned=is_pinned) for path, is_pinned in self._newest_first())
 
     def new_path(self, started_at: datetime) -> Path:
         """The path of a recording that begins now."""
@@ -113,9 +115,8 @@ class RecordingLibrary:
         total = 0
         gone: list[Path] = []
         with self._pruning:
-            pinned = {mark.stem for mark in self._files(_PINNED)}
-            for path in self._newest_first():
-                if path.stem in pinned:
+            for path, is_pinned in self._newest_first():
+                if is_pinned:
                     continue
                 with suppress(OSError):
                     total += path.stat().st_size
@@ -128,8 +129,11 @@ class RecordingLibrary:
         """Where the disk is nearly full: deletes the oldest fifth."""
         self.prune(self.max_bytes * 4 // 5)
 
-    def _newest_first(self) -> list[Path]:
-        return sorted(self._files(SUFFIX), key=lambda path: (_number_of(path), path.name), reverse=True)
+    def _newest_first(self) -> list[tuple[Path, bool]]:
+        """All recordings, and whether each is pinned."""
+        pinned = {mark.stem for mark in self._files(_PINNED)}
+        files = sorted(self._files(SUFFIX), key=lambda path: (_number_of(path), path.name), reverse=True)
+        return [(path, path.stem in pinned) for path in files]
 
     def _files(self, suffix: str) -> Iterator[Path]:
         with suppress(OSError):
@@ -151,25 +155,21 @@ def _number_of(path: Path) -> int:
 
 def entry_of(path: Path, *, is_pinned: bool = False) -> RecordingEntry:
     """The present entry of this file; never raises."""
-    size_bytes, modified_s = 0, 0.0
+    entry = RecordingEntry(path, datetime.fromtimestamp(0, UTC), is_pinned=is_pinned)
     try:
         status = path.stat()
-        size_bytes, modified_s = status.st_size, status.st_mtime
+        entry = entry._replace(started_at=datetime.fromtimestamp(status.st_mtime, UTC), size_bytes=status.st_size)
         opening, state = read_head(path)
     except (OSError, UserError) as error:
-        at = datetime.fromtimestamp(modified_s, UTC)
-        return RecordingEntry(path, at, size_bytes=size_bytes, trouble=unreadable(path, error), is_pinned=is_pinned)
+        return entry._replace(trouble=unreadable(path, error))
     is_running = not state.is_ended and is_held(path)
-    return RecordingEntry(
-        path=path,
+    return entry._replace(
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,
         modules=state.modules,
         duration_s=max(0.0, state.end_s - opening.start_s),
         sample_count=state.reports,
-        size_bytes=size_bytes,
-        is_pinned=is_pinned,
         is_running=is_running,
         was_cut_off=not state.is_ended and not is_running,
         was_triggered=state.was_triggered,
@@ -186,7 +186,6 @@ def is_held(path: Path) -> bool:
         try:
             lock(file, is_shared=True)
         except OSError as error:
-            # Other errors come from file systems without locks.
             return error.errno in _HELD
     return False
 

@@ -11,21 +11,20 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from app import version
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary, stopped_message
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker
-from app.recordings.session_file import Opening, time_of
+from app.recordings.session_file import Opening
 from app.recordings.writer import SessionWriter
-from app.stations.station import find_station, fingerprint_of
 from app.system.clock import Clock, steady_time
 from app.text.messages import UserMessage
-from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
 
@@ -40,13 +39,13 @@ MAX_SESSION_S = 24 * 3600.0
 """After this, or with a fifth of what the library may hold, the recording goes on in the next file."""
 
 
-class _Port(NamedTuple):
-    """What is recorded. `number` counts the calls of `begin`, to tell the failure of this one from an earlier one's."""
+@dataclass(eq=False)
+class _Port:
+    """What is recorded, from `begin` to `end`."""
 
     name: str
     baud_rate: int
     begun_at: float
-    number: int
 
 
 class Recorder:
@@ -79,8 +78,7 @@ class Recorder:
         # Under the lock:
         self._thread: threading.Thread | None = None
         self._is_stopped = False
-        self._begun = 0
-        self._lost = 0  # of `dropped`, those that are not noted in the recording yet
+        self._begun: _Port | None = None
         self._error: Exception | None = None
         # Of the thread:
         self._port: _Port | None = None
@@ -89,6 +87,7 @@ class Recorder:
         self._markers: list[Marker] = []
         self._named: tuple[str, ConversationView] | None = None
         self._synced_at = 0.0
+        self._noted = 0  # of `dropped`, those that the recording tells of
 
     # Any thread
 
@@ -97,10 +96,10 @@ class Recorder:
         with self._lock:
             if self._is_stopped:
                 return
+            self._begun = _Port(port, baud_rate, self._clock())
+            self.is_recording, self._error = True, None
             self._put(self._end)
-            self._begun += 1
-            self.is_recording, self.dropped, self._error = True, 0, None
-            self._put(partial(self._begin, _Port(port, baud_rate, self._clock(), self._begun)))
+            self._put(partial(self._begin, self._begun))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
@@ -110,13 +109,10 @@ class Recorder:
         with self._lock:
             if not self.is_recording:
                 return
-            if len(self._acts) >= self._max_waiting:
-                count = len(batch.samples) + len(batch.events)
-                self.dropped += count
-                self._lost += count
-                return
-            self._note_lost()
-            self._acts.append(partial(self._record, batch))
+            if len(self._acts) < self._max_waiting:
+                self._acts.append(partial(self._record, batch))
+            else:
+                self.dropped += len(batch.samples) + len(batch.events)
 
     def name_module(self, module: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
@@ -172,15 +168,8 @@ class Recorder:
 
     def _put(self, act: Callable[[], None]) -> None:
         """To be done at once. Always fits."""
-        self._note_lost()
         self._acts.append(act)
         self._is_urgent.set()
-
-    def _note_lost(self) -> None:
-        """Notes in the recording that something is missing before what comes next."""
-        if self._lost:
-            self._acts.append(partial(self._note_missing, self._lost))
-            self._lost = 0
 
     # The thread
 
@@ -199,23 +188,17 @@ class Recorder:
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("Not recorded any more: %s", error)
-            port, self._port = self._port, None
+            failed, self._port = self._port, None
             self._release()
             with self._lock:
-                if port is not None and port.number == self._begun:
+                if failed is self._begun:  # else another recording was begun since
                     self.is_recording, self._error = False, error
 
     def _begin(self, port: _Port) -> None:
+        _log.debug("Recording %s", port.name)
         self._port = port
         self._tracker, self._markers, self._named = MarkerTracker(), [], None
-
-    def _end(self) -> None:
-        self._close()
-        self._port = None
-
-    def _note_missing(self, count: int) -> None:
-        if self._writer is not None:
-            self._writer.note(self._clock(), MarkerKind.MISSING.value, count=count)
+        self.dropped = self._noted = 0
 
     def _record(self, batch: Batch) -> None:
         if self._port is None:
@@ -225,11 +208,10 @@ class Recorder:
             firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
                 return
-            self._open(self._port, min(self._port.begun_at, *firsts))
+            self._writer = self._open(self._port, min(self._port.begun_at, *firsts))
             if self._named is not None and self._named[1].number == batch.conversation.number:
                 self._name(*self._named)
-        if self._writer is not None:
-            self._writer.put(batch, self._markers)
+        self._writer.put(batch, self._markers)
         self._markers = []
 
     def _name(self, module: str, conversation: ConversationView) -> None:
@@ -237,34 +219,35 @@ class Recorder:
         if self._writer is not None:
             self._writer.name_module(module, conversation.began_at)
 
-    def _open(self, port: _Port, start_s: float) -> None:
+    def _open(self, port: _Port, start_s: float) -> SessionWriter:
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune()
         self._check_disk()
+        self._synced_at = self._clock()
         opening = Opening(
-            started_at=time_of(start_s + self._wall_clock() - self._clock()),
+            started_at=datetime.fromtimestamp(start_s + self._wall_clock() - self._clock(), UTC),
             start_s=start_s,
             port=port.name,
             baud_rate=port.baud_rate,
-            station=_own_station(self.library.folder.parent),
             program=f"DPS-S Configurator {version()}",
         )
-        self._writer = SessionWriter(self.library.new_path(opening.started_at), opening)
-        self._synced_at = self._clock()
+        return SessionWriter(self.library.new_path(opening.started_at), opening)
 
     def _maintain(self) -> None:
         """Flushes, syncs, checks the disk, and goes on in the next file after a day."""
         writer, now = self._writer, self._clock()
         if writer is None or self._port is None:
             return
-        self._flush()
+        self._flush(writer)
         if now - self._synced_at >= SYNC_EVERY_S:
             self._synced_at = now
             writer.sync()
             self._check_disk()
         if now - writer.opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5:
-            self._close()
-            self._port = self._port._replace(begun_at=now)
+            port = self._port
+            self._end()
+            port.begun_at = now
+            self._port = port
 
     def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
@@ -272,28 +255,22 @@ class Recorder:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
-    def _flush(self) -> None:
-        if self._writer is not None:
-            self._writer.flush(self._clock())
+    def _flush(self, writer: SessionWriter, *, is_last: bool = False) -> None:
+        dropped = self.dropped
+        if dropped > self._noted:
+            writer.note(self._clock(), MarkerKind.MISSING.value, count=dropped - self._noted)
+            self._noted = dropped
+        writer.flush(self._clock(), is_last=is_last)
 
-    def _close(self) -> None:
-        try:
-            if self._writer is not None:
-                self._writer.flush(self._clock(), is_last=True)
-                self._writer.sync()
-        finally:
-            self._release()
+    def _end(self) -> None:
+        if self._writer is not None:
+            self._flush(self._writer, is_last=True)
+            self._writer.sync()
+        self._release()
+        self._port = None
 
     def _release(self) -> None:
+        """Closes the file, also one that failed."""
         if self._writer is not None:
             self._writer.close()
         self._writer = None
-
-
-def _own_station(folder: Path) -> str:
-    """Fingerprint of the station of this data folder; empty where it has none."""
-    try:
-        station = find_station(folder)
-    except UserError:
-        return ""
-    return "" if station is None else fingerprint_of(station.public)

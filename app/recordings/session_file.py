@@ -4,7 +4,7 @@
     metadata "dps-s state"       how far it is; of a fixed length, so it is written again in its place
     /line/rx, /line/tx           the bytes of each read and of each write
     /status                      the module's reports
-    /events                      marks, names, limits, polled values, what was sent
+    /events                      marks, names, limits, polled values
 
 What the list of recordings shows is in the two records at the head of the file: ten thousand files are listed within a
 second, and a file that was cut off tells as much as one that was closed.
@@ -14,7 +14,7 @@ import json
 import struct
 import zlib
 from collections.abc import Iterator
-from datetime import UTC, datetime
+from datetime import datetime
 from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Final, NamedTuple, TypeVar
@@ -61,7 +61,6 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
     start_s: ClockTime
     port: str
     baud_rate: Count
-    station: str = ""
     program: str = ""
     version: int = VERSION
 
@@ -219,7 +218,3 @@ class SessionFile:
                         if part.log_time > MAX_NS:
                             raise ValueError("a time that no clock shows")
                         yield FileMessage(topics.get(part.channel_id, ""), part.log_time, part.data)
-
-
-def time_of(wall_s: float) -> datetime:
-    return datetime.fromtimestamp(wall_s, UTC)

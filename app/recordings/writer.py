@@ -11,9 +11,8 @@ import msgspec
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, IndexType, Writer
 
-from app.captures.explain import meaning
 from app.captures.traffic import Way, entries_of
-from app.engine.worker import Batch, PortState
+from app.engine.worker import Batch
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, limits_of
 from app.recordings.session_file import (
     EVENTS,
@@ -29,8 +28,6 @@ from app.recordings.session_file import (
     metadata_record,
 )
 from app.system.files import lock, private_opener
-from protocol.events import Sent
-from protocol.frame import Direction, Frame
 
 POLLED: Final = ("cell_voltage_v", "light_v")
 _SCHEMAS: Final = {
@@ -47,7 +44,6 @@ class SessionWriter:
         self.opening = opening
         self.state = State(end_s=opening.start_s)
         self._limits = NO_LIMITS
-        self._baud_rate = opening.baud_rate
         # Values polled before the beginning are in the previous recording.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(opening.start_s, -math.inf))
         self._line_ns = 0
@@ -84,15 +80,8 @@ class SessionWriter:
             reports=self.state.reports + len(batch.samples),
             was_triggered=self.state.was_triggered or has_triggered,
         )
-        for event in batch.events:
-            if isinstance(event, Sent) and not event.request.is_repeatable:
-                self.note(event.at, "sent", **meaning(Frame(Direction.HOST_TO_MODULE, event.raw)))
         for marker in markers:
             self.note(marker.time_s, marker.kind.value, port=marker.text)
-        rate = batch.connection.baud_rate
-        if batch.connection.state is PortState.OPEN and rate != self._baud_rate:
-            self._baud_rate = rate
-            self.note(batch.at, "baud rate", baud_rate=rate)
         for key in POLLED:
             known = batch.conversation.values.get(key)
             if known is not None and known.at > self._polled_s[key]:

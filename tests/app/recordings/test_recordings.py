@@ -21,7 +21,6 @@ from app.engine.conversation import ConversationView, StatusSample
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.recording import RecordedTraffic
 from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
-from app.stations.station import fingerprint_of, own_station
 from app.text.user_error import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.frame import Fault, Noise, Reason
@@ -317,12 +316,3 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     ]  # fmt: skip
     for topic in (RX, TX, EVENTS, STATUS):
         assert f"`{topic}`" in text
-
-
-def test_a_session_says_which_station_recorded_it(tmp_path: Path) -> None:
-    station = own_station(tmp_path)
-    with recorder_in(tmp_path / "recordings") as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        (entry,) = bench.library.entries()
-    recording = opened(entry.path)
-    assert recording.opening.station == fingerprint_of(station.public)

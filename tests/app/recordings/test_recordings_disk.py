@@ -274,16 +274,6 @@ def test_another_program_reads_the_session(recording: Recording, tmp_path: Path)
     assert heads == [OPENING, STATE]
 
 
-def test_what_changes_the_module_is_an_event(tmp_path: Path) -> None:
-    request = BY_NAME["freefall_time"].set(1.2)
-    with recorder_in(tmp_path) as bench:
-        bench.record(batch(1000.0, events=(asked(1000.0), Sent(request.encode(), request, 1, 1000.0))))
-        bench.finish()
-        events = [values for _, values in messages(bench.path)["/events"]]
-    assert {"event": "sent", "command": "freefall_time", "set_s": 1.2} in events
-    assert not [event for event in events if event.get("command") == "status"]
-
-
 def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     count = export(recording.entry, path, is_table=True).rows
