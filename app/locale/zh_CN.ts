@@ -4366,10 +4366,6 @@
         <translation>不是本程序的数据记录</translation>
     </message>
     <message>
-        <source>not a settings code</source>
-        <translation>不是有效的参数校验码</translation>
-    </message>
-    <message>
         <source>not acknowledged</source>
         <translation>未得到正确应答</translation>
     </message>
@@ -4894,10 +4890,6 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
-        <source>{code} is not allowed</source>
-        <translation>不允许使用 {code}</translation>
-    </message>
-    <message>
         <source>{code}: no reply.</source>
         <translation>{code}：无应答。</translation>
     </message>
@@ -5020,6 +5012,10 @@
     <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{key}: expected {expected}.</source>
+        <translation>{key}：应为 {expected}。</translation>
     </message>
     <message>
         <source>{late}, {drop:.0f} m lower</source>

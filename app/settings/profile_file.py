@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple
 
 import msgspec
 from msgspec import Meta
@@ -31,11 +31,13 @@ from app.text.messages import UserMessage, clean, joined, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from app.text.visible_text import visible
+from protocol.catalogue import Command
+from protocol.fields import Choice, Quantity
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from tomlkit.container import Container
-    from tomlkit.items import AoT, Table
+    from tomlkit.items import Table
 
 _log = logging.getLogger(__name__)
 LARGEST_BYTES: Final = 128 * 1024
@@ -84,8 +86,8 @@ def parse_profile(data: bytes) -> Profile:
     document = _document(data)
     faults: list[UserMessage] = []
     items = document.pop("manual", [])
-    found = _table(document, _PROFILE, "", faults)
-    manual = _manual(items, faults)
+    found = _read_table(document, _PROFILE, "", faults)
+    manual = _read_manual(items, faults)
     if faults:
         raise ProfileRefused(tuple(faults[:MAX_ERRORS]))
     return Profile(
@@ -120,104 +122,110 @@ def _document(data: bytes) -> dict[str, Any]:
         raise _refused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
 
 
-Reader = Callable[[object], Any]
+class _Reader(NamedTuple):
+    """What the value of a key must be. `read` raises `UserError` or ValueError for anything else."""
+
+    read: Callable[[object], Any]
+    expected: str
 
 
-def _table(
-    table: object, readers: Mapping[str, Reader | Mapping[str, Reader]], under: str, faults: list[UserMessage]
-) -> dict[str, Any]:
-    """Return what is right of a table; the rest is added to `faults`. `under`: the path of the table, with its dot."""
-    if not isinstance(table, dict):
-        faults.append(_fault(under[:-1], _expected("[…]")))
-        return {}
-    found = {}
-    for key, value in table.items():
-        path = under + clean(key, longest=LONGEST_SHOWN)
-        reader = readers.get(key)
-        if reader is None:
-            faults.append(message(marked("“{name}” is unknown."), name=path))
-        elif isinstance(reader, Mapping):
-            found[key] = _table(value, reader, f"{path}.", faults)
-        else:
-            try:
-                found[key] = reader(value)
-            except UserError as error:
-                faults.append(_fault(path, error))
-    return found
+def _of_kind(kind: Any, expected: str) -> _Reader:
+    """Whatever msgspec takes for this kind."""
+    return _Reader(partial(msgspec.convert, type=kind), expected)
 
 
-def _fault(path: str, error: UserError) -> UserMessage:
-    return message(marked("{value}: {why}."), value=path, why=error.message)
+def _number(kind: type[float], least: float, most: float) -> _Reader:
+    return _of_kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
 
 
-def _manual(items: object, faults: list[UserMessage]) -> tuple[ManualLine, ...]:
-    if not isinstance(items, list) or len(items) > MAX_ITEMS:
-        faults.append(_fault("manual", _expected(f"[[manual]], ≤ {MAX_ITEMS}")))
-        return ()
-    lines = []
-    for number, item in enumerate(items, 1):
-        found = _table(item, _MANUAL, f"manual {number}.", faults)
-        if isinstance(item, dict) and "text" not in item:
-            faults.append(_fault(f"manual {number}.text", _expected('"…"')))
-        lines.append(ManualLine(found.get("text", ""), found.get("required", False)))
-    return tuple(lines)
-
-
-def _expected(what: object) -> UserError:
-    return UserError(marked("expected {expected}"), expected=what)
-
-
-def _kind(kind: Any, expected: str) -> Reader:
-    """Return a reader of what msgspec calls this kind."""
-
-    def read(value: object) -> Any:
-        try:
-            return msgspec.convert(value, kind)
-        except msgspec.ValidationError:
-            raise _expected(expected) from None
-
-    return read
-
-
-def _text(longest: int, *, least: int = 0, keep: str = "") -> Reader:
-    """Return a reader of text that shows nothing else than it is."""
+def _text(longest: int, *, least: int = 0, keep: str = "") -> _Reader:
+    """Text that shows nothing else than it is."""
 
     def read(value: object) -> str:
         if not isinstance(value, str) or not least <= len(value.strip()) <= len(value) <= longest:
-            raise _expected(f'"…", {least} … {longest}')
-        odd = next((character for character in value if visible(character, keep=keep) != character), None)
-        if odd is not None:
-            raise UserError(marked("{code} is not allowed"), code=f"U+{ord(odd):04X}")
+            raise ValueError
+        hidden = [character for character in value if visible(character, keep=keep) != character]
+        if hidden:
+            raise ValueError(f'"…", ≠ U+{ord(hidden[0]):04X}')
         return value
 
-    return read
+    return _Reader(read, f'"…", {least} … {longest}')
 
 
 def _code(value: object) -> str:
     if not isinstance(value, str) or not is_fingerprint(value):
-        raise UserError(marked("not a settings code"))
+        raise ValueError
     return value
 
 
-def _number(kind: type[float], least: float, most: float) -> Reader:
-    return _kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
+def _setting(command: Command) -> _Reader:
+    field = field_of(command)
+    if isinstance(field, Quantity):
+        expected = f"{field.text(0)} … {field.text(255)}, ± {field.text(1)}"
+    elif isinstance(field, Choice):
+        expected = ", ".join(map(str, field.values.values()))
+    else:
+        expected = "true, false"
+    return _Reader(partial(fitting, field), expected)
 
 
-_FLAG: Final = _kind(bool, "true, false")
+_FLAG: Final = _of_kind(bool, "true, false")
 _MANUAL: Final = {"text": _text(MAX_NAME_LENGTH, least=1), "required": _FLAG}
-_PROFILE: Final[Mapping[str, Reader | Mapping[str, Reader]]] = {
-    "format": _kind(Annotated[int, Meta(ge=FORMAT, le=FORMAT)], f"{FORMAT}"),
+_PROFILE: Final[Mapping[str, "_Reader | Mapping[str, _Reader]"]] = {
+    "format": _of_kind(Annotated[int, Meta(ge=FORMAT, le=FORMAT)], f"{FORMAT}"),
     "name": _text(MAX_NAME_LENGTH),
     "airframe": _text(MAX_NAME_LENGTH),
     "notes": _text(MAX_NOTES_LENGTH, keep="\n\t"),
-    "approved_fingerprint": _code,
+    "approved_fingerprint": _Reader(_code, '"XXXX-XXXX"'),
     "light_inverted": _FLAG,
     "service_required": _FLAG,
-    "settings": {key: partial(fitting, field_of(command)) for key, command in SETTINGS_BY_KEY.items()},
-    "expectations": {"activated_by": _kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))},
+    "settings": {key: _setting(command) for key, command in SETTINGS_BY_KEY.items()},
+    "expectations": {"activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))},
     "limits": {name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()},
     "tests": {kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind},
 }
+
+
+def _read_table(
+    table: object, readers: Mapping[str, _Reader | Mapping[str, _Reader]], path: str, faults: list[UserMessage]
+) -> dict[str, Any]:
+    """Return what is right of a table; the rest is added to `faults`."""
+    if not isinstance(table, dict):
+        faults.append(_expected(path, "[…]"))
+        return {}
+    found = {}
+    for key, value in table.items():
+        where = ".".join(filter(None, (path, clean(key, longest=LONGEST_SHOWN))))
+        reader = readers.get(key)
+        if reader is None:
+            faults.append(message(marked("“{name}” is unknown."), name=where))
+        elif isinstance(reader, Mapping):
+            found[key] = _read_table(value, reader, where, faults)
+        else:
+            try:
+                found[key] = reader.read(value)
+            except (UserError, msgspec.ValidationError):
+                faults.append(_expected(where, reader.expected))
+            except ValueError as error:
+                faults.append(_expected(where, str(error) or reader.expected))
+    return found
+
+
+def _expected(key: str, expected: str) -> UserMessage:
+    return message(marked("{key}: expected {expected}."), key=key, expected=expected)
+
+
+def _read_manual(items: object, faults: list[UserMessage]) -> tuple[ManualLine, ...]:
+    if not isinstance(items, list) or len(items) > MAX_ITEMS:
+        faults.append(_expected("manual", f"[[manual]], ≤ {MAX_ITEMS}"))
+        return ()
+    lines = []
+    for number, item in enumerate(items, 1):
+        found = _read_table(item, _MANUAL, f"manual {number}", faults)
+        if isinstance(item, dict) and "text" not in item:
+            faults.append(_expected(f"manual {number}.text", '"…"'))
+        lines.append(ManualLine(found.get("text", ""), found.get("required", False)))
+    return tuple(lines)
 
 
 # Writing
@@ -287,7 +295,7 @@ def _plain(profile: Profile) -> dict[str, Any]:
 
 
 def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
-    """Make a table hold what is wanted. What is the same stays as it is written."""
+    """Make a table hold what is wanted. What is the same stays as it is written, with its comments."""
     from tomlkit.items import Item, Table
 
     for key in [key for key in table if key not in wanted]:
@@ -299,20 +307,7 @@ def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
         elif isinstance(old, Table):
             _change(old, value)
         elif (old.unwrap() if isinstance(old, Item) else old) != value:
-            table[key] = _manual_rows(old, value) if key == "manual" else value
-
-
-def _manual_rows(old: "AoT", wanted: list[dict[str, Any]]) -> "AoT":
-    """Return the rows that are wanted; one that has the text of an old one keeps its comments."""
-    import tomlkit
-
-    rows = {str(row["text"]): row for row in old}
-    changed = tomlkit.aot()
-    for value in wanted:
-        row = rows.pop(value["text"], None) or tomlkit.table()
-        _change(row, value)
-        changed.append(row)
-    return changed
+            table[key] = value
 
 
 def _append(table: "Container | Table", key: str, value: object) -> None:
