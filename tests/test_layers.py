@@ -66,7 +66,6 @@ ROOMS = (
     "ui/pages/settings",
     "ui/pages/triggers",
     "ui/pages/preflight",
-    "ui/pages/tests",
     "ui/pages/commands",
     "ui/pages/fleet",
     "ui/pages/recordings",

@@ -90,7 +90,6 @@ PAGES: tuple[PageEntry, ...] = (
     _page("settings", marked("Settings"), Icon.SETTINGS),
     _page("triggers", marked("Triggers"), Icon.HISTORY),
     _page("preflight", marked("Pre-flight"), Icon.CHECKLIST, "Before each flight: READY, GO or NO-GO"),
-    _page("tests", marked("Tests"), Icon.TESTS, "Guided tests", wants_stream=True),
     _page("commands", marked("Commands"), Icon.ACTIVE, "LOCK, and dangerous commands", wants_stream=True),
     _page("fleet", marked("Fleet"), Icon.FLEET, "Several modules"),
     _page("recordings", marked("Recordings"), Icon.RECORDINGS),

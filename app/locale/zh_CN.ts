@@ -532,6 +532,10 @@
         <translation>检查人</translation>
     </message>
     <message>
+        <source>Checks</source>
+        <translation>检查项目</translation>
+    </message>
+    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -1720,12 +1724,12 @@
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
     <message>
-        <source>Name the module.</source>
-        <translation>请给模块命名。</translation>
+        <source>Name the module, then do the guided tests.</source>
+        <translation>请给模块命名，然后做引导测试。</translation>
     </message>
     <message>
-        <source>Name the module; do them on the Tests page.</source>
-        <translation>命名模块，在“测试”页面进行。</translation>
+        <source>Name the module.</source>
+        <translation>请给模块命名。</translation>
     </message>
     <message>
         <source>Name, date</source>
@@ -2312,6 +2316,10 @@
         <translation>打印标签</translation>
     </message>
     <message>
+        <source>Print…</source>
+        <translation>打印…</translation>
+    </message>
+    <message>
         <source>Problems</source>
         <translation>问题</translation>
     </message>
@@ -2700,6 +2708,10 @@
         <translation>已晃动 15 秒</translation>
     </message>
     <message>
+        <source>Show in folder</source>
+        <translation>在文件夹中显示</translation>
+    </message>
+    <message>
         <source>Show on all pages</source>
         <translation>在所有页面显示</translation>
     </message>
@@ -2866,14 +2878,6 @@
     <message>
         <source>Test again</source>
         <translation>重新测试</translation>
-    </message>
-    <message>
-        <source>Tested by</source>
-        <translation>测试人</translation>
-    </message>
-    <message>
-        <source>Tests</source>
-        <translation>测试</translation>
     </message>
     <message>
         <source>Text size</source>
@@ -4144,6 +4148,10 @@
     <message>
         <source>left</source>
         <translation>向左</translation>
+    </message>
+    <message>
+        <source>limit {limit}</source>
+        <translation>限值 {limit}</translation>
     </message>
     <message>
         <source>limit {value}</source>

@@ -253,7 +253,7 @@ MODULE_CHECKS: Final = (
           marked("Write what differs from the profile, or approve.")),
     Check("guided_tests", marked("Guided tests"), guided_tests,
           marked("Only a test by hand proves the sensors."),
-          marked("Name the module; do them on the Tests page.")),
+          marked("Name the module, then do the guided tests.")),
     Check("service", marked("Service due"), service,
           marked("A parachute, its ejector and its cell age."),
           marked("Do it, and keep it in the archive: Service…")),

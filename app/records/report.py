@@ -1,4 +1,4 @@
-"""The report of a check, and what is printed of guided tests, as HTML for the printer, in the language in use.
+"""The report of a check, as HTML for the printer, in the language in use.
 
 Made from the record alone, so that it prints the same years later.
 """
@@ -16,8 +16,8 @@ from app.settings.profiles import ActivatedBy
 from app.stations.station import fingerprint_of
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
-from app.text.messages import clean, message_from_json
-from app.text.sentences import in_brackets, join_sentences, labelled
+from app.text.messages import message_from_json
+from app.text.sentences import in_brackets, join_sentences
 from app.text.template import page
 
 _ONE_COLUMN = 8
@@ -39,11 +39,6 @@ def report_html(signed: SignedRecord) -> str:
         station=fingerprint_of(bytes.fromhex(signed.station)),
         digest=hashlib.sha256(signed.text.encode()).hexdigest(),
     )
-
-
-def guided_html(module: str, tests: Iterable[Mapping[str, Any]]) -> str:
-    """`tests`: as they are in a record."""
-    return page("guided.html", title=labelled(tr("Guided tests"), clean(module)), tests=_tests(tests, None))
 
 
 def _under(record: Record) -> str:

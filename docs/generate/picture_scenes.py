@@ -152,7 +152,7 @@ def preflight(studio: Studio) -> None:
     studio.module.set_world(is_lifelike=False, tilt_deg=0)
     studio.run(1.0)
     page.form.aircraft.setEditText(AIRCRAFT)
-    page.buttons.enable.click()
+    page.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
     records = studio.find(TriggersPage)
     for _ in range(MAX_CHECKS):
@@ -163,7 +163,7 @@ def preflight(studio: Studio) -> None:
             studio.assembly.ports.module.say_name(MODULE)
             page.form.aircraft.setEditText(AIRCRAFT)
             studio.until(lambda: page.work.can_enable, "nothing can be checked")
-            page.buttons.enable.click()
+            page.enable.click()
             studio.run(1.0)
             continue
         if page.work.standing is Standing.READY:
@@ -178,7 +178,7 @@ def preflight(studio: Studio) -> None:
             studio.page("preflight", PreflightPage)
             studio.until(partial(_differs, looked, asked), "they are not taken for looked at")
         studio.until(lambda: page.work.can_check, "nothing can be checked")
-        (looked if is_about_records else page.buttons.run).click()
+        (looked if is_about_records else page.run).click()
         studio.run(1.0)
     else:
         raise Stuck("it never said READY")

@@ -176,7 +176,7 @@ def check(session: Session) -> None:
     """Check, activate if READY asks for it, and watch whether the verdict holds."""
     bench = session.bench
     bench.window.go_to("preflight")
-    bench.preflight.show_check()
+    bench.preflight.show_view("checks")
     session.connect()
     work = bench.preflight.work
     bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)

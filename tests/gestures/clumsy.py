@@ -195,10 +195,8 @@ class Clumsy:
         self.bench.window.resize(*self.dice.choice(SIZES))
 
     def _turn_page(self) -> None:
-        self.bench.window.go_to(
-            self.dice.choice(("commands", "commands", "settings", "preflight", "preflight", "tests"))
-        )
-        self.bench.preflight.show_check()
+        self.bench.window.go_to(self.dice.choice(("commands", "commands", "settings", "preflight", "preflight")))
+        self.bench.preflight.show_view(self.dice.choice(("checks", "checks", "guided")))
 
     def _edit(self) -> None:
         settings = self.bench.settings
@@ -243,8 +241,8 @@ class Clumsy:
             return
         self.bench.bench.module.activate(is_active=False)
         self.bench.window.go_to("preflight")
-        self.bench.preflight.show_check()
-        enable = self.bench.preflight.buttons.enable
+        self.bench.preflight.show_view("checks")
+        enable = self.bench.preflight.enable
         if not enable.isVisible():
             self.wait(CHECK_S)
         self.do_whole(enable)
@@ -256,7 +254,7 @@ class Clumsy:
             return
         if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
             return
-        self.bench.window.go_to("tests")
+        self.bench.show_guided()
         page = self.bench.guided
         self.bench.bench.module.activate(is_active=False)
         page.work.choose(GuidedKind.TILT)

@@ -34,9 +34,9 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
+from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
-from ui.pages.tests.page import TestsPage
 from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.session.guided import Stage
@@ -46,7 +46,7 @@ from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 KINDS: Final[Mapping[str, type[Page]]] = {
-    "commands": CommandsPage, "tests": TestsPage, "preflight": PreflightPage, "settings": SettingsPage,
+    "commands": CommandsPage, "preflight": PreflightPage, "settings": SettingsPage,
 }  # fmt: skip
 """The pages that can change the module."""
 TICK_S = 0.1
@@ -162,8 +162,8 @@ class GestureBench:
         return find(self.window, PreflightPage)
 
     @cached_property
-    def guided(self) -> TestsPage:
-        return find(self.window, TestsPage)
+    def guided(self) -> GuidedPanel:
+        return find(self.window, GuidedPanel)
 
     def _heard(self, request: Request) -> None:
         if request.command.name != "serial_output":
@@ -176,7 +176,7 @@ class GestureBench:
         page, settings, preflight = self.commands, self.settings, self.preflight
         asked = [one for confirm in self.confirms() for one in (confirm.ask, confirm.go, confirm.cancel)]
         ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
-        check = [preflight.buttons.enable, preflight.buttons.cancel, preflight.buttons.run]
+        check = [preflight.enable, preflight.cancel, preflight.run]
         check += [row.act for row in preflight.list.rows.values()]
         check += [self.guided.primary, self.guided.cancel]
         found = [*asked, *ritual, *check, settings.write, *settings.strip.findChildren(QPushButton)]
@@ -185,12 +185,12 @@ class GestureBench:
     def confirms(self) -> list[Confirm]:
         """Return every question that leads to an act."""
         of_page = {
-            "tests": lambda: self.guided.activate.confirm,
-            "preflight": lambda: self.preflight.activation.confirm,
-            "settings": lambda: self.settings.baud.confirm,
+            "preflight": lambda: (self.preflight.activation.confirm, self.guided.activate.confirm),
+            "settings": lambda: (self.settings.baud.confirm,),
         }
         rows = self.commands.acts.values()
-        return [*(row.confirm for row in rows), *(of_page[key]() for key in of_page if key in self.pages)]
+        asked = [confirm for key in of_page if key in self.pages for confirm in of_page[key]()]
+        return [*(row.confirm for row in rows), *asked]
 
     # Time
 
@@ -298,10 +298,14 @@ class GestureBench:
             self.wait(TICK_S)
             self.refresh()
 
+    def show_guided(self) -> None:
+        self.window.go_to("preflight")
+        self.preflight.show_view("guided")
+
     def prepare_test(self, kind: GuidedKind) -> None:
         """Advance a guided test to the step that a person confirms."""
         page = self.guided
-        self.window.go_to("tests")
+        self.show_guided()
         page.work.cancel()
         self.until(lambda: not page.work.owes_lock)
         page.work.choose(kind)

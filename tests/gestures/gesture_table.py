@@ -111,7 +111,7 @@ def _arm(bench: GestureBench) -> None:
 
 ACTS: Final = (
     *(_row(act) for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
-    _question("activate, in the tilt test", "tests", lambda bench: bench.guided.activate.confirm, _prepare_tilt),
+    _question("activate, in the tilt test", "preflight", lambda bench: bench.guided.activate.confirm, _prepare_tilt),
     _question("change_baud", "settings", lambda bench: bench.settings.baud.confirm, _choose_rate),
     DangerousAct(
         "write against advice",
@@ -163,7 +163,8 @@ def points(widget: QWidget) -> Iterator[QPoint]:
 
 def go_to(bench: GestureBench, act: DangerousAct) -> None:
     bench.window.go_to(act.page)
-    if "tests" in bench.pages:
+    if "preflight" in bench.pages:
+        bench.preflight.show_view("guided")
         bench.until(lambda: not bench.guided.work.owes_lock)  # of the tilt test, which has been left
     bench.settle_module(is_active=act.is_active)
     bench.refresh()

@@ -38,9 +38,8 @@ TOLD_S: Final = 1.1
 GO: Final = {
     "act_activate_go": "10 02 01",
     "preflight_activate_go": "10 02 01",
-    "tests_activate_go": "10 02 01",
+    "guided_activate_go": "10 02 01",
     "act_zero_go": "25 01 00",
-    "tests_zero_go": "25 01 00",
     "act_shutdown_go": "12 02 01",
     "act_forbid_deploy_go": "11 02 00",
     "baud_go": "24 02",

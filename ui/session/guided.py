@@ -112,6 +112,7 @@ class Guided(QObject):
     def can_start(self) -> bool:
         is_safe = self.is_stated_safe or not self.test.statement
         is_free = not self.is_running and not self.owes_lock
+        is_free = is_free and not self._module.is_checking
         return self._module.is_going and is_safe and is_free and not self._module.activation.may_fire
 
     @property
@@ -133,9 +134,11 @@ class Guided(QObject):
         self.is_stated_safe = is_safe
         self.changed.emit()
 
-    def start(self) -> None:
+    def start(self, who: str = "") -> None:
+        """`who` tests."""
         if not self.can_start:
             return
+        self.who = who
         self.outcome = self.trouble = self._measuring = None
         self.stage = Stage.PREPARING
         self._job.run(self.test.prepare(), self._end_preparing)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
 from ui.style.icons import FILES
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, kept_font, scale_in_use, scaled, use
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Size, Theme, kept_font, scale_in_use, scaled, use
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -45,6 +45,10 @@ def style_sheet(theme: Theme) -> str:
         danger_fill=theme.danger.fill,
         on_danger=theme.danger.on_fill,
         danger_wash=theme.danger.wash,
+        good_fill=theme.tint(Meaning.GOOD).fill,
+        on_good=theme.tint(Meaning.GOOD).on_fill,
+        information_fill=theme.information.fill,
+        on_information=theme.information.on_fill,
         rehearsal=theme.information.wash,
         attention_ink=theme.attention.ink,
         edge=theme.border_px,

@@ -55,7 +55,6 @@ class Icon(Enum):
     HISTORY = "history"
     CLOCK = "clock"
     CHECKLIST = "checklist"
-    TESTS = "tests"
     DIAGNOSIS = "diagnosis"
     SIMULATOR = "simulator"
     LIGHT = "light"

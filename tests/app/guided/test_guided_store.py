@@ -10,15 +10,14 @@ import pytest
 
 from app.guided.guided_store import keep_test, last_tests
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
-from app.limits.past import LastTested, Past
-from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.verdict import assess
+from app.limits.past import LastTested
+from app.preflight.findings import CheckResult, Person
 from app.records.filing import file_check
 from app.records.record import read_document
-from app.records.report import guided_html, report_html
+from app.records.report import report_html
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
-from app.settings.profiles import NO_PROFILE, Profile
+from app.settings.profiles import Profile
 from app.store.fact_store import Store
 from app.store.kinds import GuidedTestDone
 from app.system.wall_clock import age_days
@@ -163,13 +162,11 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
 
 
 def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
-    case = Case(evidence=check().assessment.case.evidence, profile=NO_PROFILE, past=Past())
-    assert assess(case).result("guided_tests") is CheckResult.PASS
     rows: list[object] = [
         None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [{}]},
         {"test": "bay", "verdict": "failed", "measured": "x"}, {"test": "link", "verdict": "failed", "measured": [1]},
     ]  # fmt: skip
-    text = guided_html("M-07", [row for row in rows if isinstance(row, dict)])
+    text = report_html(signed_record(tests=[row for row in rows if isinstance(row, dict)]))
     assert "<b>," not in text
     assert "&lt;b&gt;" in text
 

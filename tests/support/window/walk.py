@@ -135,16 +135,16 @@ class Walk(Rig):
 
     def _on_preflight(self) -> Iterator[Stop]:
         page = self.find(PreflightPage)
-        page.buttons.run.click()
+        page.run.click()
         ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
         self.until(lambda: page.banner.announcement.standing in ended)
         yield self._stop("preflight, verdict")
         bar = page.list.verticalScrollBar()
         bar.setValue(bar.maximum())
         yield self._stop("preflight, end")
-        page.show_history()
+        page.show_view("past")
         yield self._stop("preflight, past checks")
-        page.show_check()
+        page.show_view("checks")
 
     def _on_commands(self) -> Iterator[Stop]:
         confirms = [row.confirm for row in self.find(CommandsPage).acts.values()]

@@ -296,7 +296,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -
             if page.work.standing is Standing.READY:
                 break
             set_down = page.strip.button("set_down")
-            button = set_down if set_down is not None and set_down.isVisible() else page.buttons.run
+            button = set_down if set_down is not None and set_down.isVisible() else page.run
             press(qtbot, button)
             wait_verdict(qtbot, page)
         assert page.banner.announcement.word == "READY"

@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtWidgets import QApplication, QLabel, QListWidget, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from tests.support.window.fakes_ui import page_entries, simulated, wait_online, window
 
-SHOWN = page_entries("live", "settings", "preflight", "tests", "commands", "fleet")
+SHOWN = page_entries("live", "settings", "preflight", "commands", "fleet")
 
 
 def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
@@ -23,7 +23,6 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
             "commands": ("act_zero_conditions", QLabel.text),
             "settings": ("baud_message", QLabel.text),
             "preflight": ("verdict", QWidget.toolTip),
-            "tests": ("tests_run", QWidget.isEnabled),
             "fleet": ("fleet_summary", QLabel.text),
         }
 
@@ -32,8 +31,6 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
             widget: Any = assembly.window.findChild(QWidget, name)
             return read(widget)
 
-        tests: Any = assembly.window.findChild(QListWidget, "tests_list")
-        tests.setCurrentRow(3)  # one that needs no statement of the person
         for key in (*shown, "live"):
             assembly.window.go_to(key)
         before = {key: look(key) for key in shown}

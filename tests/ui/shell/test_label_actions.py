@@ -17,7 +17,6 @@ from tests.support.window.steps import find, given
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.preflight.page import PreflightPage
-from ui.pages.tests import page as tests_page
 from ui.pages.triggers.page import TriggersPage
 from ui.services.context import PageEntry
 from ui.session.module_field import ModuleField
@@ -26,7 +25,6 @@ from ui.style.icons import Icon
 
 PAGES = (
     PageEntry("preflight", "Pre-flight", Icon.CHECKLIST, PreflightPage),
-    PageEntry("tests", "Tests", Icon.TESTS, tests_page.TestsPage),
     PageEntry("triggers", "Triggers", Icon.HISTORY, TriggersPage),
 )
 

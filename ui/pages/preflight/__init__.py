@@ -1,1 +1,1 @@
-"""The pre-flight check and its records."""
+"""The pre-flight check, its records, and the guided tests."""

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.link_state import Phase
 from app.preflight.findings import Person
 from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
@@ -47,22 +47,8 @@ class PreflightController:
 
     @property
     def can_enable(self) -> bool:
-        """Nothing is written to an active module."""
-        is_locked = self.is_answering and not self.may_fire
-        return self.can_check and (is_locked or self.needs_lock)
-
-    @property
-    def is_answering(self) -> bool:
-        return self._ports.module.is_going
-
-    @property
-    def is_open(self) -> bool:
-        return self._ports.current.is_open
-
-    @property
-    def link_sentence(self) -> str:
-        """In the language in use."""
-        return link_text(self._ports.current.state, self._ports.clock()).what
+        """Nothing is written to an active module, which is locked first."""
+        return self.can_check and (not self.may_fire or self.needs_lock)
 
     @property
     def needs_lock(self) -> bool:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolBut
 
 from app.records.checks import aircraft_in, aircraft_of
 from app.settings.profiles import Profile
-from app.store.fact_store import Facts, Store
+from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, clean
@@ -21,8 +21,8 @@ from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.session.module_field import ModuleField
-from ui.style.icons import Icon
-from ui.widgets.controls import control, named, without_key
+from ui.style.icons import Icon, icon
+from ui.widgets.controls import named, without_key
 from ui.widgets.layouts import captioned_row
 from ui.widgets.sliders import WheelGuard
 
@@ -31,11 +31,10 @@ _MAX_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
-    """`changed`: an entry changed."""
+    """`changed`: an entry changed. `edit_wanted`: the profile, or a new one, is to be edited."""
 
     changed = Signal()
     edit_wanted = Signal()
-    """The profile, or a new one."""
 
     def __init__(self, services: Services, result: JobNotice) -> None:
         super().__init__()
@@ -47,21 +46,24 @@ class PreflightForm(QWidget):
         """Of the profile."""
         self._aircraft_of: dict[str, str] = {}
         """What was last entered for a module, by its name."""
-        preferences = services.preferences
-        self.who = control(QLineEdit(preferences.who), "preflight_who", says=tr("Checked by"))
+        self.who = named(QLineEdit(services.preferences.who), "preflight_who")
+        self.who.setAccessibleName(tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
         self.name_field = ModuleField("preflight_module", services.ports)
-        self.aircraft = control(QComboBox(), "preflight_aircraft", says=tr("Aircraft"))
+        self.aircraft = named(QComboBox(), "preflight_aircraft")
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
         self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         WheelGuard(self.aircraft)
-        edit = control(QLineEdit(), "preflight_aircraft_edit", says=tr("Aircraft"))
+        edit = named(QLineEdit(), "preflight_aircraft_edit")
+        edit.setMaxLength(MAX_TEXT_LENGTH)
         self.aircraft.setLineEdit(edit)
         self.aircraft.setCompleter(None)  # type: ignore[arg-type]
-        edit.setMaxLength(MAX_TEXT_LENGTH)
-        self.choose = control(QToolButton(), "preflight_profile", picture=Icon.CHEVRON_DOWN)
+        for part in (self.aircraft, edit):
+            part.setAccessibleName(tr("Aircraft"))
+        self.choose = named(QToolButton(), "preflight_profile")
+        self.choose.setIcon(icon(Icon.CHEVRON_DOWN))
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.choose.setLayoutDirection(Qt.LayoutDirection.RightToLeft)  # the arrow behind the name
@@ -75,36 +77,41 @@ class PreflightForm(QWidget):
         services.storage.opened.connect(self._read_aircraft)
         self._read_aircraft()
         self.enter_aircraft()
-        self.who.editingFinished.connect(self._commit)
-        edit.editingFinished.connect(self._commit)
-        self.aircraft.activated.connect(self._commit)
-        self.setLayout(
-            captioned_row(
-                (tr("Checked by"), self.who),
-                (tr("Module"), self.name_field),
-                (tr("Aircraft"), self.aircraft),
-                (tr("Profile"), self.choose),
-            )
+        self.who.editingFinished.connect(self.commit)
+        edit.editingFinished.connect(self.commit)
+        self.aircraft.activated.connect(self.commit)
+        fields = (
+            (tr("Checked by"), self.who),
+            (tr("Module"), self.name_field),
+            (tr("Aircraft"), self.aircraft),
+            (tr("Profile"), self.choose),
         )
+        self.setLayout(captioned_row(*fields))
         self.show_profile()
 
-    def _read_aircraft(self) -> None:
-        """Once the store is open."""
-        store = self._services.storage.store
-        if isinstance(store, Store):
-            self._reading_aircraft.run_in(store, _aircraft, self._offer_aircraft, lambda _trouble: None)
+    def commit(self) -> None:
+        entered = self._entered()
+        if entered != self.committed:
+            self.committed = entered
+            self._services.preferences.who = entered[0]
+            self.changed.emit()
 
     def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
         self.name_field.apply()
-        self._commit()
+        self.commit()
+
+    def _entered(self) -> tuple[str, str]:
+        return clean(self.who.text().strip()), clean(self.aircraft.currentText().strip())
+
+    # The aircraft
 
     def clear_aircraft(self, module: str) -> None:
         """`module`: the name of that for which it was entered, or ""; a named one may come back."""
         if module:
             self._aircraft_of[module] = self.aircraft.currentText()
         self.aircraft.clearEditText()
-        self._commit()
+        self.commit()
 
     def enter_aircraft(self) -> None:
         """What was entered for the module before, else that of its last check."""
@@ -116,41 +123,64 @@ class PreflightForm(QWidget):
             with suppress(StoreTrouble):
                 aircraft = store.read(lambda facts: aircraft_of(facts, module))
         self.aircraft.setEditText(aircraft)
-        self._commit()
+        self.commit()
+
+    def _read_aircraft(self) -> None:
+        """Once the store is open."""
+        store = self._services.storage.store
+        if isinstance(store, Store):
+            self._reading_aircraft.run_in(store, aircraft_in, self._offer_aircraft, lambda _trouble: None)
+
+    def _offer_aircraft(self, names: Sequence[str]) -> None:
+        entered = self.aircraft.currentText()
+        self.aircraft.addItems(names[:_MAX_AIRCRAFT])
+        self.aircraft.setEditText(entered)
+
+    # The profile
 
     def use_profile(self, path: Path) -> None:
         profile = self._result.read_profile(path)
         if profile is not None:
-            self.profile, self.path = profile, path
             self._services.preferences.add_profile(path)
-            self.show_profile()
-            self.changed.emit()
+            self._use(profile, path)
 
     def read_again(self) -> bool:
         """What another page or program wrote into the file since; False where it is no profile any more, which is
         said."""
         profile = None if self.path is None else self._result.read_profile(self.path)
         if profile is not None and profile != self.profile:
-            self.profile = profile
-            self.show_profile()
-            self.changed.emit()
+            self._use(profile, self.path)
         return self.path is None or profile is not None
 
-    def use_none(self) -> None:
-        self.profile = self.path = None
+    def _use(self, profile: Profile | None, path: Path | None) -> None:
+        self.profile, self.path = profile, path
         self.show_profile()
         self.changed.emit()
 
     def show_profile(self) -> None:
-        """In the language in use."""
         self._services.in_use.use(self.profile)
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(without_key(name))
+        self.choose.setToolTip(name)
         self.choose.setAccessibleName(labelled(tr("Profile"), name))
 
     def choose_file(self) -> None:
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
+
+    def _fill_menu(self) -> None:
+        self.menu.clear()
+        self._add("preflight_profile_none", tr("Vendor's advice"), lambda: self._use(None, None))
+        add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
+        self.menu.addSeparator()
+        self._add("preflight_profile_open", tr("Open profile…"), self.choose_file)
+        words = tr("New profile…") if self.profile is None else tr("Edit profile…")
+        self._add("preflight_profile_edit", words, self.edit_wanted.emit)
+
+    def _add(self, name: str, text: str, act: Callable[[], object]) -> None:
+        action = named(self.menu.addAction(text), name)
+        action.setToolTip(text)
+        action.triggered.connect(lambda _is_checked=False: act())
 
     # Qt
 
@@ -159,37 +189,4 @@ class PreflightForm(QWidget):
         super().showEvent(event)
         if not self.who.text():
             self.who.setText(self._services.preferences.who)
-            self._commit()
-
-    def _commit(self) -> None:
-        entered = self._entered()
-        if entered != self.committed:
-            self.committed = entered
-            self._services.preferences.who = entered[0]
-            self.changed.emit()
-
-    def _entered(self) -> tuple[str, str]:
-        return clean(self.who.text().strip()), clean(self.aircraft.currentText().strip())
-
-    def _offer_aircraft(self, names: Sequence[str]) -> None:
-        entered = self.aircraft.currentText()
-        self.aircraft.addItems(names[:_MAX_AIRCRAFT])
-        self.aircraft.setEditText(entered)
-
-    def _fill_menu(self) -> None:
-        self.menu.clear()
-        self._add("preflight_profile_none", tr("Vendor's advice"), self.use_none)
-        add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
-        self.menu.addSeparator()
-        self._add("preflight_profile_open", tr("Open profile…"), self.choose_file)
-        words = tr("New profile…") if self.profile is None else tr("Edit profile…")
-        self._add("preflight_profile_edit", words, self.edit_wanted.emit)
-
-    def _add(self, name: str, text: str, act: Callable[[], None]) -> None:
-        action = named(self.menu.addAction(text), name)
-        action.setToolTip(text)
-        action.triggered.connect(lambda _is_checked=False: act())
-
-
-def _aircraft(facts: Facts) -> tuple[str, ...]:
-    return aircraft_in(facts)
+            self.commit()

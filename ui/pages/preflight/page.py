@@ -1,4 +1,4 @@
-"""Pre-flight page: verdict, form, one row per check, one main button.
+"""Pre-flight page: the checks with their verdict and one main button; the guided tests; the past checks; the profile.
 
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QTabBar, QWidget
 
+from app.guided.results import GuidedKind
 from app.preflight.findings import Person
 from app.records.checks import document_of
 from app.records.record import stored_record
@@ -19,75 +20,32 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from ui.acts.act_row import ActRow
-from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
 from ui.pages.preflight.controller import PreflightController
 from ui.pages.preflight.form import PreflightForm
+from ui.pages.preflight.guided import GuidedPanel
+from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
-from ui.pages.preflight.row import LOCK_AND_ENABLE, Mend, Remedy
-from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announcement, low_px
+from ui.pages.preflight.remedy import LOCK_AND_ENABLE, Mend, Remedy
+from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.page import Page, PageHeader, WaysBack
+from ui.services.page import Page, WaysBack
 from ui.session.check import PASSED, Standing
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.accessible_roles import announce
-from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut, control, named, set_role
-from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, named, set_role
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
-
-class PreflightButtons(QWidget):
-    """Makes the next step the primary button: enable and check, start, check again, or export."""
-
-    def __init__(self, header: PageHeader) -> None:
-        super().__init__()
-        self.setObjectName("preflight_buttons")
-        self.run = control(QPushButton(tr("Start")), "preflight_run", key="Ctrl+Return", picture=Icon.CHECKLIST)
-        self._main = self.run
-        # Cancel disappears when the check ends: a press that comes too late must not enable anything.
-        self.enable = named(StepButton(tr("Enable triggers and check")), "preflight_enable")
-        self.cancel = control(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel", key="Esc", picture=Icon.CROSS)
-        self.print = control(QPushButton(tr("Export report…")), "preflight_print", keys="Ctrl+P", picture=Icon.SAVE)
-        self.history = control(QPushButton(tr("Past checks")), "preflight_history", keys="Ctrl+H", picture=Icon.HISTORY)
-        header.add(self.history)
-        self.verify = header.add_rare("preflight_verify", tr("Verify a file…"), lambda: None)
-        buttons = self.cancel, self.run, self.enable, self.print
-        FlowRow(right=buttons, of=self, margins=(Space.M, Space.XS, Space.M, Space.S))
-
-    def press_main(self) -> None:
-        """Ctrl+Return is the main button, whichever that is."""
-        if self._main.isVisible():
-            self._main.click()
-
-    def show_work(self, work: PreflightController) -> None:
-        is_checking = work.standing is Standing.CHECKING
-        self.run.setEnabled(work.can_check)
-        self.enable.setEnabled(work.can_enable)
-        self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
-        self.print.setEnabled(work.signed is not None)
-        # In a new connection a check without enabling the triggers can only end with NO-GO.
-        is_enabling = work.can_enable and not work.are_triggers_known
-        self._main = self.print if work.standing in PASSED else self.enable if is_enabling else self.run
-        for button in (self.run, self.enable, self.print):
-            set_role(button, "primary" if button is self._main else "")
-        if work.last is not None:
-            self.run.setText(tr("Check again"))
-        else:
-            self.run.setText(tr("Start" if self._main is self.run else "Check only"))
-        self.enable.setVisible(not is_checking)
-        self.cancel.setVisible(is_checking)
-
-
 REFRESH_EVERY_MS: Final = 250
-_LOW_PAGE_PX: Final = 380
-"""A lower page has a lower banner, so that its buttons are in sight."""
+VIEWS: Final = ("checks", "guided", "past", "profile")
+"""The last one has no tab: it is opened from the form."""
 
 
 class PreflightPage(Page):
@@ -99,57 +57,118 @@ class PreflightPage(Page):
         self.work = PreflightController(services.ports)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
-        self.banner = VerdictBanner()
         self.form = PreflightForm(services, self.result)
-        self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
-        self.activation.hide()
-        self.list = CheckList(services)
-        self.history = CheckHistory(services)
-        self.editor = ProfileEditor(services)
+        self.banner = VerdictBanner()
         self.banner.setWhatsThis(tr("Void after a restart, a lost link, a change, or fifteen minutes."))
+        self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
+        self.list = CheckList(services)
+        self.guided = GuidedPanel(services, self.form)
+        self.past = PastChecks(services)
+        self.editor = ProfileEditor(services)
         self.strip = named(NoticeBar(), "preflight_notice")
-        self.header = self.make_header(tr("Pre-flight"))
-        self.buttons = PreflightButtons(self.header)
+        self.run = named(QPushButton(tr("Start")), "preflight_run")
+        # Cancel disappears when the check ends: a press that comes too late must not enable anything.
+        self.enable = named(StepButton(tr("Enable triggers and check")), "preflight_enable")
+        policy = self.enable.sizePolicy()
+        policy.setRetainSizeWhenHidden(False)  # no hole at the right of the main button
+        self.enable.setSizePolicy(policy)
+        self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel")
+        self.export = named(QPushButton(tr("Export report…")), "preflight_export")
+        self.exporting = self.export
+        self._main: QPushButton = self.run
+        self.view = "checks"
         self._named = ""
         """For which module ticks and aircraft were entered, by its name."""
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
-        self._is_print_wanted = False
+        self._is_export_wanted = False
         """Once the record with the last entries is kept."""
         self._announced = Standing.NOT_CHECKED
         """What was announced last."""
-        self._stack = QStackedLayout(self)
-        self._check = self._lay_out()
-        stacked(self._stack, self._check, self.history, self.editor)
-        services.pending_edits.has_profile = lambda: (
-            self._stack.currentWidget() is self.editor and self.editor.is_edited
-        )
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
+        self._lay_out()
         self._wire()
+        services.pending_edits.has_profile = lambda: self.view == "profile" and self.editor.is_edited
+
+    # The views
+
+    def show_view(self, view: str) -> None:
+        """Leaving the profile asks first where something was edited."""
+        if self.view == "profile" != view and self.editor.is_edited:
+            self.editor.close_editor()
+        else:
+            self._show(view)
+        if self.view != "profile":
+            self.tabs.setCurrentIndex(VIEWS.index(self.view))
+
+    def _show(self, view: str) -> None:
+        self.view = view
+        for name, part in self._views.items():
+            part.setVisible(name == view)
+        self.form.setVisible(view in ("checks", "guided"))
+        self.tabs.setVisible(view != "profile")
+        if view == "past":
+            self.past.open()
+        if view == "checks":
+            self.tabs.setCurrentIndex(0)
+            self._refresh_if_seen()
+
+    def go_to(self, view: str) -> None:
+        """`view`: one of the page's, or the name of a guided test."""
+        if view not in VIEWS:
+            self.guided.choose(GuidedKind(view))
+        self.show_view(view if view in VIEWS else "guided")
 
     def open_file(self, path: Path) -> None:
         """Verify a record or a report that was dropped on the window."""
-        if self._stack.currentWidget() is self.editor:
-            self.editor.close_editor()
-        else:
-            self.show_check()
+        self.show_view("checks")
         self.files.verify(path)
+
+    # Display
+
+    def refresh(self) -> None:
+        self.list.show_work(self.work)
+        self.tick()
 
     def tick(self) -> None:
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self.work.poll()
         if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
             self.list.show_work(self.work)
-        self.banner.show_announcement(announcement(self.work))
-        self.buttons.show_work(self.work)
-        self.activation.setVisible(self.work.leads_to_activation)
-        if self.work.leads_to_activation:
-            self.activation.refresh()
+        self.banner.show_announcement(announcement(self.work, self._ports))
+        self._show_buttons()
         for row in self.list.rows.values():
             row.act.setEnabled(self.work.can_enable if row.is_enabling else self.work.can_check)
-        self.form.setEnabled(self.work.standing is not Standing.CHECKING)
+        self.form.setEnabled(self.work.standing is not Standing.CHECKING and not self.guided.work.is_running)
 
-    def refresh(self) -> None:
-        self.list.show_work(self.work)
-        self.tick()
+    def _show_buttons(self) -> None:
+        """The main button is the next step: start, enable and check, activate, or export."""
+        work = self.work
+        is_checking, has_passed = work.standing is Standing.CHECKING, work.standing in PASSED
+        # In a new connection a check without enabling the triggers can only end with NO-GO.
+        is_enabling = work.can_enable and not work.are_triggers_known
+        if work.leads_to_activation:
+            self._main = self.activation.confirm.ask
+        else:
+            self._main = self.export if has_passed else self.enable if is_enabling else self.run
+        for button in (self.run, self.enable, self.export, self.activation.confirm.ask):
+            set_role(button, "primary" if button is self._main else "")
+        self.run.setEnabled(work.can_check)
+        self.run.setVisible(not is_checking)
+        self.run.setText(tr("Check again" if work.last is not None else "Check only" if is_enabling else "Start"))
+        self.enable.setEnabled(work.can_enable)
+        self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
+        self.enable.setVisible(not is_checking and not has_passed)
+        self.export.setEnabled(work.signed is not None)
+        self.export.setVisible(not is_checking)
+        self.print_report.setEnabled(work.signed is not None)
+        self.cancel.setVisible(is_checking)
+        self.activation.setVisible(work.leads_to_activation)
+        if work.leads_to_activation:
+            self.activation.refresh()
+
+    def press_main(self) -> None:
+        """Ctrl+Return is the main button, whichever that is."""
+        if self._main.isVisible():
+            self._main.click()
 
     # What a person does
 
@@ -188,6 +207,8 @@ class PreflightPage(Page):
                 self.form.name_field.setFocus()
             case Mend.APPROVE:
                 self._approve()
+            case Mend.TESTS:
+                self.show_view("guided")
             case Mend.WRITE:
                 self.page_wanted.emit("settings")
                 exchange.used.emit(remedy.values)
@@ -197,7 +218,7 @@ class PreflightPage(Page):
             case Mend.REVIEW:
                 self.page_wanted.emit("triggers")
                 exchange.review_wanted.emit()
-            case Mend.TRIGGERS | Mend.TESTS | Mend.SERVICE:
+            case Mend.TRIGGERS | Mend.SERVICE:
                 self.page_wanted.emit(remedy.mend.value)
 
     def _approve(self) -> None:
@@ -214,35 +235,19 @@ class PreflightPage(Page):
         self.form.use_profile(path)
         self.check()
 
-    def print(self) -> None:
+    def export_check(self) -> None:
         """Export the check that is shown, while it holds; with what was entered just now."""
         self.form.commit_edits()
         self.work.poll()
-        signed = self.work.signed
-        last = self.work.last
-        self._is_print_wanted = signed is None and last is not None and last.is_busy and last.void is None
+        signed, last = self.work.signed, self.work.last
+        self._is_export_wanted = signed is None and last is not None and last.is_busy and last.void is None
         if signed is not None:
-            self.files.print_record(signed)
+            self.files.export(signed)
 
-    def show_check(self) -> None:
-        self._stack.setCurrentWidget(self._check)
-        self.refresh()
-
-    def show_history(self) -> None:
-        self.history.open()
-        self._stack.setCurrentWidget(self.history)
-
-    def edit_profile(self) -> None:
-        if self.form.read_again():
-            self.editor.edit(self.form.profile, self.form.path)
-            self._stack.setCurrentWidget(self.editor)
-
-    def _use_profile(self, path: Path) -> None:
-        self.show_check()
-        self.form.use_profile(path)
-
-    def _show_result(self) -> None:
-        self.strip.show_notice(self.result.result_notice())
+    def _print(self) -> None:
+        self.work.poll()
+        if self.work.signed is not None:
+            self.files.print(self.work.signed)
 
     def _export_stored(self, id_: str) -> None:
         """Export a check of the store as it was kept."""
@@ -253,9 +258,18 @@ class PreflightPage(Page):
             signed = stored_record(store.read(lambda facts: document_of(facts, id_)))
         except UserError as error:
             self.result.notify(Meaning.DANGER, error.sentence)
-            return
-        self.show_check()
-        self.files.print_record(signed)
+        else:
+            self.files.export(signed)
+        self._show("checks")  # where what came of it is said
+
+    def edit_profile(self) -> None:
+        if self.form.read_again():
+            self.editor.edit(self.form.profile, self.form.path)
+            self.show_view("profile")
+
+    def _use_profile(self, path: Path) -> None:
+        self._show("checks")
+        self.form.use_profile(path)
 
     # What happens
 
@@ -278,6 +292,7 @@ class PreflightPage(Page):
         self._announced = Standing.NOT_CHECKED
         module.named.connect(self._on_named)
         module.check_changed.connect(self._on_work)
+        self.guided.show_module(module)
         super().show_module(module)
 
     def _on_named(self) -> None:
@@ -289,8 +304,8 @@ class PreflightPage(Page):
 
     def _on_work(self) -> None:
         self._announce()
-        if self._is_print_wanted and self.work.signed is not None:
-            self.print()
+        if self._is_export_wanted and self.work.signed is not None:
+            self.export_check()
         standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
         if trouble is not None and standing in (*PASSED, Standing.NO_GO):
             self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
@@ -302,7 +317,7 @@ class PreflightPage(Page):
     def _announce(self) -> None:
         standing = self.work.standing
         if standing is not self._announced and standing in SPOKEN:
-            shown = announcement(self.work)
+            shown = announcement(self.work, self._ports)
             announce(f"{shown.word}. {shown.head}")
         self._announced = standing
 
@@ -313,44 +328,53 @@ class PreflightPage(Page):
         if offer is not None and self.strip.notice is None:
             self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
+    def ways_back(self) -> WaysBack:
+        return (
+            (self.guided.work.is_running, self.guided.work.cancel),
+            (self.view == "profile", self.editor.close_editor),
+            (self.view != "checks", lambda: self.show_view("checks")),
+            (self.work.standing is Standing.CHECKING, self.work.cancel),
+            (self.strip.notice, self.result.dismiss),
+        )
+
     # Construction
 
     def _wire(self) -> None:
-        work, buttons = self.work, self.buttons
-        buttons.run.clicked.connect(lambda _is_checked: self.check())
-        buttons.enable.chosen.connect(self.enable_and_check)
-        buttons.cancel.clicked.connect(work.cancel)
-        buttons.print.clicked.connect(self.print)
-        buttons.history.clicked.connect(self.show_history)
-        buttons.verify.triggered.connect(self.files.choose_and_verify)
+        self.tabs.currentChanged.connect(lambda row: self.show_view(VIEWS[row]))
+        self.run.clicked.connect(lambda _is_checked: self.check())
+        self.enable.chosen.connect(self.enable_and_check)
+        self.cancel.chosen.connect(self.work.cancel)
+        self.export.clicked.connect(self.export_check)
         self.list.mend_wanted.connect(self.mend)
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
         self.form.edit_wanted.connect(self.edit_profile)
         self.editor.saved.connect(self._use_profile)
-        self.editor.closed.connect(self.show_check)
-        self.result.changed.connect(self._show_result)
-        self.history.closed.connect(self.show_check)
-        self.history.print_wanted.connect(self._export_stored)
-        Shortcut(buttons.run, "Ctrl+Return", buttons.press_main, holder=buttons)
+        self.editor.closed.connect(lambda: self._show("checks"))
+        self.past.export_wanted.connect(self._export_stored)
+        self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
+        Shortcut(self.run, "Ctrl+Return", self.press_main, holder=self._checks)
+        Shortcut(self.guided.primary, "Ctrl+Return")
+        Shortcut(self.export, "Ctrl+P")
 
-    def _lay_out(self) -> QWidget:
-        head = in_column(self.header, self.banner, self.form, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
-        view = named(QWidget(), "preflight_check")
-        activation = in_row(self.activation, margins=(0, 0, 0, Space.S))
-        in_column(head, activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
-        return view
-
-    # Qt
-
-    def fit(self) -> None:
-        self.banner.use_height(low_px() if self.height() < scaled(_LOW_PAGE_PX) else max(HEIGHT_PX, low_px()))
-
-    def ways_back(self) -> WaysBack:
-        shown = self._stack.currentWidget()
-        return (
-            (shown is self.history, self.show_check),
-            (shown is self.editor, self.editor.close_editor),
-            (self.work.standing is Standing.CHECKING, self.work.cancel),
-            (self.strip.notice, self.result.dismiss),
+    def _lay_out(self) -> None:
+        self.tabs = named(QTabBar(), "preflight_views")
+        self.tabs.setDrawBase(False)
+        self.tabs.setAccessibleName(tr("Pre-flight"))
+        for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
+            self.tabs.addTab(title)
+        header = self.make_header(tr("Pre-flight"), self.tabs)
+        self.print_report = header.add_rare("preflight_print", tr("Print…"), self._print)
+        header.add_rare("preflight_verify", tr("Verify a file…"), self.files.choose_and_verify)
+        self._checks = named(QWidget(), "preflight_checks")
+        edges = (Space.M, 0, Space.M, Space.XS)
+        banner = in_row(self.banner, margins=edges)
+        buttons = in_row(
+            1, self.cancel, self.export, self.run, self.enable, spacing=Space.S, margins=(Space.M, Space.XS)
         )
+        parts = (banner, (self.list, 1), self.strip, self.activation, buttons)
+        in_column(*parts, of=self._checks, spacing=0, margins=0)
+        self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past, self.editor), strict=True))
+        head = in_column(header, self.form, spacing=Space.XS, margins=edges)
+        in_column(head, *((view, 1) for view in self._views.values()), of=self, spacing=0, margins=0)
+        self._show("checks")

@@ -3,13 +3,12 @@
 The profile's settings are edited on the Settings page. A profile is valid where its file could be read again.
 """
 
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFrame, QLabel, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
@@ -21,48 +20,38 @@ from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
-from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
-from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
+from ui.widgets.controls import Shortcut, named
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.number_line import NumberKind, NumberLine
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_STEP = 0.0001
+_STEP: Final = 0.0001
 """The finest that a profile's number may be."""
-_NUMBER_PX = 120
+_USUAL_TEST_DAYS: Final = 180
+_ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
 
 
-class OptionalNumber(QWidget):
-    """A number with a check box; `value` is None while it is not checked, or where what is typed cannot be used."""
+class _Number:
+    """A row of the grid: a check box and a number, which is None while it is not checked or cannot be used."""
 
-    changed = Signal()
-
-    def __init__(
-        self, name: str, default: float, low: float, high: float, *, unit: str = "", step: float = _STEP
-    ) -> None:
-        super().__init__()
-        self.setObjectName(name)
+    def __init__(self, name: str, title: str, why: str, kind: NumberKind, default: float) -> None:
         self._default = default
-        self.tick = named(QCheckBox(), f"{name}_tick")
-        self.box = named(NumberLine(NumberKind.of(low, high, step, unit.strip()), start=default), f"{name}_value")
-        self.box.setMinimumWidth(_NUMBER_PX)
-        self.unit = named(QLabel(unit.strip()), f"{name}_unit", "muted")
-        self.range = named(QLabel(), f"{name}_range", "danger")
-        self.range.hide()
+        self.tick = named(QCheckBox(title), f"{name}_tick")
+        self.tick.setToolTip(why)
+        self.box = named(NumberLine(kind, start=default), f"{name}_value")
+        self.box.setAccessibleName(title)
+        self.box.setToolTip(why)
+        self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.tick.toggled.connect(self._on_tick)
-        self.box.edited.connect(self._on_edit)
-        in_row((self.tick, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.show_value(None)
 
     @property
     def value(self) -> float | int | None:
         number = self.box.number if self.tick.isChecked() else None
-        if number is None:
-            return None
-        return int(number) if number.is_integer() else number
+        return int(number) if number is not None and number.is_integer() else number
 
     @property
     def is_wrong(self) -> bool:
@@ -73,28 +62,12 @@ class OptionalNumber(QWidget):
             self.tick.setChecked(value is not None)
         self.box.show_number(self._default if value is None else value)
         self.box.setEnabled(value is not None)
-        self._show_range()
-
-    def show_title(self, title: str, why: str) -> None:
-        self.tick.setText(title)
-        self.tick.setToolTip(why)
-        self.tick.setAccessibleName(title)
-        self.box.setAccessibleName(title)
-        self.box.setToolTip(why)
 
     def _on_tick(self, is_on: bool) -> None:
         self.box.setEnabled(is_on)
         if not is_on:
             self.box.show_number(self._default)
-        self._on_edit()
-
-    def _on_edit(self) -> None:
-        self._show_range()
-        self.changed.emit()
-
-    def _show_range(self) -> None:
-        self.range.setText(self.box.kind.range_text if self.is_wrong else "")
-        self.range.setVisible(self.is_wrong)
+        self.box.edited.emit()
 
 
 class ManualEditor(QWidget):
@@ -121,12 +94,6 @@ class ManualEditor(QWidget):
         return ManualLine(self.text.text().strip(), self.required.isChecked())
 
 
-SUFFIX: Final = ".toml"
-_USUAL_TEST_DAYS: Final = 180
-_CHECK_TITLES: Final = {check.id: check.title for check in CHECKS}
-_ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
-
-
 class ProfileEditor(QWidget):
     """`saved`: the path of the file."""
 
@@ -141,43 +108,48 @@ class ProfileEditor(QWidget):
         self._path: Path | None = None
         self._original = self._unedited = Profile(name="")
         """As it is in its file, and as the fields show it: without spaces around its texts."""
-        self.title = named(QLabel(), "profile_editor_title", "title")
-        self.name = control(QLineEdit(), "profile_editor_name", says=tr("Name"))
-        self.airframe = control(QLineEdit(), "profile_editor_airframe", says=tr("Airframe"))
+        self.name, self.airframe = named(QLineEdit(), "profile_name"), named(QLineEdit(), "profile_airframe")
         for line in (self.name, self.airframe):
             line.setMaxLength(MAX_NAME_LENGTH)
             line.textEdited.connect(self.refresh)
-        self.activated_by = control(QComboBox(), "profile_editor_activated_by", says=tr("Activated by"))
-        self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_editor_service")
-        self.service.toggled.connect(self.refresh)
-        for who in _ACTIVATED:
-            self.activated_by.addItem("", who)
+        self.activated_by = named(QComboBox(), "profile_activated_by")
+        for who, text in _ACTIVATED.items():
+            self.activated_by.addItem(tr(text), who)
         WheelGuard(self.activated_by)
         self.activated_by.activated.connect(self.refresh)
+        self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
+        self.service.toggled.connect(self.refresh)
+        titles = {check.id: tr(check.title) for check in CHECKS}
         self.limits = {
-            name: OptionalNumber(f"profile_limit_{name}", limit.usual, limit.low, limit.high,
-                                 unit=limit.shown.partition("}")[2])
+            name: _Number(
+                f"profile_limit_{name}",
+                f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}",
+                tr(limit.why),
+                NumberKind.of(limit.low, limit.high, _STEP, limit.shown.partition("}")[2].strip()),
+                limit.usual,
+            )
             for name, limit in LIMITS.items()
-        }  # fmt: skip
-        days = _USUAL_TEST_DAYS, 1, MAX_TEST_DAYS
-        self.tests = {
-            test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days, step=1) for test in GUIDED_TESTS
         }
-        for number in (*self.limits.values(), *self.tests.values()):
-            number.changed.connect(self.refresh)
+        days = NumberKind.of(1, MAX_TEST_DAYS, 1, tr("days"))
+        self.tests = {
+            test.kind: _Number(
+                f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days, _USUAL_TEST_DAYS
+            )
+            for test in GUIDED_TESTS
+        }
         self.manual: list[ManualEditor] = []
         """The last one is empty: a new check is typed there."""
         self.strip = named(NoticeBar(), "profile_editor_notice")
-        self.cancel = control(QPushButton(tr("Cancel")), "profile_editor_cancel", key="Esc", slot=self.close_editor)
-        self.save_as = control(QPushButton(tr("Save as…")), "profile_editor_save_as", slot=self.choose_and_save)
-        self.save = control(
-            QPushButton(tr("Save")),
-            "profile_editor_save",
-            keys="Ctrl+S",
-            picture=Icon.SAVE,
-            role="primary",
-            slot=self._save,
-        )
+        self.cancel = named(QPushButton(tr("Cancel")), "profile_cancel")
+        self.save_as = named(QPushButton(tr("Save as…")), "profile_save_as")
+        self.save = named(QPushButton(tr("Save")), "profile_save", "primary")
+        for button, act in (
+            (self.cancel, self.close_editor),
+            (self.save_as, self.choose_and_save),
+            (self.save, self._save),
+        ):
+            button.clicked.connect(act)
+        Shortcut(self.save, "Ctrl+S")
         self._lay_out()
         VisibilityTimer(self, self.refresh)
 
@@ -235,21 +207,10 @@ class ProfileEditor(QWidget):
             return refusal.sentences
         return ()
 
-    def _wrong_numbers(self) -> list[OptionalNumber]:
+    def _wrong_numbers(self) -> list[_Number]:
         return [number for number in (*self.limits.values(), *self.tests.values()) if number.is_wrong]
 
     def refresh(self) -> None:
-        self.title.setText(tr("Profile"))
-        for name, number in self.limits.items():
-            limit = LIMITS[name]
-            title = f"{tr(_CHECK_TITLES[limit.check])} {'≤' if limit.is_maximum else '≥'}"
-            number.show_title(title, tr(limit.why))
-        for test in GUIDED_TESTS:
-            number = self.tests[test.kind]
-            number.show_title(tr(TITLES[test.kind]), tr("Not older than"))
-            number.unit.setText(tr("days"))
-        for place, who in enumerate(_ACTIVATED.values()):
-            self.activated_by.setItemText(place, tr(who))
         if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):
             self._add_manual(ManualLine(""))
         faults = self.faults()
@@ -267,15 +228,12 @@ class ProfileEditor(QWidget):
         if not self.is_edited:
             self.closed.emit()
             return
-        self.strip.show_notice(self._unsaved_notice())
-
-    def _unsaved_notice(self) -> Notice:
         keep = Choice("keep", tr("Cancel"), lambda: self.strip.show_notice(None))
         discard = Choice("discard", tr("Discard edits"), self.closed.emit, is_step=True)
-        return Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard))
+        self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
 
     def choose_and_save(self) -> None:
-        suggested = self._path or self._preferences.profile_folder / f"profile{SUFFIX}"
+        suggested = self._path or self._preferences.profile_folder / "profile.toml"
         self.ask_save(self, tr("Save as profile…"), suggested, "*.toml", self._save_to)
 
     def _save(self) -> None:
@@ -299,35 +257,28 @@ class ProfileEditor(QWidget):
         self.manual.append(row)
         self._manual_rows.addWidget(row)
 
-    # Construction
-
     def _lay_out(self) -> None:
-        head = captioned_row(
-            (tr("Name"), self.name),
-            (tr("Airframe"), self.airframe),
-            (tr("Activated by"), self.activated_by),
-        )
-        manual = QWidget()
+        head = QFormLayout()
+        head.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.ExpandingFieldsGrow)
+        rows = ((tr("Name"), self.name), (tr("Airframe"), self.airframe), (tr("Activated by"), self.activated_by))
+        for title, field in rows:
+            head.addRow(title, field)
+            field.setAccessibleName(title)
+        numbers = QGridLayout()
+        numbers.setColumnStretch(3, 1)
+        numbers.setHorizontalSpacing(Space.M)
+        for title, group in ((tr("Limits"), self.limits.values()), (tr("Guided tests"), self.tests.values())):
+            numbers.addWidget(named(QLabel(title), "profile_caption", "caption"), numbers.rowCount(), 0, 1, 4)
+            for number in group:
+                number.box.edited.connect(self.refresh)
+                row = numbers.rowCount()
+                for column, part in enumerate((number.tick, number.box, number.unit)):
+                    numbers.addWidget(part, row, column)
+        manual, content = QWidget(), named(QWidget(), "profile_editor_content")
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
-        content = named(QWidget(), "profile_editor_content")
-        in_column(
-            head, self._caption("limits", marked("Limits")), _card("profile_limits", self.limits.values()),
-            self._caption("tests", marked("Guided tests")), _card("profile_tests", self.tests.values()), self.service,
-            self._caption("manual", marked("Manual checks")), manual, 1,
-            of=content, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S),
-        )  # fmt: skip
-        scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"))
-        top = in_row(self.title, margins=(Space.M, Space.S))
-        foot = in_row(
-            1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)
-        )
-        in_column(top, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
-
-    def _caption(self, name: str, english: str) -> QLabel:
-        return named(QLabel(tr(english)), f"profile_editor_{name}", "caption")
-
-
-def _card(name: str, numbers: Iterable[OptionalNumber]) -> QFrame:
-    card = named(QFrame(), name, "card")
-    FlowRow(*numbers, of=card, margins=(Space.M, Space.S), is_even=True)
-    return card
+        caption = named(QLabel(tr("Manual checks")), "profile_manual_caption", "caption")
+        in_column(head, numbers, self.service, caption, manual, 1, of=content, spacing=Space.S, margins=(Space.M, 0))
+        scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"), is_vertical=True)
+        foot = in_row(1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.S))
+        heading = in_row(named(QLabel(tr("Profile")), "profile_title", "title"), margins=(Space.M, 0, 0, Space.S))
+        in_column(heading, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)

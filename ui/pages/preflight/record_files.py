@@ -1,11 +1,13 @@
-"""Exports reports and verifies files of records."""
+"""Exports and prints the report of a check, and verifies files of records."""
 
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Final
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QWidget
 
 from app.modules.labels import Printer
@@ -15,7 +17,7 @@ from app.records.verification import RecordState, Verification, is_green, verify
 from app.system.files import CANNOT_READ
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import error_text, join_sentences
+from app.text.sentences import error_text, join_sentences, not_written
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
@@ -24,8 +26,10 @@ from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
 
 SUFFIXES: Final = (".json", ".pdf")
+_NO_RECORD: Final = marked("No pre-flight record: {why}.")
 AskRecord = Callable[[QWidget, ThenPath], object]
 
 
@@ -39,21 +43,42 @@ class RecordFiles(QObject):
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
         self.printer: Printer = print_pages
+        self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
         self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
         self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
 
-    # Printing
+    # Reports
 
-    def print_record(self, signed: SignedRecord) -> None:
+    def export(self, signed: SignedRecord) -> None:
         """Ask for a file name, then write the report as PDF and JSON."""
         suggested = self._folder / f"{suggested_name(signed.record)}.pdf"
         write = partial(self._write_report, signed)
         self.ask_path(self._window, tr("Export report…"), suggested, "*.pdf", write)
 
+    def print(self, signed: SignedRecord) -> None:
+        """Open the report in the system's own viewer, which knows the printers."""
+        path = Path(mkdtemp(prefix="dps-s-")) / f"{suggested_name(signed.record)}.pdf"
+        self._write(signed, path, lambda: self._open(path))
+
     def _write_report(self, signed: SignedRecord, path: Path) -> None:
         self._folder = path.parent
-        self._result.write_file(path, partial(write_report, path, signed, self.printer), beside=".json")
+        self._write(signed, path, lambda: self._say_saved(path))
+
+    def _write(self, signed: SignedRecord, path: Path, then: Callable[[], object]) -> None:
+        write = partial(write_report, path, signed, self.printer)
+        self._result.begin(tr("Saving…"), lambda _running: write(), lambda _done: then(), partial(not_written, path))
+
+    def _open(self, path: Path) -> None:
+        self.open_in_system(QUrl.fromLocalFile(path))
+
+    def _say_saved(self, path: Path) -> None:
+        choices = (
+            Choice("open", tr("Open"), partial(self._open, path)),
+            Choice("folder", tr("Show in folder"), partial(self._open, path.parent)),
+        )
+        text = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
+        self._result.set_notice(Notice(Meaning.GOOD, text, choices, self._result.dismiss))
 
     # Verifying
 
@@ -82,15 +107,10 @@ class RecordFiles(QObject):
         self._result.notify(Meaning.ATTENTION, tr(CANNOT_READ, file=file, why=error_text(error)))
 
     def _notify_verified(self, path: Path, done: Verification) -> None:
-        file = clean(path.name, longest=60)
         meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
         if done.state is not RecordState.INTACT:
             meaning = Meaning.DANGER
         elif is_green(done):
             meaning = Meaning.GOOD
-
         sentences = join_sentences(sentence.translated() for sentence in done.sentences())
-        self._result.notify(meaning, f"{file} — {sentences}")
-
-
-_NO_RECORD: Final = marked("No pre-flight record: {why}.")
+        self._result.notify(meaning, f"{clean(path.name, longest=60)} — {sentences}")

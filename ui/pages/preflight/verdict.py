@@ -1,17 +1,17 @@
-"""Verdict banner, readable at three metres in the sun: word, shape and colour; and what it says.
+"""The verdict, readable at three metres in the sun: word, shape and colour; beside it what it rests on.
 
-Letters 15 mm high are read at three metres without effort; that is 96 px on a usual laptop. The shapes: GO is a filled
-disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon with a cross, void a broken ring,
-everything else an outline.
+GO is a filled disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon with a cross, void a
+broken ring; what is no verdict is an outline.
 """
 
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import QEvent, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, QResizeEvent
-from PySide6.QtWidgets import QLabel, QProgressBar
+from PySide6.QtCore import QRectF, QSize
+from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 
+from app.diagnosis.link_state import link_text
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Assessment, Verdict, meaning_of
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
@@ -20,61 +20,54 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController
 from ui.session.check import LOUD, ModuleCheck, Standing
+from ui.session.ports import Ports
 from ui.style.icons import themed_svg
-from ui.style.painted_widget import PaintedWidget, pen
-from ui.style.theme import Size, Space, current, font, scaled
-from ui.widgets.controls import named
-from ui.widgets.labels import ElidedLabel, FittedLabel
+from ui.style.theme import Size, Space, current, font
+from ui.widgets.controls import named, set_role
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 
-HEIGHT_PX: Final = 128
-LOW_PX: Final = 92
-"""On a low page."""
-WORD_PX: Final = 96
-QUIET_PX: Final = 44
-"""For a word that is no verdict."""
-_MIN_TEXT_PX: Final = 300
-_SHAPES: Final = Path(__file__).parent / "verdict.svg"
+WORD_PX: Final = 68
+"""Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below."""
 SPOKEN: Final = (*LOUD, Standing.VOID)
 """Announced as soon as they come."""
-
-MAX_NAMED = 5
-"""Checks named in the banner; the rows name all."""
+MAX_NAMED: Final = 5
+"""Checks named beside the verdict; the rows name all."""
+_SHAPES: Final = Path(__file__).parent / "verdict.svg"
 
 
 class Announcement(NamedTuple):
-    """Translated texts: `word` in large letters, beside it `head` and `lines`."""
+    """Translated texts: `word` in large letters, beside it `head` and `lines`. `progress`: 0 to 1, during a check."""
 
     standing: Standing
     word: str
     head: str = ""
     lines: tuple[str, ...] = ()
     progress: float | None = None
-    """0 to 1, during a check."""
 
 
-def announcement(work: PreflightController) -> Announcement:
+def announcement(work: PreflightController, ports: Ports) -> Announcement:
     last = work.last
     if last is None:
-        return _not_checked(work)
+        return _not_checked(work, ports)
     assessment = last.assessment
     if assessment is None:
         return _checking(last)
     if last.void is not None:
-        lines = (tr("The results below are void. Check again."), _footer(last)[1])
+        lines = (tr("The results below are void. Check again."), _whose(last))
         return Announcement(last.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
     if assessment.verdict is Verdict.NO_GO:
         return _failed(last, assessment)
     return _passed(last, assessment, is_active=work.reported_active)
 
 
-def _not_checked(work: PreflightController) -> Announcement:
+def _not_checked(work: PreflightController, ports: Ports) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
     head = tr("Connect or choose a module.")
     if work.can_check:
         head = tr("Start the check.")
-    elif work.is_open:
-        head = work.link_sentence
+    elif ports.current.is_open:
+        head = link_text(ports.current.state, ports.clock()).what
     lines = [tr("Set the aircraft level and do not touch it.")]
     if work.can_check and work.reported_active:
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
@@ -104,8 +97,7 @@ def _passed(check: ModuleCheck, assessment: Assessment, *, is_active: bool | Non
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
         what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
-    caveat, signature = _footer(check)
-    return Announcement(check.standing, tr(verdict.value), head, (*filter(None, (caveat,)), what, signature))
+    return Announcement(check.standing, tr(verdict.value), head, (*_caveats(check), what, _whose(check)))
 
 
 def _failed(check: ModuleCheck, assessment: Assessment) -> Announcement:
@@ -115,112 +107,84 @@ def _failed(check: ModuleCheck, assessment: Assessment) -> Announcement:
         listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
     head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.profile.activated_by).translated())
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
-    caveat, signature = _footer(check)
-    lines = (*filter(None, (caveat,)), tr("Not met: {names}", names=listed), signature)
+    lines = (*_caveats(check), tr("Not met: {names}", names=listed), _whose(check))
     return Announcement(Standing.NO_GO, tr(Verdict.NO_GO.value), head, lines)
 
 
-def _footer(check: ModuleCheck) -> tuple[str, str]:
-    """Caveats of the record, may be empty; then whose record it is, and how long a GO or READY holds."""
+def _caveats(check: ModuleCheck) -> tuple[str, ...]:
+    caveats = () if check.filed is None else check.filed.record.caveats
+    return (join_sentences(caveat.translated() for caveat in caveats),) if caveats else ()
+
+
+def _whose(check: ModuleCheck) -> str:
+    """Whose record it is, when it was made, and how long a GO or READY holds."""
     if check.filed is None:
-        return "", ""
-    record = check.filed.record
-    left_s = check.expires_in_s
+        return ""
+    record, left_s = check.filed.record, check.expires_in_s
     parts = [part for part in (record.module, record.aircraft, record.who) if part]
     parts.append(f"{record.at:%H:%M:%S}")
     if left_s is not None:
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
-    return join_sentences(caveat.translated() for caveat in record.caveats), " · ".join(parts)
+    return " · ".join(parts)
 
 
-def low_px() -> int:
-    """The height on a low page: of the head and two rows in the size of text in use."""
-    rows = QFontMetricsF(font(Size.TITLE, is_bold=True)).height() + 2 * QFontMetricsF(font(Size.SMALL)).height()
-    return max(LOW_PX, round(rows) + 2 * Space.S)
+class _Shape(QWidget):
+    """The shape of a standing, in the colours of the theme in use."""
+
+    def __init__(self, side_px: int) -> None:
+        super().__init__()
+        self.setObjectName("verdict_shape")
+        self.setFixedSize(QSize(side_px, side_px))
+        self.standing = Standing.NOT_CHECKED
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme, meaning = current(), LOUD.get(self.standing)
+        ink, ground = (theme.text, theme.surface) if meaning is None else theme.tint(meaning)[2:0:-1]
+        painter = QPainter(self)
+        shapes = themed_svg(_SHAPES, ink=ink, ground=ground)
+        shapes.render(painter, self.standing.value.replace(" ", "_"), QRectF(self.rect()))
+        painter.end()
 
 
-class VerdictBanner(PaintedWidget):
-    """Shows one announcement, at a height that does not depend on it. What has no room is elided at its end."""
+class VerdictBanner(QFrame):
+    """Shows one announcement; each verdict has the same height."""
+
+    accessible_role: ClassVar = QAccessible.Role.StaticText
 
     def __init__(self) -> None:
         super().__init__()
         named(self, "verdict")
         self.announcement = Announcement(Standing.NOT_CHECKED, "")
-        self._word, self._head = named(QLabel(), "verdict_word"), named(ElidedLabel(), "verdict_head", "title")
-        self._word.setMinimumWidth(1)  # it becomes smaller with the banner
-        self._lines, self._bar = named(FittedLabel(), "verdict_lines"), QProgressBar()
+        self._loud, self._quiet = QFont(font(Size.NUMBER)), QFont(font(Size.NUMBER))
+        self._loud.setPixelSize(WORD_PX)  # also where the text is larger: it is large enough
+        for letters in (self._loud, self._quiet):
+            letters.setWeight(QFont.Weight.Bold)
+        self._shape = _Shape(WORD_PX)
+        self._word = named(QLabel(), "verdict_word")
+        self._word.setMinimumHeight(QFontMetrics(self._loud).height())
+        self._head, self._lines = text_label("verdict_head"), text_label("verdict_lines")
+        self._bar = named(QProgressBar(), "verdict_progress")
         self._bar.setTextVisible(False)
-        self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)  # close to their head
-        texts = in_column(self._head, (self._lines, 1), self._bar, spacing=0)
-        self._row = in_row(self._word, (texts, 1), of=self, spacing=Space.L)
-        self.use_height(HEIGHT_PX)
-
-    def use_height(self, height_px: int) -> None:
-        if height_px != self.maximumHeight():
-            self.setFixedHeight(height_px)
-            self._row.setContentsMargins(height_px, Space.S, Space.L, Space.S)  # the shape is painted before the word
-            self._fit()
+        texts = in_column(1, self._head, self._lines, self._bar, 1, spacing=2)
+        in_row(self._shape, self._word, (texts, 1), of=self, spacing=Space.L, margins=(Space.L, Space.XS))
 
     def show_announcement(self, shown: Announcement) -> None:
-        if shown == self.announcement and self.accessibleName():
+        if shown == self.announcement and self.toolTip():
             return
         self.announcement = shown
         text = ". ".join(part.rstrip(".。") for part in (shown.word, shown.head, *shown.lines) if part)
         self.setToolTip(text)
-        self.announce(text, name=shown.word)
+        self.setAccessibleName(text)
+        self._word.setFont(self._loud if shown.standing in SPOKEN else self._quiet)
         self._word.setText(shown.word)
         self._head.setText(shown.head)
-        self._lines.show_text("".join(shown.lines[:1]), "\n".join(shown.lines[1:]))
+        self._lines.setText("\n".join(line for line in shown.lines if line))
         self._bar.setVisible(shown.progress is not None)
         self._bar.setValue(round(100 * (shown.progress or 0.0)))
-        self._fit()
-
-    def _fit(self) -> None:
-        """The word is as large as the height and the texts beside it allow."""
-        standing = self.announcement.standing
-        word_font = font(Size.HERO)
-        size = WORD_PX * self.maximumHeight() // HEIGHT_PX if standing in SPOKEN else QUIET_PX
-        room_px = self.width() - self.maximumHeight() - scaled(_MIN_TEXT_PX)
-        word_font.setWeight(QFont.Weight.Bold)
-        word_font.setPixelSize(size)
-        while size > Size.NUMBER and QFontMetricsF(word_font).horizontalAdvance(self._word.text()) > room_px:
-            size -= 4
-            word_font.setPixelSize(size)
-        self._word.setFont(word_font)
-        inks = QPalette()
-        inks.setColor(QPalette.ColorRole.WindowText, QColor(self._colours()[0]))
-        for label in (self._word, self._head, self._lines):
-            label.setPalette(inks)
-
-    def _colours(self) -> tuple[str, str]:
-        """Of what is written, and of the ground."""
-        standing, theme = self.announcement.standing, current()
-        if (meaning := LOUD.get(standing)) is not None:
-            return theme.tint(meaning).on_fill, theme.tint(meaning).fill
-        return theme.information.ink if standing is Standing.CHECKING else theme.text, theme.surface
-
-    # Qt
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() is QEvent.Type.PaletteChange:
-            self._fit()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        standing, theme, (ink, ground) = self.announcement.standing, current(), self._colours()
-        painter = self.begin_paint()
-        edges = {Standing.VOID: pen(ink, 3.0, is_dashed=True), Standing.CHECKING: pen(ink, 2.0)}
-        quiet = pen(theme.border, theme.border_px, is_dashed=True)
-        painter.setPen(pen(ground, 1.0) if standing in LOUD else edges.get(standing, quiet))
-        painter.setBrush(QColor(ground))
-        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1.5, 1.5, -1.5, -1.5), 8, 8)
-        side = self.height() - 2.0 * Space.L
-        shape = QRectF(Space.L, Space.L, side, side)
-        shapes = themed_svg(_SHAPES, ink=ink, ground=ground)
-        shapes.render(painter, standing.value.replace(" ", "_"), shape)
-        painter.end()
+        self._shape.standing = shown.standing
+        self._shape.update()
+        meaning = LOUD.get(shown.standing)
+        role = "quiet" if meaning is None else meaning.value
+        for part in (self, self._word, self._head, self._lines):
+            set_role(part, f"verdict-{role}")

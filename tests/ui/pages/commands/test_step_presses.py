@@ -177,7 +177,7 @@ def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QAp
     with gesture_bench(qapp, tmp_path, pages=("commands", "preflight")) as bench:
         bench.window.go_to("preflight")
         page = bench.preflight
-        bench.go_and_click(page.buttons.run)
+        bench.go_and_click(page.run)
         bench.until(lambda: page.work.standing is Standing.NO_GO)
         enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
         page.list.ensureWidgetVisible(enable)

@@ -20,7 +20,6 @@ from tests.support.line.frames import at_each_frame
 from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
-from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
 
 
@@ -57,7 +56,6 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     count = re.sub(r"\D", "", page.list.fold.text())
     assert f"Passed: {count};" in page.banner.accessibleName()  # as the list below says, warnings apart
     assert page.activation.isVisible()
-    rig.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
     ready = page.work.signed
     activate(rig)
     rig.wait_standing(Standing.GO)
@@ -94,7 +92,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     check = port.module.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
     assert (first.standing, page.work.standing) == (Standing.VOID, Standing.CHECKING)
     assert port.module.is_busy  # no page reads by itself beside it
-    rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
+    rig.until(lambda: not page.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
     assert rig.last is check
     assert check.held is not None
@@ -148,7 +146,7 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
     with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
         page = bench.preflight
         page.tick()
-        assert page.buttons.enable.text() == "Lock, enable and check again"
+        assert page.enable.text() == "Lock, enable and check again"
         assert "lock it first" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
@@ -167,15 +165,14 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "met", "preflight", active=True) as bench:
         page = bench.preflight
-        bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
-        settle(page.buttons.enable)
-        bench.click(page.buttons.enable)
+        bench.until(lambda: page.enable.text() == "Lock, enable and check again")
+        settle(page.enable)
+        bench.click(page.enable)
         bench.wait_standing(Standing.READY, Standing.NO_GO, Standing.VOID)
         assert page.work.standing is Standing.READY
         assert not bench.bench.module.state.is_active
         assert set(bench.acts[:-2]) == {LOCK}
         assert [act.command.name for act in bench.acts[-2:]] == ["freefall_trigger", "attitude_trigger"]
-        assert page.buttons.enable.text() == "Enable triggers and check"
         activate(bench)
         bench.wait_standing(Standing.GO)
         assert bench.acts[-1] == REQUESTS[Act.ACTIVATE]
@@ -197,10 +194,10 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "stays", "preflight", active=True) as bench:
         page = bench.preflight
-        bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
+        bench.until(lambda: page.enable.text() == "Lock, enable and check again")
         hear_lock = at_each_frame(bench.bench, lambda request: request != LOCK)
-        settle(page.buttons.enable)
-        bench.click(page.buttons.enable)
+        settle(page.enable)
+        bench.click(page.enable)
         bench.wait(0.5)
         if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
             bench.assembly.ports.current.treat_as_another()

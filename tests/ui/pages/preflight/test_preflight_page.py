@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
@@ -20,8 +20,6 @@ from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
-from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.preflight_window import (
     NOBODY,
     VERDICTS,
@@ -32,14 +30,10 @@ from tests.support.window.preflight_window import (
     on_bench,
     said,
 )
-from tests.support.window.steps import await_child, choosing, find, given, let_lay_out, notice_text
-from ui.pages.preflight.page import PreflightPage
-from ui.pages.preflight.row import Mend, remedy
-from ui.pages.preflight.verdict import Announcement, VerdictBanner
+from tests.support.window.steps import choosing, find, given, notice_text
+from ui.pages.preflight.remedy import Mend, remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
-from ui.style.theme import Choice, Meaning
-from ui.widgets.labels import FittedLabel
 
 PROFILE = """
 format = 1
@@ -52,22 +46,11 @@ text = "<b>Pack date</b>"
 """
 
 
-def test_who_was_named_on_another_page_checks_the_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Else the check of the same person is not signed."""
-    with on_bench(qtbot, qapp, tmp_path, "named", "preflight", "triggers", is_connected=False) as bench:
-        window, form = bench.assembly.window, bench.preflight.form
-        for who in ("Li", "Chen"):  # who is named here stays
-            window.go_to("triggers")
-            form._services.preferences.who = who  # as the page Tests does
-            window.go_to("preflight")
-            assert form.committed[0] == form.who.text() == "Li"
-
-
 def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "repair", "preflight", cell=3.6) as bench:
         page = bench.preflight
         assert page.banner.announcement.standing is Standing.NOT_CHECKED
-        assert not page.buttons.print.isEnabled()
+        assert not page.export.isEnabled()
         name_module(bench, "M-07")
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []  # questions only
@@ -76,10 +59,9 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
         assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
         row = page.list.rows["cell_voltage"]
-        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAILED", "3.60 V", "≥ 3.80 V")
+        assert (row.word.text(), row.measured.text(), row.limit.text()) == ("FAILED", "3.60 V", "≥ 3.80 V")
         assert "Charge it" in row.reason.text()
-        assert row.chip.meaning is Meaning.DANGER
-        assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"
+        assert page.list.rows["attitude_trigger"].word.text() == "UNKNOWN"
         assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
         bench.bench.set_world(cell_v=4.0)
         enable = page.list.rows["attitude_trigger"].act
@@ -102,8 +84,13 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"
         page.files.ask_path = choosing(target)
-        bench.click(page.buttons.print)
+        bench.click(page.export)
         bench.until(lambda: "report.pdf" in said(bench))
+        opened: list[str] = []
+        page.files.open_in_system = lambda url: opened.append(url.toLocalFile())
+        for choice in ("open", "folder"):
+            bench.click(given(page.strip.button(choice)))
+        assert opened == [str(target), str(tmp_path)]
         for suffix in (".pdf", ".json"):
             assert verify_file(target.with_suffix(suffix), NOBODY).state is RecordState.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))["record"]
@@ -143,17 +130,17 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
     ]
     rig.click(other.bad)
     assert rig.check() is Standing.NO_GO
-    assert other.chip.word == "Not OK"
+    assert other.word.text() == "Not OK"
     later = lambda: rig.clock() + 1000.0  # noqa: E731
     rig.assembly.ports.clock = rig.assembly.ports.current._clock = later
     page.tick()  # a quarter of an hour later the ticks are of another flight
-    assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
+    assert [row.word.text() for row in page.list.manual] == ["skipped", "skipped"]
 
 
 def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, full_rig: OnBench) -> None:
     page = full_rig.preflight
     name_module(full_rig, "M-08")
-    full_rig.click(page.buttons.enable)
+    full_rig.click(page.enable)
     full_rig.triggers.name_field.setFocus()
     qtbot.keyClicks(full_rig.find(QLineEdit, "triggers_module_edit"), "M-09")
     qtbot.keyClick(full_rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
@@ -290,6 +277,12 @@ def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication,
         assert len(bench.acts) == 2
         target = tmp_path / "report.pdf"
         page.files.ask_path = choosing(target)
+        press()  # ask to activate, which sends nothing
+        assert page.activation.confirm.is_asking
+        page.activation.confirm.withdraw()
+        assert len(bench.acts) == 2
+        bench.bench.module.activate(is_active=True)
+        bench.wait_standing(Standing.GO)
         press()  # export the report
         bench.until(target.exists)
         assert len(bench.acts) == 2
@@ -340,38 +333,3 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
     with on_bench(qtbot, qapp, tmp_path, "homeless", "preflight") as bench:
         assert bench.check() is Standing.READY
         assert "Not kept." in said(bench)
-
-
-def test_the_banner_says_first_what_limits_the_verdict_and_gives_the_rest_in_full(qtbot: QtBot) -> None:
-    against = "Not met: " + ", ".join(["Attitude trigger enabled"] * 15)
-    banner = VerdictBanner()
-    qtbot.addWidget(banner)
-    banner.resize(640, banner.height())
-    banner.show()
-    banner.show_announcement(Announcement(Standing.NO_GO, "NO-GO", "Do not fly", ("SIMULATED: no evidence.", against)))
-    let_lay_out(banner)
-    lines = find(banner, FittedLabel, "verdict_lines")
-    assert lines.text().startswith("SIMULATED: no evidence.")
-    assert lines.text().endswith("…")
-    assert against in banner.toolTip()
-    assert cut_off(banner) == []
-
-
-def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    """With the act of activation, or with a notice."""
-    with window(qapp, tmp_path, entries=page_entries("preflight")) as assembly:
-        assembly.appearance.choose(Choice.SUNLIGHT)
-        assembly.window.resize(1024, 600)
-        page = await_child(qtbot, assembly.window, PreflightPage)
-        assembly.window.panel.hide()
-        let_lay_out(page)
-        empty_px = page.minimumSizeHint().height()
-        for more in (page.activation, page.strip):
-            page.result.notify(Meaning.INFORMATION, "The simulated module is not at rest.")
-            page.strip.hide()
-            more.show()
-            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
-            assert empty_px < page.minimumSizeHint().height() <= page.height(), more.objectName()
-            more.hide()

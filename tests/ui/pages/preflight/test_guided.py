@@ -32,8 +32,8 @@ LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
-    bench.guided._services.preferences.who = "Li"
-    bench.guided._services.ports.current.module.say_name("M-07")
+    bench.preflight.form.who.setText("Li")
+    bench.assembly.ports.module.say_name("M-07")
     return bench
 
 
@@ -64,7 +64,7 @@ def act_as_told(bench: GestureBench, hands: Hands) -> None:
     """Until the test is over."""
     page, ends_at = bench.guided, bench.clock.now_s + 300.0
     while page.work.is_running:
-        assert bench.clock.now_s < ends_at, page.instruction.text()
+        assert bench.clock.now_s < ends_at, page.title.text()
         report = page.work.report
         if report is not None:
             hands.hear(report)
@@ -76,8 +76,8 @@ def act_as_told(bench: GestureBench, hands: Hands) -> None:
 
 def start(bench: GestureBench, kind: GuidedKind) -> None:
     page = bench.guided
-    bench.window.go_to("tests")
-    page.go_to(kind.value)
+    bench.show_guided()
+    page.choose(kind)
     bench.wait(0.3)
     if page.made_safe.isVisible():
         assert not page.primary.isEnabled()
@@ -136,7 +136,7 @@ def test_the_picture_shows_what_the_instruction_says(bench: GestureBench) -> Non
     for tilt_deg, text, number in ((30, "Hold it level.", 0), (0, "Tilt it slowly forward until it fires", 1),
                                    (70, "It fired. Level it slowly.", 0)):  # fmt: skip
         bench.bench.set_world(tilt_deg=tilt_deg)
-        bench.until(lambda text=text: page.instruction.text() == text)
+        bench.until(lambda text=text: page.title.text() == text)
         assert (page.picture.accessibleName(), page.picture.step) == (f"Picture: {text}", number)
 
 
@@ -145,22 +145,22 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
     bench: GestureBench,
 ) -> None:
     page = bench.guided
-    bench.window.go_to("tests")
+    bench.show_guided()
     for kind in KINDS:
-        page.go_to(kind.value)
+        page.choose(kind)
         assert page.safety.text()
         assert page.made_safe.isVisible() is (kind is GuidedKind.TILT)
-    page.go_to("tilt")
+    page.choose(GuidedKind.TILT)
     bench.wait(0.3)
     assert not page.primary.isEnabled()
     page.made_safe.click()
     bench.until(page.primary.isEnabled)
-    page.go_to("bay")
-    page.go_to("tilt")
+    page.choose(GuidedKind.BAY)
+    page.choose(GuidedKind.TILT)
     assert not page.made_safe.isChecked()
     for kind in KINDS:
         start(bench, kind)
-        bench.guided.go_to(next(other for other in KINDS if other is not kind).value)
+        bench.guided.choose(next(other for other in KINDS if other is not kind))
         assert (bench.guided.work.kind, bench.guided.work.is_running) == (kind, True)
         assert bench.sent == []
         bench.guided.work.cancel()
@@ -172,8 +172,8 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
     bench: GestureBench,
 ) -> None:
     bench.settle_module(is_active=True)
-    bench.window.go_to("tests")
-    bench.guided.go_to("bay")
+    bench.show_guided()
+    bench.guided.choose(GuidedKind.BAY)
     bench.wait(0.5)
     assert not bench.guided.primary.isEnabled()
     assert "ACTIVE" in notice_text(bench.guided.notice_bar)
@@ -182,7 +182,7 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
     bench.bench.plug()
     bench.connect()
     bench.settle_module(is_active=False)
-    bench.guided.go_to("bay")  # which test was chosen was of the conversation before
+    bench.guided.choose(GuidedKind.BAY)  # which test was chosen was of the conversation before
     bench.until(bench.guided.primary.isEnabled)
     for kind in KINDS[1:3]:
         start(bench, kind)

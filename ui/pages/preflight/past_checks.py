@@ -27,41 +27,35 @@ from ui.services.context import Services
 from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, Theme, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.visibility_timer import VisibilityTimer
 
 _DOT_PX: Final = 7
+_ROW_PX: Final = 26
+Read = tuple[Sequence[str], Sequence[CheckLine]]
 
 
 class VoltageTrend(StaticPlot):
     """Equal distances between the checks, since days or minutes may lie between them."""
 
-    usual: ClassVar = QSize(240, 96)
+    usual: ClassVar = QSize(240, 88)
     least: ClassVar = QSize(160, 88)
-    head_rows: ClassVar = 1
 
     def __init__(self) -> None:
         super().__init__("trend_cell_voltage_v")
         self.values: tuple[float, ...] = ()
-        self._title = named(QLabel(), "trend_cell_voltage_v_title", "small")
-        self._last = named(QLabel(), "trend_cell_voltage_v_last", "small")
-        self.column.addLayout(in_row(self._title, 1, self._last))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_values(self, values: Sequence[float]) -> None:
         """From the oldest to the newest."""
         self.values = tuple(values)
-        title = tr("Cell voltage")
-        self._title.setText(title)
-        self._last.setText(_volts(values[-1]) if values else "")
-        text = labelled(title, tr("not measured yet"))
+        text = labelled(tr("Cell voltage"), tr("not measured yet"))
         if values:
             text = tr(
                 "{title}: {low} to {high}, last {last}; checks: {count}",
-                title=title,
+                title=tr("Cell voltage"),
                 count=len(values),
                 low=_volts(min(values)),
                 high=_volts(max(values)),
@@ -76,29 +70,18 @@ class VoltageTrend(StaticPlot):
         if not values:
             self.show_nothing(tr("not measured yet"))
             return
-        low = min(values)
-        high = max(values)
+        low, high = min(values), max(values)
         colour = QColor(theme.curves[0])
         edge = (high - low) / 5 or 1.0  # room for the symbols
         self.set_range((-0.2, len(values) - 0.8), (low - edge, high + edge))
         line = pg.mkPen(colour, width=theme.line_px + 0.5)
-        curve = pg.PlotDataItem(
-            values, pen=line, symbol="o", symbolSize=scaled(_DOT_PX), symbolBrush=colour, symbolPen=None, antialias=True
-        )
-        self.add(curve)
+        dots = {"symbol": "o", "symbolSize": scaled(_DOT_PX), "symbolBrush": colour, "symbolPen": None}
+        self.add(pg.PlotDataItem(values, pen=line, antialias=True, **dots))
         self.show_ticks("left", [(value, _volts(value)) for value in sorted({low, high})])
 
 
 def _volts(value: float) -> str:
     return f"{value:.2f} V"
-
-
-_ROW_PX: Final = 26
-_TABLE_PX: Final = 110
-
-
-def _verdict(check: CheckLine) -> str:
-    return check.words.translated()
 
 
 def _widest_verdict() -> str:
@@ -112,7 +95,9 @@ def _verdict_icon(check: CheckLine) -> QIcon:
 
 _COLUMNS: Final = (
     TableColumn[CheckLine](marked("Time"), lambda check: local_time(check.at), widest=lambda: "0000-00-00 00:00:00"),
-    TableColumn[CheckLine](marked("Verdict"), _verdict, picture=_verdict_icon, widest=_widest_verdict),
+    TableColumn[CheckLine](
+        marked("Verdict"), lambda check: check.words.translated(), picture=_verdict_icon, widest=_widest_verdict
+    ),
     TableColumn[CheckLine](marked("Module"), lambda check: check.module or "—", stretches=True),
     TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True, is_spare=True),
     TableColumn[CheckLine](marked("Checked by"), lambda check: check.who or "—", stretches=True, is_spare=True),
@@ -122,79 +107,65 @@ _COLUMNS: Final = (
 )
 
 
-def _row_sentence(check: CheckLine) -> str:
-    return " · ".join(column.text(check) for column in _COLUMNS)
+class PastChecks(QWidget):
+    """`export_wanted`: the id of a kept check."""
 
-
-class CheckHistory(QWidget):
-    """`print_wanted`: the id of a kept check."""
-
-    closed = Signal()
-    print_wanted = Signal(str)
+    export_wanted = Signal(str)
 
     def __init__(self, services: Services) -> None:
         super().__init__()
-        self.setObjectName("check_history")
+        self.setObjectName("past_checks")
         self._services = services
         self.checks: tuple[CheckLine, ...] = ()
-        self._loading: BackgroundTask[tuple[Sequence[str], Sequence[CheckLine]]] = BackgroundTask(
-            "dps-s past checks", self
-        )
-        self.filter = control(QComboBox(), "check_history_filter", says=tr("Past checks"))
+        self._loading: BackgroundTask[Read] = BackgroundTask("dps-s past checks", self)
+        self.filter = named(QComboBox(), "past_checks_filter")
+        self.filter.setAccessibleName(tr("Past checks"))
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
-        self.count = named(QLabel(), "check_history_count", "muted")
+        self.filter.activated.connect(lambda _row: self._reload(self.filter.currentData() or ("module", None)))
+        self.count = named(QLabel(), "past_checks_count", "muted")
         self.table = RowsTable(
-            "check_history_table",
+            "past_checks_table",
             tr("Past checks"),
             _COLUMNS,
             lambda check: check.id,
-            _row_sentence,
+            lambda check: " · ".join(column.text(check) for column in _COLUMNS),
             row_px=_ROW_PX,
             is_single=True,
         )
-        self.trend = VoltageTrend()
-        self.station = text_label("station_own", "muted", is_selectable=True)
-        self.back = control(
-            QPushButton(tr("Back")), "check_history_back", key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed
-        )
-        self.print = control(
-            QPushButton(tr("Export report…")), "check_history_print", picture=Icon.SAVE, slot=self._print
-        )
-        self.filter.activated.connect(self.refresh_rows)
         self.table.selectionModel().selectionChanged.connect(self._enable)
-        self._lay_out()
-        VisibilityTimer(self, restyle=self._fit_table)
-        self._fit_table()
-
-    def _fit_table(self) -> None:
-        """Some rows are in sight however large the text: the page scrolls below them."""
-        self.table.setMinimumHeight(scaled(_TABLE_PX))
+        self.trend = VoltageTrend()
+        self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
+        self.station = text_label("past_checks_station", "muted", is_selectable=True)
+        self.export = named(QPushButton(icon(Icon.SAVE), tr("Export report…")), "past_checks_export")
+        self.export.clicked.connect(self._export)
+        head = in_row(self.filter, 1, self.count, spacing=Space.M)
+        foot = in_row((self.station, 1), self.export, spacing=Space.M)
+        in_column(
+            head, (self.table, 1), self.trend, foot, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S)
+        )
 
     def open(self) -> None:
         """Reload everything and select the named module."""
         ports = self._services.ports
         name = ports.module.name
+        self._show_station()
         self._reload(("module", name if name in ports.known_names() else None))
-
-    def refresh_rows(self) -> None:
-        self._reload(self.filter.currentData() or ("module", None))
 
     def _reload(self, chosen: tuple[str, str | None]) -> None:
         """`chosen`: the entry of the filter, a module or an aircraft."""
-        self._show_station()
         store, (kind, which) = self._services.storage.store, chosen
         if not isinstance(store, Store):
             self._fail(store)
             return
 
-        def read(facts: Facts) -> tuple[Sequence[str], Sequence[CheckLine]]:
+        def read(facts: Facts) -> Read:
             checks = checks_in(facts, aircraft=which) if kind == "aircraft" else checks_in(facts, which)
             return aircraft_in(facts), checks
 
         self._loading.run(lambda _running: store.read(read), partial(self._show_read, chosen), self._fail)
 
-    def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
+    def _show_read(self, chosen: tuple[str, str | None], read: Read) -> None:
         aircraft, checks = read
         self.filter.clear()
         for known in self._services.ports.known_names():
@@ -233,18 +204,8 @@ class CheckHistory(QWidget):
             self.station.setText(tr("This station: {fingerprint}", fingerprint=fingerprint))
 
     def _enable(self) -> None:
-        self.print.setEnabled(any(not check.is_void for check in self.table.chosen()))
+        self.export.setEnabled(any(not check.is_void for check in self.table.chosen()))
 
-    def _print(self) -> None:
+    def _export(self) -> None:
         for check in self.table.chosen():
-            self.print_wanted.emit(check.id)
-
-    def _lay_out(self) -> None:
-        title = named(QLabel(tr("Past checks")), "check_history_title", "title")
-        head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
-        self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
-        content = named(QWidget(), "check_history_content")
-        in_column((self.table, 1), self.trend, self.station, of=content, spacing=Space.S, margins=0)
-        scroll = scroll_area(content, "check_history_scroll", tr("Past checks"), is_vertical=True)
-        foot = in_row(self.back, 1, self.print, spacing=Space.S)
-        in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+            self.export_wanted.emit(check.id)

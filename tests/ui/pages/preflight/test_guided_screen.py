@@ -1,27 +1,22 @@
 """The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling; the
 picture of each step; the printed results."""
 
-import json
-from pathlib import Path
-
 import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 
 from app.engine.conversation import ConversationView
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
-from app.records.report import guided_html
+from app.guided.results import GuidedKind
 from app.text.i18n import CHINESE, ENGLISH
-from app.text.messages import UserMessage
 from protocol.fields import Value
 from tests.gestures.gesture_bench import GestureBench
-from tests.support.window.steps import choosing, find, given, notice_text
+from tests.support.window.steps import find, notice_text
 from tests.support.window.walk import SMALL_SCREEN
-from tests.ui.pages.tests.test_guided_page import activated
-from ui.pages.tests.widgets import GuidedPicture, show_live
+from tests.ui.pages.preflight.test_guided import activated
+from ui.pages.preflight.guided import GuidedPicture, live_text
 from ui.session.guided import Stage
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, use
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, use
 from ui.widgets.step_button import is_in_sight
 
 
@@ -39,18 +34,18 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     """Nor is anything scrolled where the screen is as large as we ask for. A value stands beside its limit, and an
     unknown state is not said."""
     page = bench.guided
-    bench.window.go_to("tests")
+    bench.show_guided()
     for kind in (test.kind for test in GUIDED_TESTS):
-        page.go_to(kind.value)
+        page.choose(kind)
         bench.wait(0.2)
-        for label in (page.title, page.safety, page.instruction):
+        for label in (page.title, page.safety):
             assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
         place = page.primary.mapTo(page, QPoint(0, 0))
         assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
     if spoken == CHINESE:
         return
     bench.window.resize(SMALL_SCREEN)
-    scroll = find(page, QScrollArea, "tests_scroll")
+    scroll = find(page, QScrollArea, "guided_scroll")
     bar = scroll.verticalScrollBar()
     page.work.choose(GuidedKind.TILT)
     bench.refresh()
@@ -60,9 +55,8 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     bench.prepare_test(GuidedKind.TILT)
     bench.turn()
     assert (page.work.stage, bar.maximum()) == (Stage.CONFIRMING, 0)
-    assert is_in_sight(page.instruction)
+    assert is_in_sight(page.title)
     assert is_in_sight(page.activate.confirm)
-    assert not page.title.isVisible()
     page.work.cancel()
     bench.until(lambda: page.work.stage is Stage.DONE)
     bench.refresh()
@@ -73,10 +67,8 @@ def test_every_stage_fits_and_nothing_is_cut_off_in_either_language(
     known: dict[str, Value | None] = {"tilt_deg": 12, "attitude_threshold_deg": 60}
     monkeypatch.setattr(ConversationView, "fresh", lambda _self, key, _now: known.get(key))
     page.work.choose(GuidedKind.TILT)
-    for known["triggered"], note in ((None, ""), (False, "not triggered"), (True, "TRIGGERED")):
-        show_live(page.live, page.work, bench.assembly.ports)
-        assert (page.live.text, page.live.note) == ("12°", note)
-        assert "limit 60°" in page.live.accessibleDescription() + page.live.accessibleName()
+    for known["triggered"], note in ((None, ""), (False, " · not triggered"), (True, " · TRIGGERED")):
+        assert live_text(page.work, page.module) == f"Tilt: 12° · limit 60°{note}"
 
 
 @pytest.mark.usefixtures("qapp")
@@ -93,37 +85,6 @@ def test_every_step_has_a_picture_of_its_own() -> None:
                 picture.show_step(test.kind, step, "a step")
                 seen.append(picture.grab().toImage())
     assert not [(one, two) for two in range(len(seen)) for one in range(two) if seen[one] == seen[two]]
-
-
-def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path) -> None:
-    page, name = bench.guided, "<M-07>"
-    bench.window.go_to("tests")
-    bench.refresh()
-    assert not page.export.isEnabled()
-    bench.assembly.storage.open_store()
-    page.work.who = "Li"
-    page._services.ports.current.module.say_name(name)
-    angle = MeasuredValue(UserMessage("Tilt"), UserMessage("61°"), UserMessage("≤ 62°"), passed_if(True))
-    page.work._keep_result(GuidedResult(GuidedKind.TILT, (angle,)))
-    bench.until(page.export.isEnabled, limit_s=10_000.0)
-    (tmp_path / "check.json").write_text('{"format": "a record of a pre-flight check"}', encoding="utf-8")
-    said = []
-    names = ("results.pdf", "results.pdf", "no folder/results.pdf", "check.pdf")  # its own results may be replaced
-    for path in (tmp_path / name for name in names):
-        page.ask_path = choosing(path)
-        page.export.click()
-        bench.until(lambda: not page.exported.is_writing, limit_s=10_000.0)
-        notice = given(page.exported.result_notice())
-        said.append((notice.meaning, f"{path}, {path.with_suffix('.json')}" in notice.text))
-    assert said == [(Meaning.GOOD, True), (Meaning.GOOD, True), (Meaning.ATTENTION, False), (Meaning.ATTENTION, False)]
-    assert "a record" in (tmp_path / "check.json").read_text(encoding="utf-8")
-    assert (tmp_path / "results.pdf").read_bytes().startswith(b"%PDF")
-    assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["tests"][0]["verdict"] == "passed"
-    printed = guided_html(name, [test.plain() for test in page.work.last.values()])
-    assert "<M-07>" not in printed
-    assert all(
-        words in printed for words in ("&lt;M-07&gt;", "Attitude trigger", "passed", "Li, simulated", "61° (≤ 62°)")
-    )
 
 
 def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:

@@ -1,0 +1,476 @@
+"""The guided tests: the list at the left, the chosen one at the right, step by step.
+
+Leaving them during a test (another view or page, a closed or minimised window, a program error) ends the test, and
+locks the module if the test may have made it active.
+"""
+
+from pathlib import Path
+from typing import ClassVar, Final, NamedTuple
+
+from PySide6.QtCore import QEvent, QObject, QRectF, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtGui import QColor, QPaintEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QSizePolicy,
+    QStackedLayout,
+    QWidget,
+)
+
+from app.guided.catalogue import GUIDED_TESTS
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
+from app.procedures.act import Performed
+from app.procedures.lock import SENTENCES
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.safety.last_known import Activation
+from app.safety.ritual import Input
+from app.system.wall_clock import DAY, local_time
+from app.text.i18n import tr
+from app.text.messages import message
+from app.text.sentences import capitalised
+from app.text.user_error import UserError
+from protocol.translatable import marked
+from ui.acts.act_row import ActRow
+from ui.acts.ritual_guard import RitualGuard
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import TableColumn
+from ui.pages.preflight.form import PreflightForm
+from ui.services.context import Services
+from ui.session.guided import FAILED, Guided, Stage
+from ui.session.shown_module import ShownModule
+from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size, themed_svg
+from ui.style.painted_widget import PaintedWidget, pen
+from ui.style.theme import Meaning, Size, Space, current, scaled
+from ui.widgets.controls import named, set_role
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.step_button import StepButton
+from ui.widgets.visibility_timer import VisibilityTimer
+
+REFRESH_EVERY_MS: Final = 100
+_MARK_PX: Final = 18
+_MAX_STEPS: Final = 6
+_ROW_PX: Final = 28
+_STEPS: Final = Path(__file__).parent / "steps.svg"
+_MEANINGS: Final = {
+    GuidedVerdict.PASSED: Meaning.GOOD,
+    GuidedVerdict.FAILED: Meaning.DANGER,
+    GuidedVerdict.UNCLEAR: Meaning.ATTENTION,
+}
+
+
+class GuidedPicture(PaintedWidget):
+    """What the hands do in the current step."""
+
+    usual: ClassVar = QSize(280, 170)
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "guided_picture")
+        self._kind, self.step = GuidedKind.TILT, 0
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def show_step(self, kind: GuidedKind, step: int, what: str) -> None:
+        """`what`: the step in words, for screen readers."""
+        self._kind, self.step = kind, step
+        self.announce(tr("Picture: {what}", what=what))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        pictures = themed_svg(
+            _STEPS,
+            **{meaning.value: theme.tint(meaning).ink for meaning in Meaning},
+            text=theme.text,
+            muted=theme.muted,
+            border=theme.border,
+            surface=theme.surface,
+            raised=theme.raised,
+            wash=theme.information.wash,
+            line=theme.line_px + 1,
+            thick=theme.line_px + 2,
+            size=scaled(Size.SMALL),
+            side=tr("from the side"),
+            behind=tr("from behind"),
+        )
+        painter = self.begin_paint()
+        painter.setPen(pen(theme.divider, theme.border_px))
+        painter.setBrush(QColor(theme.surface))
+        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
+        painter.drawRoundedRect(box, 8, 8)
+        pictures.render(painter, f"{self._kind.value}-{self.step}", box)
+        painter.end()
+
+
+class StepList(QWidget):
+    """Numbered steps, marked as done, current or still to do."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "guided_steps")
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setColumnStretch(1, 1)
+        grid.setRowStretch(_MAX_STEPS, 1)
+        self.rows: list[tuple[IconLabel, QLabel]] = []
+        for number in range(_MAX_STEPS):
+            mark = IconLabel(f"guided_step_{number}_mark", _MARK_PX, keeps_place=True)
+            text = text_label(f"guided_step_{number}")
+            grid.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(text, number, 1)
+            self.rows.append((mark, text))
+
+    def show_steps(self, steps: tuple[str, ...], step: int, *, is_running: bool) -> None:
+        """`steps`: translated; those before `step` are done."""
+        for number, (mark, label) in enumerate(self.rows):
+            is_there = number < len(steps)
+            mark.setVisible(is_there)
+            label.setVisible(is_there)
+            if not is_there:
+                continue
+            is_done, is_now = number < step, is_running and number == step
+            state = tr("done") if is_done else tr("now") if is_now else tr("to do")
+            text = f"{number + 1}. {steps[number]}"
+            label.setText(text)
+            label.setAccessibleName(f"{text} ({state})")
+            set_role(label, "strong" if is_now else "" if is_done else "muted")
+            if is_done:
+                mark.show_icon(Icon.CHECK)  # over, however it ended
+            elif is_now:
+                mark.show_icon(Icon.CHEVRON_RIGHT, Meaning.INFORMATION)
+            else:
+                mark.clear_icon()
+
+
+_COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
+    TableColumn(marked("Quantity"), lambda row: row.name.translated()),
+    TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
+    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True),
+    TableColumn(
+        marked("Result"),
+        lambda row: tr(VERDICT_WORDS[row.verdict]),
+        picture=lambda row: icon(MEANING_ICONS[_MEANINGS[row.verdict]], _MEANINGS[row.verdict]),
+        ink=lambda row: _MEANINGS[row.verdict],
+    ),
+)
+
+
+class ResultView(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "guided_result")
+        self.mark, self.verdict = IconLabel("guided_verdict_mark", 24), text_label("guided_verdict", "heading")
+        self.advice = text_label("guided_advice")
+        self.table = RowsTable(
+            "guided_table",
+            tr("Measured values"),
+            _COLUMNS,
+            lambda row: row.name,
+            lambda row: ", ".join(column.text(row) for column in _COLUMNS),
+            row_px=_ROW_PX,
+            is_single=True,
+        )
+        self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
+        in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
+
+    def show_outcome(self, outcome: GuidedResult | UserError | None) -> None:
+        meaning, role, text, measured, advice = Meaning.ATTENTION, "title", "", tuple[MeasuredValue, ...](), ""
+        if isinstance(outcome, GuidedResult):
+            meaning, role = _MEANINGS[outcome.verdict], "heading"
+            text, measured = capitalised(tr(VERDICT_WORDS[outcome.verdict])), outcome.measured
+            advice = "" if outcome.advice is None else outcome.advice.translated()
+        elif outcome is not None:
+            text = outcome.message.translated()
+        self.mark.show_icon(MEANING_ICONS[meaning], meaning)
+        set_role(self.verdict, role)
+        self.verdict.setText(text)
+        self.table.show_rows(measured)
+        self.table.setVisible(bool(measured))
+        rows_px = self.table.verticalHeader().defaultSectionSize() * len(measured)
+        self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + rows_px + 4)
+        self.advice.setText(advice)
+        self.advice.setVisible(bool(advice))
+
+
+class _Watched(NamedTuple):
+    """What a test watches: caption, key, unit, decimals and the key of its limit."""
+
+    caption: str
+    key: str
+    unit: str
+    decimals: int
+    limit_key: str
+
+
+_WATCHED: Final = {
+    GuidedKind.TILT: _Watched(marked("Tilt"), "tilt_deg", "°", 0, "attitude_threshold_deg"),
+    GuidedKind.FREE_FALL: _Watched(marked("Acceleration"), "acceleration_g", " g", 1, "freefall_acceleration_g"),
+    GuidedKind.BAY: _Watched(marked("Light"), "light_v", " V", 1, "light_threshold_v"),
+}
+
+
+def live_text(work: Guided, module: ShownModule) -> str:
+    """The current value beside its limit; of the link how many requests were lost."""
+    watched = _WATCHED.get(work.kind)
+    if watched is None:
+        values = {} if work.report is None else dict(work.report.values)
+        asked, lost = values.get("asked"), values.get("lost")
+        return "—" if asked is None else f"{tr('lost')}: {lost} / {asked}"
+    view, now = module.view, module.now_s
+    value, limit = (
+        "—" if known is None else f"{float(known):.{watched.decimals}f}{watched.unit}"
+        for known in (view.fresh(watched.key, now), view.fresh(watched.limit_key, now))
+    )
+    parts = [f"{tr(watched.caption)}: {value}", tr("limit {limit}", limit=limit)]
+    has_fired = view.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
+    if has_fired is not None:
+        parts.append(tr("TRIGGERED") if has_fired else tr("not triggered"))
+    return " · ".join(parts)
+
+
+def last_text(last: StoredTest | None) -> str:
+    if last is None:
+        return tr("not tested")
+    return f"{tr(VERDICT_WORDS[last.verdict])} {local_time(last.at, DAY)}, {last.who or '—'}"
+
+
+class GuidedPanel(QWidget):
+    """Of the module shown; person and module are entered in the page's form."""
+
+    def __init__(self, services: Services, form: PreflightForm) -> None:
+        super().__init__()
+        self.setObjectName("guided")
+        self._services, self._ports, self._form = services, services.ports, form
+        self._guard = RitualGuard(self)
+        self._watched: QWidget | None = None
+        self._module: ShownModule | None = None
+        self.list = named(QListWidget(), "guided_list")
+        self.list.setAccessibleName(tr("Guided tests"))
+        self.list.setWordWrap(True)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.addItems([tr(TITLES[test.kind]) for test in GUIDED_TESTS])
+        set_icon_size(self.list, _MARK_PX)
+        self.picture, self.steps, self.result = GuidedPicture(), StepList(), ResultView()
+        self.title = text_label("guided_title", "title")
+        self.safety_mark, self.safety = IconLabel("guided_safety_mark", 20), text_label("guided_safety")
+        self.made_safe = named(QCheckBox(), "guided_made_safe")
+        self.made_safe.setWhatsThis(tr("The test makes the module fire."))
+        self.activate = ActRow(services, Act.ACTIVATE, place="guided")
+        self.live = text_label("guided_live", "heading")
+        self.notice_bar = named(NoticeBar(), "guided_said")
+        self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "guided_cancel")
+        self.cancel.setToolTip(tr("Locks an activated module"))
+        self.primary = named(StepButton(tr("Start"), is_safe=True), "guided_run", "primary")
+        self._lay_out()
+        self.list.currentRowChanged.connect(self._choose)
+        self.made_safe.toggled.connect(self._state_safe)
+        self.activate.begun.connect(self._act_begun)
+        self.activate.ended.connect(self._act_ended)
+        self.cancel.chosen.connect(self._cancel)
+        self.primary.chosen.connect(self.go_on)
+        self._guard.broken.connect(self._on_broken)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self._cancel)
+
+    @property
+    def module(self) -> ShownModule:
+        return self._ports.module
+
+    @property
+    def work(self) -> Guided:
+        """Of the module shown."""
+        return self.module.guided
+
+    def show_module(self, module: ShownModule) -> None:
+        if self._module is not None:
+            self._module.guided.cancel()
+            self._module.guided.changed.disconnect(self._on_work)
+        self._module = module
+        module.guided.changed.connect(self._on_work)
+        module.guided.load_last()
+        self._on_work()
+
+    def _cancel(self) -> None:
+        if self._module is not None:
+            self._module.guided.cancel()
+
+    # Display
+
+    def refresh(self) -> None:
+        self._show_list()
+        self._show_stage()
+        self.tick()
+
+    def tick(self) -> None:
+        """Update what changes by itself."""
+        work = self.work
+        if work.is_running:
+            self.live.setText(live_text(work, self.module))
+        if work.stage is Stage.CONFIRMING:
+            self.activate.refresh()
+        self.notice_bar.show_notice(self._notice())
+        self.primary.setEnabled(self._can_go_on)
+
+    @property
+    def _can_go_on(self) -> bool:
+        work = self.work
+        is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
+        return work.can_start or bool(work.confirm_words) or is_asked_again
+
+    def _show_list(self) -> None:
+        for row, test in enumerate(GUIDED_TESTS):
+            item: QListWidgetItem = self.list.item(row)
+            last = self.work.last.get(test.kind)
+            text = f"{tr(TITLES[test.kind])}\n{last_text(last)}"
+            item.setText(text)
+            item.setToolTip(text)
+            meaning = Meaning.UNKNOWN if last is None else _MEANINGS[last.verdict]
+            item.setIcon(icon(MEANING_ICONS[meaning], meaning))
+        with QSignalBlocker(self.list):
+            self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
+        self.list.setEnabled(not self.work.is_running)
+
+    def _show_stage(self) -> None:
+        work, test = self.work, self.work.test
+        steps = tuple(step.translated() for step in test.steps)
+        number, text = min(work.step, len(steps) - 1), self._instruction()
+        is_level = work.stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
+        self.picture.show_step(work.kind, 0 if is_level else number, text if is_level else steps[number])
+        self.steps.show_steps(steps, work.step, is_running=work.is_running)
+        self.title.setText(text or tr(TITLES[test.kind]))
+        self.safety.setText(test.precautions)
+        meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
+        self.safety_mark.show_icon(MEANING_ICONS[meaning], meaning)
+        self.made_safe.setVisible(bool(test.statement))
+        self.made_safe.setText(tr(test.statement) if test.statement else "")
+        with QSignalBlocker(self.made_safe):
+            self.made_safe.setChecked(work.is_stated_safe)
+        places = {Stage.PREPARING: self.live, Stage.CONFIRMING: self._act_corner, Stage.MEASURING: self.live}
+        place = places.get(work.stage, self._ready)
+        if place is self._act_corner and self._region.currentWidget() is not place:
+            QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
+        self._region.setCurrentWidget(place)
+        self._doing.setVisible(work.stage is not Stage.DONE)
+        self.result.setVisible(work.stage is Stage.DONE)
+        self.result.show_outcome(work.outcome)
+        words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
+        words = work.confirm_words or words
+        self.primary.setText(tr(words))
+        self.cancel.setEnabled(work.is_running)
+        self.primary.setEnabled(self._can_go_on)
+        if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
+            self.primary.setFocus()
+
+    def _instruction(self) -> str:
+        """What to do now; empty while no test runs."""
+        work = self.work
+        if work.stage in (Stage.PREPARING, Stage.MEASURING):
+            report = work.report
+            return (
+                tr("Asking the module…")
+                if report is None
+                else message(report.doing, **dict(report.values)).translated()
+            )
+        return work.test.steps[work.step].translated() if work.stage is Stage.CONFIRMING else ""
+
+    def _on_work(self) -> None:
+        if self.work.stage is Stage.CONFIRMING:
+            self._guard.begin()
+        elif not self.work.is_running:
+            self._guard.end()
+        if self.isVisible():
+            self.refresh()
+
+    def _notice(self) -> Notice | None:
+        work, lock = self.work, self._ports.current.lock
+        locking = lock.notice()
+        if locking is not None:
+            return locking
+        if self.module.activation.state is Activation.ACTIVE and not work.is_running:
+            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
+        if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
+            # No success beside a test that was cancelled or has failed.
+            return Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))
+        if work.trouble is not None:
+            return Notice(Meaning.ATTENTION, work.trouble)
+        if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
+            return None
+        if not work.tested_as:
+            return Notice(Meaning.ATTENTION, tr("Without a name the result counts for no check."))
+        if work.tested_as != self.module.name:
+            return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
+        return None
+
+    # What a person does
+
+    def choose(self, kind: GuidedKind) -> None:
+        self.work.choose(kind)
+
+    def _choose(self, row: int) -> None:
+        if 0 <= row < len(GUIDED_TESTS):
+            self.choose(GUIDED_TESTS[row].kind)
+
+    def _state_safe(self, is_safe: bool) -> None:
+        self.work.state_safe(is_safe)
+
+    def _act_begun(self) -> None:
+        self.work.act_begun()
+
+    def _act_ended(self, done: Performed | None) -> None:
+        self.work.act_ended(done)
+
+    def go_on(self) -> None:
+        """What the main button does: start, confirm a step, or test again."""
+        if self.work.stage is Stage.DONE and self.work.test.statement:
+            self.work.choose(self.work.kind)  # the statement has to be made again
+        elif self.work.confirm_words:
+            self.work.confirm()
+        else:
+            self._form.commit_edits()
+            self.work.start(self._form.committed[0])
+
+    # Leaving
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        window = self.window()
+        if self._watched is not window:
+            window.installEventFilter(self)
+            self._watched = window
+        self.work.load_last()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        is_minimised = event.type() == QEvent.Type.WindowStateChange and self.window().isMinimized()
+        if watched is self._watched and (event.type() == QEvent.Type.Close or is_minimised):
+            self._cancel()
+        return False
+
+    def _on_broken(self, why: Input) -> None:
+        """Only a program error ends a test; another window in front does not, as the hands are on the module."""
+        if why is Input.FAILED:
+            self.work.cancel(FAILED)
+
+    def _lay_out(self) -> None:
+        """What the stage needs, first of all what makes it safe; below it picture and steps."""
+        self._ready = named(QFrame(), "guided_ready", "card")
+        words = in_column(self.safety, self.made_safe, 1, spacing=Space.S)
+        mark = (self.safety_mark, Qt.AlignmentFlag.AlignTop)
+        in_row(mark, (words, 1), of=self._ready, spacing=Space.S, margins=Space.M)
+        self._act_corner = named(QFrame(), "guided_act", "danger-corner")
+        in_column(self.activate, of=self._act_corner, margins=2)
+        set_role(self.activate, "")  # no line below it
+        self._region = stacked(QStackedLayout(), self._ready, self.live, self._act_corner)
+        top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
+        self._doing, content = named(QWidget(), "guided_doing"), named(QWidget(), "guided_content")
+        in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)
+        in_column(self._doing, self.result, of=content, spacing=0, margins=0)
+        self._scroll = scroll_area(content, "guided_scroll", tr("Guided tests"))
+        foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
+        pane = in_column(self.title, (self._scroll, 1), self.notice_bar, foot, spacing=Space.S)
+        in_row((self.list, 2), (pane, 5), of=self, spacing=Space.M, margins=(Space.M, 0, Space.M, Space.S))

@@ -1,1 +1,0 @@
-"""Guided tests: what needs a person as one of its parts."""
