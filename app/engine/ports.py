@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 import threading
-import time
+from concurrent.futures import Future
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,12 +24,9 @@ class PortInfo(NamedTuple):
     description: str = ""
     maker: str = ""
     serial_number: str = ""
-    vid: int | None = None
-    """USB vendor."""
-    pid: int | None = None
-    """USB product."""
-    location: str = ""
-    """USB bus and socket."""
+    vid: int | None = None  # USB vendor
+    pid: int | None = None  # USB product
+    location: str = ""  # USB bus and socket
 
     @property
     def identity(self) -> str:
@@ -81,31 +78,28 @@ def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
     return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
 
 
+# Held by the thread that scans, so that only one runs.
 _scanning = threading.Lock()
-"""Held by the thread that scans, so that only one runs."""
 
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
-    ports: list[PortInfo] = []
-    errors: list[UserError] = []
+    listed: Future[list[PortInfo]] = Future()
 
     def scan_and_release() -> None:
         try:
-            ports.extend(scan())
+            listed.set_result(scan())
         except UserError as error:
-            errors.append(error)
+            listed.set_exception(error)
         finally:
             _scanning.release()
 
-    ends_at = time.monotonic() + deadline_s
     if not _scanning.acquire(timeout=deadline_s):
         raise UserError(NOT_LISTED)
-    thread = threading.Thread(target=scan_and_release, name="dps-s ports", daemon=True)
-    thread.start()
-    thread.join(max(0.0, ends_at - time.monotonic()))
-    if thread.is_alive() or errors:
-        raise UserError(NOT_LISTED) from (errors[0] if errors else None)
-    return ports
+    threading.Thread(target=scan_and_release, name="dps-s ports", daemon=True).start()
+    try:
+        return listed.result(deadline_s)
+    except TimeoutError as error:
+        raise UserError(NOT_LISTED) from error
 
 
 def _scan_in_process(deadline_s: float) -> list[PortInfo]:

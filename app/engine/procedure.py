@@ -1,7 +1,7 @@
-"""Effects that a procedure may yield, and the results it is sent.
+"""Procedures: generators that yield an effect, are resumed with its result, and return their own.
 
-A procedure is a generator: it yields an effect, is resumed with its result, and returns its own. It holds no port,
-clock or thread, so the same one runs in the window, on the command line and, in microseconds, in tests.
+They hold no port, clock or thread, so the same one runs in the window, on the command line and, in microseconds, in
+tests.
 
     effect       resumed with
     Ask          Answered | Unanswered | OutcomeUnknown
@@ -12,20 +12,26 @@ clock or thread, so the same one runs in the window, on the command line and, in
     Inspect      EngineView: what is known, at once
     Report       the time, at once
 
-`Interrupted` is raised at a yield when the conversation ends. A procedure may return after it, but not yield: nothing
-that it wants to undo reaches the module that answers next. (Only a job that expects the reason goes on, and asks
-questions only.) So no procedure asks whether the module is still the same one.
+A `Job` is a procedure that runs in one conversation, and how far it is. When the conversation ends `Interrupted` is
+raised at its yield: it may return what it has found, but not yield, so that nothing that it wants to undo reaches the
+module that answers next. So no procedure asks whether the module is still the same one. Two kinds of jobs go on:
+
+    expects      the end of the conversation, for one of these reasons, is its result (plug test, batch): afterwards it
+                 may ask questions
+    outlives     it belongs to the port, not to a conversation: LOCK, and whatever searches the baud rate
 
 `Cancelled` is raised at a yield when a person cancels. After it a procedure may yield to undo what it changed.
 """
 
-from collections.abc import Generator
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+import logging
+import threading
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from app.engine.conversation import ConversationView, StatusSample
+from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
 from protocol.contradictions import ToldValues
-from protocol.events import Answered, Counters
+from protocol.events import Answered, Counters, EndReason, Received
 from protocol.flag_answers import FlagAnswers
 from protocol.messages import Reading, Status
 from protocol.translatable import marked
@@ -33,26 +39,23 @@ from protocol.translatable import marked
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
+_log = logging.getLogger(__name__)
 ASK_EVERY_S = 0.05
-
+# They differ, so that they do not fall into step with a stream on a half-duplex line.
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 MAX_LOCKS = 50
+# From the first one, including the time without a port or in a search for the baud rate.
 LOCKS_FOR_S = 10.0
-"""From the first one, including the time without a port or in a search for the baud rate."""
-
+# Said where `ConversationView.is_slow`: only questions and LOCK are sent.
 TOO_SLOW = marked("This line is too slow for commands; use the cable.")
-"""Said where `ConversationView.is_slow`: only questions and LOCK are sent."""
 
 
 class LockRepeat:
-    """How often LOCK was sent and when it is sent next; shared by the procedure, the session and the display.
-
-    The gaps differ, so that they do not fall into step with a stream on a half-duplex line.
-    """
+    """How often LOCK was sent and when it is sent next; shared by the procedure, the session and the display."""
 
     def __init__(self) -> None:
+        # Not sent after this time; set when it is first sent.
         self.until: float | None = None
-        """Not sent after this time; set when it is first sent."""
         self.sent = 0
         self.next_at = 0.0
 
@@ -132,18 +135,12 @@ class EngineView(NamedTuple):
     baud_rate: int
     conversation: ConversationView
     link: LinkView
-    # The rate at which a conversation last began.
-    proven_rate: int | None
-    # The module may be at any rate: it was told to change it, or the rate is searched.
-    is_rate_in_doubt: bool
-    # When LOCK last overtook the rest: confirmations before it no longer count.
-    overtaken_at: float | None
-    # False: the port's baud rate is set at its other end.
-    sets_rate: bool
-    # When 16 and 17 may be set, and whether their answers count.
-    flags: FlagAnswers
-    # Whether something is answered twice.
-    told: ToldValues
+    proven_rate: int | None  # at which a conversation last began
+    is_rate_in_doubt: bool  # the module may be at any rate: it was told to change it, or the rate is searched
+    overtaken_at: float | None  # when LOCK last overtook the rest: confirmations before it no longer count
+    sets_rate: bool  # False: the port's baud rate is set at its other end
+    flags: FlagAnswers  # when 16 and 17 may be set, and whether their answers count
+    told: ToldValues  # whether something is answered twice
 
 
 Effect = Ask | Pause | Await | Listen | UseRate | Inspect | Report
@@ -153,6 +150,170 @@ Procedure = Generator[Effect, Any, Result]
 
 class Cancelled(Exception):
     """A person cancelled the procedure."""
+
+
+class Job(Generic[Result]):
+    """See the module's docstring. `cancel`, `is_done`, `wait` and `outcome` are for any thread, the rest for the
+    session's."""
+
+    def __init__(
+        self,
+        procedure: Procedure[Result],
+        on_progress: Callable[[Report], None] | None = None,
+        *,
+        conversation: int | None = None,
+        expects: frozenset[EndReason] = frozenset(),
+        outlives: bool = False,
+    ) -> None:
+        """`conversation`: the number of the one in which it was decided; in another one it ends with `Interrupted` and
+        sends nothing. None: the one that goes on when it is submitted, or else the next one."""
+        self.conversation = conversation
+        self.outlives = outlives
+        self.is_urgent = False
+        self.is_started = False
+        # The procedure has returned or raised; `is_done` follows when the worker has handed that over.
+        self.has_ended = False
+        # It may use the line without a conversation. If it has outlasted its own it sends questions only.
+        self.is_free = outlives
+        self.asks_only = False
+        # When an activation of this job left the computer.
+        self.activated_at: float | None = None
+        self.submitted_at = 0.0
+        self.effect: Effect | None = None
+        self.error: BaseException | None = None
+        self._expects = expects
+        self._procedure = procedure
+        self._on_progress = on_progress
+        self._result: Result | None = None
+        self._is_cancelled = self._is_cancel_delivered = False
+        self._began_at = self._resume_at = 0.0
+        self._heard: list[Received] = []
+        self._done = threading.Event()
+
+    def cancel(self) -> None:
+        self._is_cancelled = True
+
+    @property
+    def is_done(self) -> bool:
+        """It has ended, and the batch with all that it read was handed over."""
+        return self._done.is_set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Whether it is done within `timeout_s`."""
+        return self._done.wait(timeout_s)
+
+    def outcome(self) -> Result:
+        """The result of a job that has ended; raises what the procedure raised."""
+        if self.error is not None:
+            raise self.error
+        return self._result  # type: ignore[return-value]
+
+    def finish(self) -> None:
+        self._done.set()
+
+    # What it waits for
+
+    @property
+    def pending_ask(self) -> Ask | None:
+        return self.effect if isinstance(self.effect, Ask) else None
+
+    @property
+    def is_inspecting(self) -> bool:
+        return isinstance(self.effect, Inspect)
+
+    @property
+    def due_at(self) -> float | None:
+        """When its `Pause` or `Listen` ends; None while it waits for something else."""
+        return self._resume_at if isinstance(self.effect, Pause | Listen) else None
+
+    @property
+    def awaits_since(self) -> float | None:
+        """Since when it waits for something other than the line (a disk)."""
+        return self._began_at if isinstance(self.effect, Await) else None
+
+    def hear(self, received: Received) -> None:
+        if isinstance(self.effect, Listen):
+            self._heard.append(received)
+
+    # How it goes on
+
+    def start(self, now: float) -> None:
+        self.is_started = True
+        self.resume(None, now)
+
+    def tick(self, now: float) -> None:
+        """Resume it if its `Pause`, `Listen` or `Await` has ended."""
+        effect = self.effect
+        if isinstance(effect, Await):
+            if effect.future.done() or now >= self._resume_at:
+                self.resume(effect.future.done(), now)
+        elif isinstance(effect, Pause | Listen) and now >= self._resume_at:
+            heard, self._heard = tuple(self._heard), []
+            self.resume(heard if isinstance(effect, Listen) else now, now)
+
+    def resume(self, value: object, now: float) -> None:
+        """Send it the result of its effect."""
+        self._drive(lambda: self._procedure.send(value), now)
+
+    def throw(self, reason: Exception, now: float) -> None:
+        """Raise `reason` at the procedure's yield. It may go on or end."""
+        if self.has_ended:
+            return
+        self._heard.clear()
+        if self.is_started:
+            self._drive(lambda: self._procedure.throw(reason), now)
+        else:
+            self._end(None, reason)
+
+    def pop_cancel(self) -> bool:
+        """Whether to raise `Cancelled` in it now: only once, as a second one would interrupt its cleaning up."""
+        is_news = self._is_cancelled and not self._is_cancel_delivered
+        self._is_cancel_delivered |= is_news
+        return is_news
+
+    def interrupt(self, reason: Interrupted, now: float) -> None:
+        """Its conversation is over. Whoever expected that goes on with questions; who did not ends now."""
+        if reason.reason in self._expects:
+            self.outlast()
+            self.throw(reason, now)
+        else:
+            self.stop(reason, now)
+
+    def outlast(self) -> None:
+        """From now on it belongs to the port, not to a conversation."""
+        self.asks_only |= not self.is_free
+        self.is_free = True
+
+    def stop(self, reason: Exception, now: float) -> None:
+        """Raise `reason` in it, and end it if it wants to go on: nothing that it wants to undo may reach another
+        module."""
+        self.throw(reason, now)
+        if not self.has_ended:
+            _log.debug("%s wanted to go on: %s", self._procedure, reason)
+            self._procedure.close()
+            self._end(None, reason)
+
+    def _drive(self, move: Callable[[], Effect], now: float) -> None:
+        try:
+            effect = move()
+            while isinstance(effect, Report) or (isinstance(effect, Await) and effect.future.done()):
+                if isinstance(effect, Report) and self._on_progress is not None:
+                    self._on_progress(effect)
+                effect = self._procedure.send(now if isinstance(effect, Report) else True)
+        except StopIteration as stop:
+            self._end(stop.value, None)
+            return
+        except Exception as error:  # noqa: BLE001  a bug in a procedure ends this job, not the session
+            self._end(None, error)
+            return
+        self.effect, self._began_at = effect, now
+        if isinstance(effect, Pause | Listen):
+            self._resume_at = now + effect.seconds
+        elif isinstance(effect, Await):
+            self._resume_at = now + effect.limit_s
+
+    def _end(self, result: Any, error: BaseException | None) -> None:
+        self.has_ended, self._result, self.error, self.effect = True, result, error, None
 
 
 # One question and its answer

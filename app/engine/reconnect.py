@@ -21,12 +21,10 @@ from app.engine.transport import PortTrouble
 from app.engine.worker import Connection, PortState
 from protocol.translatable import marked
 
-EAGER_S = 0.5
-"""The first interval between two lists of ports; listing takes about 10 ms on Linux."""
-EAGER_FOR_S = 30.0
-PATIENT_S = 1.0
+# Listing them takes about 10 ms on Linux.
+LIST_EVERY_S = 0.5
+# Troubles of a port that was open.
 LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
-"""Troubles of a port that was open."""
 
 
 class Absence(Enum):
@@ -64,44 +62,32 @@ class Reconnection:
 
     def __init__(self, *, is_link: Callable[[str], bool] = os.path.islink) -> None:
         self._is_link = is_link
+        # Where the user wants to be connected.
         self.address: Address | None = None
-        """Where the user wants to be connected."""
-        self.returns = 0
-        """The number of lost ports that were opened again."""
-        self._forget()
-
-    def _forget(self) -> None:
+        # Why the lost port is not open again yet; None while none is lost.
+        self.absence: Absence | None = None
+        # The address cannot belong to another adapter.
         self._lasts = False
-        """The address cannot belong to another adapter."""
+        # Another port had the same identity.
         self._has_twin = False
-        """Another port had the same identity."""
+        # It is open, so no other adapter can have its name: the time to learn its identity.
         self._is_to_identify = False
-        """It is open, so no other adapter can have its name: the time to learn its identity."""
-        self._lost_at: float | None = None
         self._next_at = 0.0
-        self._absence = Absence.AWAY
 
-    def request(self, address: Address) -> None:
-        """The user connects. To be called before the port is opened, while a symbolic link exists."""
-        self._forget()
-        self.address = address
-        self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
-
-    def give_up(self) -> None:
-        """The user disconnects."""
-        self._forget()
-        self.address = None
-
-    @property
-    def absence(self) -> Absence | None:
-        """Why the lost port is not open again yet; None while none is lost."""
-        return None if self._lost_at is None else self._absence
+    def request(self, address: Address | None) -> None:
+        """The user connects, or disconnects (None). To be called before the port is opened, while a symbolic link
+        exists."""
+        self.address, self.absence = address, None
+        self._lasts = address is not None and (
+            address.is_url or (not address.identity and self._is_link(address.device))
+        )
+        self._has_twin = self._is_to_identify = False
 
     @property
     def is_waiting(self) -> bool:
         """Whether the lost port is opened again by itself."""
         can_be_told = self._lasts or (self.address is not None and bool(self.address.identity))
-        return self._lost_at is not None and can_be_told
+        return self.absence is not None and can_be_told
 
     @property
     def needs_ports(self) -> bool:
@@ -113,16 +99,15 @@ class Reconnection:
         if self.address is None:
             return
         if connection.state is PortState.OPEN:
-            if self._lost_at is not None:
-                self.returns += 1
-                self._lost_at = None
+            self.absence = None
             self._is_to_identify = not self.address.is_url
         elif connection.state is PortState.CLOSED:
             self._is_to_identify = False
             trouble = connection.trouble
-            if self._lost_at is None and trouble is not None and trouble.trouble in LOSSES:
-                self._lost_at = self._next_at = now
-                self._absence = Absence.AWAY if self.is_waiting else Absence.UNCLEAR
+            if self.absence is None and trouble is not None and trouble.trouble in LOSSES:
+                self.absence = Absence.AWAY
+                self.absence = Absence.AWAY if self.is_waiting else Absence.UNCLEAR
+                self._next_at = now
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now and pass them to `poll`."""
@@ -139,14 +124,14 @@ class Reconnection:
             address = self.address = found if found.identity else address
         same = [port for port in listed if address.identity and port.identity == address.identity]
         self._has_twin = self._has_twin or len(same) > 1
-        if not self.is_waiting or self._lost_at is None:
+        if not self.is_waiting:
             return None
-        self._next_at = now + (EAGER_S if now - self._lost_at < EAGER_FOR_S else PATIENT_S)
+        self._next_at = now + LIST_EVERY_S
         if not address.identity:
             return address
         here = [port for port in same if not self._has_twin or port.location == address.location]
         if len(here) != 1:
-            self._absence = Absence.UNCLEAR if same else Absence.AWAY
+            self.absence = Absence.UNCLEAR if same else Absence.AWAY
             return None
         self.address = Address(here[0].device, address.identity, here[0].location)
         return self.address

@@ -4,7 +4,7 @@ A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Conve
 is called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
 
 When the conversation ends, everything that was known and everything that was being done ends with it: `Interrupted` is
-thrown into every job but those of the port (`app.engine.job`). The next one begins by itself, with nothing known.
+thrown into every job but those of the port (`app.engine.procedure`). The next one begins by itself, with nothing known.
 
 Two jobs may run: one in the foreground (what somebody asked for) and one in the background (which keeps the values
 fresh, and is made anew in each conversation). The background has the line only while the foreground does not need it.
@@ -15,8 +15,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, NoModule, StatusSample
-from app.engine.job import Job
-from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, Procedure, UseRate
+from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Procedure, UseRate
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
@@ -57,7 +56,6 @@ class Session:
         goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
         self.line = line
         self.clock = clock
-        self.batch_s = BATCH_S
         self.conversations = conversations
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
@@ -174,7 +172,7 @@ class Session:
 
     def _read(self, wait_s: float) -> bytes:
         began = self.clock()
-        data = self.line.read(wait_s, self.batch_s if self._link.is_idle else 0.0)
+        data = self.line.read(wait_s, BATCH_S if self._link.is_idle else 0.0)
         if not data and self.clock() - began > wait_s:
             data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
         return data

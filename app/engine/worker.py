@@ -13,29 +13,24 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
-from app.engine.job import Job
-from app.engine.procedure import LinkView, Procedure, Result
-from app.engine.session import BATCH_S, Session
+from app.engine.procedure import Job, LinkView, Procedure, Result
+from app.engine.session import Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.clock import Clock, steady_time
 from app.system.uncaught import report_uncaught_error
 from protocol.catalogue import LOCK
-from protocol.events import Answered, EndReason, Event, Received, Rejected, Sent
-from protocol.messages import Heartbeat, Reading, Status
-
-__all__ = ["Batch", "Connection", "Job", "OwedLock", "PortState", "Worker"]
+from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Sent
+from protocol.messages import Acknowledgement
 
 _log = logging.getLogger(__name__)
+# The interval of batches without news.
 PUBLISH_EVERY_S = 1 / 10
-"""The interval of batches without news: reports of a module whose state is unchanged."""
+# An order ends it earlier; see `SerialLine.interrupt`.
 MAX_STEP_S = 0.05
-"""An order ends it earlier; see `SerialLine.interrupt`."""
-MAX_BATCH_S = 0.025
-"""How long a stream is gathered where batches are published a few times a second only."""
+# How long the procedures may take to undo what they changed (stream off) before the port closes.
 CLOSING_LIMIT_S = 0.3
-"""How long the procedures may take to undo what they changed (stream off) before the port closes."""
+# How long an owed LOCK is sent.
 OWED_FOR_S = 60.0
-"""How long an owed LOCK is sent."""
 
 
 class PortState(Enum):
@@ -64,8 +59,7 @@ class OwedLock(NamedTuple):
     """
 
     since: float
-    port: str
-    """The adapter where it is known, else the port."""
+    port: str  # the adapter where it is known, else the port
 
     def is_due(self, now: float) -> bool:
         """Whether it would still be sent."""
@@ -89,14 +83,6 @@ class Batch(NamedTuple):
     owed_lock: OwedLock | None = None
 
 
-class _Pending:
-    def __init__(self) -> None:
-        self.samples: list[StatusSample] = []
-        self.events: list[Event] = []
-        self.finished: list[Job[Any]] = []
-        self.is_urgent = False
-
-
 class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
@@ -111,8 +97,8 @@ class Worker:
         self._callback = callback
         self._clock = clock
         self._make_lock = make_lock
+        # What other threads want done in this one.
         self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        """What other threads want done in this one."""
         self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
         self._session: Session | None = None
         self._line: SerialLine | None = None
@@ -123,14 +109,17 @@ class Worker:
         self._conversation = ConversationView()
         self._owed_lock: OwedLock | None = None
         self._jobs: list[Job[Any]] = []
-        self._pending = _Pending()
+        # What the next batch has, and whether that is news.
+        self._samples: list[StatusSample] = []
+        self._events: list[Event] = []
+        self._finished: list[Job[Any]] = []
+        self._is_urgent = False
         self._published_at = 0.0
+        # Triggered and active, by the last report.
         self._reported: tuple[bool, bool] | None = None
-        """Triggered and active, by the last report."""
-        self._read: dict[str, int] = {}
         self._is_stopping = False
+        # The interval of batches without news. Any thread may set it.
         self.publish_every_s = PUBLISH_EVERY_S
-        """The interval of batches without news. Any thread may set it."""
 
     def start(self) -> None:
         self._thread.start()
@@ -153,12 +142,11 @@ class Worker:
 
         def enter() -> None:
             self._close_in_order()
-            self._read.clear()
             self._adapter = adapter or port
             self._set_connection(connection)
-            line = self._line = open_line(port, baud_rate)
+            self._line = open_line(port, baud_rate)
             self._session = Session(
-                line,
+                self._line,
                 self._clock,
                 background=background,
                 first=self._pop_owed_lock,
@@ -193,10 +181,9 @@ class Worker:
 
         A thread that the driver blocks for longer is left running; it is a daemon thread.
         """
-        if not self._thread.is_alive():
-            return True
-        self._order(self._end)
-        self._thread.join(deadline_s)
+        if self._thread.is_alive():
+            self._order(self._end)
+            self._thread.join(deadline_s)
         return not self._thread.is_alive()
 
     # The thread
@@ -211,7 +198,7 @@ class Worker:
         while not self._is_stopping:
             self._turn()
         self._end_session(EndReason.CLOSED)
-        self._pending.is_urgent = True
+        self._is_urgent = True
         self._publish()
 
     def _turn(self) -> None:
@@ -226,20 +213,15 @@ class Worker:
         self._publish()
 
     def _do_next(self) -> None:
-        session = self._session
         try:
-            order = self._orders.get(block=session is None)
+            order = self._orders.get(block=self._session is None)
         except queue.Empty:
-            pass
+            if self._session is not None:
+                self._session.step(MAX_STEP_S)
         else:
             order()
-            self._collect()
-            self._pending.is_urgent = True
-            return
-        if session is not None:
-            session.batch_s = max(BATCH_S, min(MAX_BATCH_S, self.publish_every_s / 10))
-            session.step(MAX_STEP_S)
-            self._collect()
+            self._is_urgent = True
+        self._collect()
 
     def _run(self, job: Job[Any], *, is_urgent: bool) -> None:
         self._jobs.append(job)
@@ -267,69 +249,58 @@ class Worker:
 
     def _collect(self) -> None:
         """Take what happened on the port, and the jobs that ended."""
-        session, pending = self._session, self._pending
+        session = self._session
         if session is not None:
-            events, samples = session.take_events(), session.take_samples()
-            pending.events += events
-            pending.samples += samples
-            for event in events:
-                pending.is_urgent |= self._is_news(event)
-            for sample in samples:
+            for event in session.take_events():
+                self._events.append(event)
+                self._note(event)
+            for sample in session.take_samples():
+                self._samples.append(sample)
                 if (sample.triggered, sample.active) != self._reported:
                     self._reported = (sample.triggered, sample.active)
-                    pending.is_urgent = True
+                    self._is_urgent = True
             if session.owes_lock:
                 session.owes_lock = False
                 self._owe_lock()
+            self._connection = self._connection._replace(baud_rate=session.line.baud_rate)
+            self._conversations = session.conversations
         for job in [job for job in self._jobs if job.has_ended]:
             self._jobs.remove(job)
-            pending.finished.append(job)
-            pending.is_urgent = True
+            self._finished.append(job)
+            self._is_urgent = True
 
-    def _is_news(self, event: Event) -> bool:
-        """Whether it may change more than the numbers of the last report."""
+    def _note(self, event: Event) -> None:
+        """A batch goes at once where more than the numbers of the last report may have changed."""
         match event:
-            case Received(message=Reading(command=command, raw=raw)):
-                before, self._read[command.key] = self._read.get(command.key), raw
-                return raw != before
-            case Answered(messages=messages):
-                return not all(isinstance(message, Reading | Status) for message in messages)  # seen as `Received`
-            case Sent(request=request):
-                if request == LOCK:
-                    self._owed_lock = None
-                return request == LOCK
-            case Received(message=Status() | Heartbeat()) | Rejected():
-                return False
-        return True
+            case Began() | Ended() | OutcomeUnknown() | Answered(messages=(Acknowledgement(),)):
+                self._is_urgent = True
+            case Sent(request=request) if request == LOCK:
+                self._owed_lock = None
+                self._is_urgent = True
 
     def _publish(self) -> None:
         now = self._clock()
-        if not self._pending.is_urgent and now - self._published_at < self.publish_every_s:
+        if not self._is_urgent and now - self._published_at < self.publish_every_s:
             return
-        pending, self._pending = self._pending, _Pending()
         self._published_at = now
-        link = None
         session = self._session
-        if session is not None:
-            link = session.link_view()
-            self._connection = self._connection._replace(baud_rate=session.line.baud_rate)
-            self._conversations = session.conversations
-            if session.conversation is not None:
-                self._conversation = session.conversation_view(now)
+        if session is not None and session.conversation is not None:
+            self._conversation = session.conversation_view(now)
         batch = Batch(
             now,
             self._connection,
             self._conversation,
-            link,
-            tuple(pending.samples),
-            tuple(pending.events),
-            tuple(pending.finished),
+            None if session is None else session.link_view(),
+            tuple(self._samples),
+            tuple(self._events),
+            tuple(self._finished),
             self._owed_lock,
         )
+        self._samples, self._events, self._finished, self._is_urgent = [], [], [], False
         try:
             self._callback(batch)
         finally:
-            for job in pending.finished:
+            for job in batch.finished:
                 job.finish()  # whoever waits for it has the batch with all that it read
 
     # Ends
@@ -361,12 +332,10 @@ class Worker:
         if session is None:
             return
         session.close(reason)
-        self._line = None
         self._collect()
-        self._conversations = session.conversations
         if session.conversation is not None:
             self._conversation = session.conversation_view(self._clock())
-        self._session = None
+        self._session = self._line = None
 
     def _lose_port(self, error: PortError | None) -> None:
         """`error`: None for a bug, after which nothing is known of the port either."""
@@ -375,5 +344,5 @@ class Worker:
 
     def _set_connection(self, connection: Connection) -> None:
         self._connection = connection
-        self._pending.is_urgent = True
+        self._is_urgent = True
         self._publish()

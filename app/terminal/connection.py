@@ -12,10 +12,10 @@ from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.procedure import LinkView, Procedure, Report
+from app.engine.procedure import Job, LinkView, Procedure, Report
 from app.engine.target import is_network_address
 from app.engine.transport import PortError
-from app.engine.worker import Batch, Connection, Job, OwedLock, PortState, Worker
+from app.engine.worker import Batch, Connection, OwedLock, PortState, Worker
 from app.procedures.find import Silence, await_module, find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from typing import Final
 
 from app.engine.conversation import Interrupted, reason_message
+from app.engine.procedure import Job
 from app.engine.target import is_simulated
-from app.engine.worker import Batch, Job
+from app.engine.worker import Batch
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time

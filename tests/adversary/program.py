@@ -13,8 +13,8 @@ from typing import Any, Final
 from unittest import mock
 
 import app.__main__ as program
+from app.engine.procedure import Job
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Job
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts, Store
 from app.terminal.connection import LOST

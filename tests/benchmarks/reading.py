@@ -10,7 +10,8 @@ from typing import Final
 
 import serial
 
-from app.engine.worker import Job, Worker
+from app.engine.procedure import Job
+from app.engine.worker import Worker
 from app.procedures.read import READABLE, read_everything
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.module import streaming_module

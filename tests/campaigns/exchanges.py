@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from itertools import count, product
 from typing import Any, Final, NamedTuple
 
-from app.engine.job import Job
-from app.engine.procedure import Procedure
+from app.engine.procedure import Job, Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import Performed, perform

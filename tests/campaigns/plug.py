@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.engine.conversation import ConversationView
-from app.engine.job import Job
-from app.engine.procedure import Procedure
+from app.engine.procedure import Job, Procedure
 from app.engine.session import Session
 from protocol.events import Event
 from tests.module.log import SENT

@@ -12,8 +12,7 @@ from typing import Any
 
 import app.procedures
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.job import Job
-from app.engine.procedure import Cancelled, Procedure
+from app.engine.procedure import Cancelled, Job, Procedure
 from app.engine.session import Session
 from app.engine.transport import PortError, SerialLine
 from app.engine.worker import CLOSING_LIMIT_S, MAX_STEP_S

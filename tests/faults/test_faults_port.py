@@ -14,8 +14,9 @@ import serial
 
 from app.engine import transport
 from app.engine.conversation import Interrupted
+from app.engine.procedure import Job
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
-from app.engine.worker import CLOSING_LIMIT_S, Batch, Job, PortState, Worker
+from app.engine.worker import CLOSING_LIMIT_S, Batch, PortState, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import STATUS

@@ -15,7 +15,7 @@ from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.job import Job
+from app.engine.procedure import Job
 from app.engine.target import Target
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
@@ -73,7 +73,7 @@ class InlineWorker(ThreadlessWorker):
         for job in self._waiting:
             self._orders.get_nowait()
             job.stop(Interrupted(EndReason.PORT_LOST), self._clock())
-            self._pending.finished.append(job)
+            self._finished.append(job)
         self.work(0.0)
 
     def work(self, seconds: float) -> None:

@@ -13,8 +13,7 @@ from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QToolButton
 
 from app.engine.conversation import ConversationView, Known
-from app.engine.job import Job
-from app.engine.procedure import Ask
+from app.engine.procedure import Ask, Job
 from app.engine.session import Session
 from app.procedures.read import read_everything
 from app.safety import interlocks as safety

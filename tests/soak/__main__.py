@@ -155,7 +155,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
         outcome.say("stream", "none", "the module did not begin to stream")
     _fill(assembly)  # a module that connects begins with new plots
     turn_for(0.5)
-    chaos = Chaos(module, seed, lambda: ports.current._return.returns)
+    chaos = Chaos(module, seed, lambda: ports.current.connection.opening)
     beats.start()
     if sys.platform.startswith("linux"):
         measures.start()
@@ -167,7 +167,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     came_back = turn_until(lambda: _is_back(ports), LIMIT_S)
     sent = module.frames_sent
     outcome.say("troubles", ", ".join(f"{count} x {what}" for what, count in sorted(chaos.done.items())) or "none")
-    outcome.say("unplugged, reopened", f"{chaos.done['unplug']:,}, {ports.current._return.returns:,} times")
+    outcome.say("unplugged, reopened", f"{chaos.done['unplug']:,}, {ports.current.connection.opening - 1:,} times")
     is_late = chaos.slowest_own_s > RETURN_LIMIT_S + MACHINE_S
     outcome.say(
         "open again after the return",

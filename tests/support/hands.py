@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.engine.job import Job
-from app.engine.procedure import Procedure, Report, Result
+from app.engine.procedure import Job, Procedure, Report, Result
 from app.guided.catalogue import GUIDED_BY_KIND
 from app.guided.results import GuidedKind, GuidedResult
 from app.guided.status_watch import PersonSteps

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
-from app.engine.job import Job
+from app.engine.procedure import Job
 from app.procedures.act import Performed, perform
 from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock

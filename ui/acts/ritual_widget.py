@@ -13,7 +13,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QFontMetrics, QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QWidget
 
-from app.engine.job import Job
+from app.engine.procedure import Job
 from app.procedures.act import Performed, perform, rehearse
 from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
 from app.safety.interlocks import Interlock

@@ -11,8 +11,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engine.conversation import How
-from app.engine.job import Job
-from app.engine.procedure import Report
+from app.engine.procedure import Job, Report
 from app.engine.worker import Batch
 from app.fleet.card import HeldVerdict
 from app.limits.past import Past

@@ -13,8 +13,7 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app import version
-from app.engine.job import Job
-from app.engine.procedure import Cancelled, Report
+from app.engine.procedure import Cancelled, Job, Report
 from app.engine.worker import Batch
 from app.guided.bay import light_direction
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.job import Job
-from app.engine.procedure import LockRepeat
+from app.engine.procedure import Job, LockRepeat
 from app.engine.worker import Batch, OwedLock
 from app.procedures.lock import Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome

@@ -12,8 +12,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView
-from app.engine.job import Job
 from app.engine.ports import PortInfo
+from app.engine.procedure import Job
 from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
@@ -229,7 +229,7 @@ class Port(QObject):
 
     def disconnect_port(self) -> None:
         was_requested, self._is_listing = self.is_requested, False
-        self._return.give_up()
+        self._return.request(None)
         self._worker.close()
         self.update_view()
         if was_requested:
@@ -270,7 +270,7 @@ class Port(QObject):
 
     def stop(self, deadline_s: float) -> bool:
         """Close the port and end the worker, within `deadline_s`; whether it ended."""
-        self._return.give_up()
+        self._return.request(None)
         self._follow_up.stop()
         self.bridge.close()
         return self._worker.stop(deadline_s)

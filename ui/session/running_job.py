@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from app.engine.job import Job
-from app.engine.procedure import Procedure, Report, Result
+from app.engine.procedure import Job, Procedure, Report, Result
 from app.procedures.write import SettingChange, risk_message
 from app.text.i18n import tr
 from protocol.events import EndReason

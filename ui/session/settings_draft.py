@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.job import Job
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, Job
 from app.procedures.act import Armed
 from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
 from app.procedures.read import READABLE, Everything, read_everything

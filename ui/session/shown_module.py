@@ -16,8 +16,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.conversation import ConversationView, reason_message
-from app.engine.job import Job
-from app.engine.procedure import Procedure, Report, Result
+from app.engine.procedure import Job, Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.modules.names import Remembered, known_by, remember, remembered, store_as_found, what_speaks_against

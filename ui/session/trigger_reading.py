@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.job import Job
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, Job
 from app.limits.past import LastAnswer
 from app.preflight.module_checks import RecordsWord
 from app.store.fact_store import Facts, Store, utc_now

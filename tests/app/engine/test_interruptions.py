@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.engine.job import Job
-from app.engine.procedure import Ask, Cancelled, Inspect, Pause, Procedure, UseRate
+from app.engine.procedure import Ask, Cancelled, Inspect, Job, Pause, Procedure, UseRate
 from app.procedures.lock import lock
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.ports import PortInfo, list_ports, scan
-from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, Reconnection, address_of
+from app.engine.reconnect import LOSSES, Absence, Address, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 from app.text.user_error import UserError
@@ -55,7 +55,7 @@ def test_the_same_adapter_is_opened_again_under_any_name() -> None:
     found = made.poll([OTHER, MINE._replace(device="/dev/ttyUSB4")], 101.0)
     assert found == Address("/dev/ttyUSB4", MINE.identity, MINE.location)
     made.feed(opened("/dev/ttyUSB4"), 101.5)
-    assert (made.absence, made.returns) == (None, 1)
+    assert made.absence is None
 
 
 def test_by_its_serial_number_it_may_come_back_in_another_socket() -> None:
@@ -141,7 +141,7 @@ def test_one_that_does_not_open_yet_is_tried_again(trouble: PortTrouble) -> None
 
 def test_who_disconnects_waits_for_nothing() -> None:
     made = lost(MINE)
-    made.give_up()
+    made.request(None)
     assert (made.absence, made.is_waiting, made.is_due(200.0)) == (None, False, False)
     assert made.poll([MINE], 200.0) is None
     made.feed(closed(), 200.0)
@@ -156,14 +156,6 @@ def test_the_next_loss_is_a_new_one() -> None:
     made.feed(closed(), 200.0)
     assert made.is_waiting
     assert made.is_due(200.0)
-
-
-@pytest.mark.parametrize(("now", "next_at"), [(100.0, 100.0 + EAGER_S), (129.9, 130.4), (130.0, 131.0)])
-def test_it_looks_twice_a_second_for_half_a_minute_and_then_once(now: float, next_at: float) -> None:
-    made = lost(MINE)
-    assert made.poll([], now) is None
-    assert not made.is_due(next_at - 0.01)
-    assert made.is_due(next_at)
 
 
 class _Listed(NamedTuple):

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted, NoModule
-from app.engine.job import Job
 from app.engine.procedure import (
     LOCK_GAPS_S,
     LOCKS_FOR_S,
@@ -17,6 +16,7 @@ from app.engine.procedure import (
     Await,
     Cancelled,
     Inspect,
+    Job,
     Listen,
     LockRepeat,
     Pause,

@@ -10,9 +10,9 @@ import pytest
 
 from app.engine import worker as worker_module
 from app.engine.conversation import Interrupted
-from app.engine.procedure import Ask, Pause, Procedure
+from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import OWED_FOR_S, PUBLISH_EVERY_S, Batch, Job, PortState, Worker
+from app.engine.worker import OWED_FOR_S, PUBLISH_EVERY_S, Batch, PortState, Worker
 from app.procedures.find import await_module
 from app.procedures.history import read_history
 from app.procedures.lock import lock
@@ -225,23 +225,6 @@ def test_reports_that_say_the_same_come_ten_times_a_second_at_most(monkeypatch: 
     assert sum(len(batch.samples) for batch in worker.batches) > 9.9 * _STREAM_HZ
 
 
-@pytest.mark.parametrize(("every_s", "gather_s"), [(0.2, 0.02), (1.0, 0.025)])
-def test_a_stream_is_gathered_for_a_tenth_of_the_interval_between_batches(
-    every_s: float, gather_s: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    worker, gathered_s = _TurnedWorker(monkeypatch, hz=200), list[float]()
-    read = worker.line.read
-    worker.publish_every_s = every_s
-
-    def noted(longest_s: float, gather_s: float) -> bytes:
-        gathered_s.append(gather_s)
-        return read(longest_s, gather_s)
-
-    monkeypatch.setattr(worker.line, "read", noted)
-    worker.turn_for(1.0)
-    assert max(gathered_s) == pytest.approx(gather_s)
-
-
 def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.turn_for(10.0)
@@ -269,20 +252,6 @@ def test_the_report_of_another_activation_is_handed_over_at_once(monkeypatch: py
         batch = next(batch for batch in worker.batches if any(one.active is is_active for one in batch.samples))
         assert [sample.active for sample in batch.samples].index(is_active) == len(batch.samples) - 1
         assert batch.at == batch.samples[-1].at
-
-
-def test_a_reading_that_differs_is_handed_over_at_once_and_one_that_does_not_with_the_next(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.publish_every_s = 100.0
-    worker.turn_for(5.0)
-    assert not worker.batches
-    worker.line.bench.set_world(cell_v=3.5)
-    worker.turn_for(2.0)
-    (batch,) = worker.batches
-    assert batch.conversation.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)
-    assert batch.conversation.values["cell_voltage_v"].at == batch.at
 
 
 def test_the_end_of_a_job_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,8 @@ import pytest
 import serial
 
 from app.engine import transport
-from app.engine.worker import Batch, Job, Worker
+from app.engine.procedure import Job
+from app.engine.worker import Batch, Worker
 from app.procedures.find import await_module
 from app.procedures.lock import lock
 from app.procedures.read import read_everything

@@ -13,7 +13,8 @@ from typing import IO
 
 import pytest
 
-from app.engine.worker import Batch, Job, Worker
+from app.engine.procedure import Job
+from app.engine.worker import Batch, Worker
 from app.limits.past import Past
 from app.modules.names import Remembered
 from app.preflight.activation import activate_ready

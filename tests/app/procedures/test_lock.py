@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from app.engine.job import Job
-from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, Ask, LockRepeat, Procedure
+from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, Ask, Job, LockRepeat, Procedure
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.find import find_rate

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from app.engine.conversation import ConversationView
-from app.engine.job import Job
-from app.engine.procedure import Procedure
+from app.engine.procedure import Job, Procedure
 from app.engine.session import Session
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit

@@ -6,8 +6,7 @@ from typing import Any, TypeVar
 
 from app.engine import worker
 from app.engine.conversation import ConversationView
-from app.engine.job import Job
-from app.engine.procedure import EngineView, LinkView, Procedure, Report
+from app.engine.procedure import EngineView, Job, LinkView, Procedure, Report
 from app.engine.session import Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
@@ -181,7 +180,7 @@ class ThreadlessWorker(worker.Worker):
                 self.turn()
             self._has_ended = True
             self._end_session(EndReason.CLOSED)
-            self._pending.is_urgent = True
+            self._is_urgent = True
             self._publish()
         return True
 

@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView, How, Interrupted, Known, StatusSample
-from app.engine.job import Job
 from app.engine.ports import PortInfo
-from app.engine.procedure import LinkView
+from app.engine.procedure import Job, LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, OwedLock, PortState

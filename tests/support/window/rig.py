@@ -12,7 +12,7 @@ from PySide6.QtCore import QCoreApplication, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.job import Job
+from app.engine.procedure import Job
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import Interrupted
-from app.engine.job import Job
-from app.engine.procedure import Pause, Procedure, Report
+from app.engine.procedure import Job, Pause, Procedure, Report
 from app.recordings.export import Exported
 from app.recordings.library import RecordingEntry
 from app.store.trouble import StoreTrouble

@@ -19,8 +19,7 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.job import Job
-from app.engine.procedure import Procedure
+from app.engine.procedure import Job, Procedure
 from app.engine.target import Target
 from app.procedures.find import find_rate
 from app.procedures.history import read_history

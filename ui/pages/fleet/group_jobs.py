@@ -6,7 +6,7 @@ from itertools import chain
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.job import Job
+from app.engine.procedure import Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, column, outcome_of
 from app.preflight.evidence import OVER
