@@ -43,6 +43,7 @@ _ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON
 _SHARE_OF_WIDTH: Final = 0.8
 _TITLE_BAR_PX: Final = 36
 """The most that a system puts above a dialog."""
+_TITLE_BUTTONS_PX: Final = 160
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 ThenPath = Callable[[Path], object]
@@ -83,6 +84,9 @@ def show_over_page(dialog: QDialog, *, is_large: bool = False) -> None:
         page = window.findChild(QWidget, "centre") or window
         largest = QSize(round(page.width() * _SHARE_OF_WIDTH), page.height() - _TITLE_BAR_PX)
         dialog.adjustSize()
+        # No title is elided; beside it are the buttons of the system.
+        title_px = dialog.fontMetrics().horizontalAdvance(dialog.windowTitle()) + _TITLE_BUTTONS_PX
+        dialog.resize(dialog.size().expandedTo(QSize(title_px, 0)))
         dialog.resize(largest if is_large else dialog.size().boundedTo(largest))
         dialog.show()  # its style may make it larger
         spare = page.size() - dialog.size() - QSize(0, _TITLE_BAR_PX)

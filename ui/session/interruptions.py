@@ -6,7 +6,7 @@ written.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from PySide6.QtCore import QObject, Signal
@@ -35,6 +35,8 @@ class Remainder:
     text: UserMessage | None = None
     drafts: Mapping[str, Value] | None = None
     """By the setting's key, as they stood when the conversation ended; not written."""
+    mistyped: Mapping[str, str] = field(default_factory=dict)
+    """What stood in a field and cannot be sent, by the setting's key."""
 
 
 class Interruptions(QObject):
@@ -72,8 +74,9 @@ class Interruptions(QObject):
         *,
         text: UserMessage | None = None,
         drafts: Mapping[str, Value] | None = None,
+        mistyped: Mapping[str, str] | None = None,
     ) -> None:
-        self.remainders += (Remainder(kind, module, self._wall_clock(), text, drafts),)
+        self.remainders += (Remainder(kind, module, self._wall_clock(), text, drafts, mistyped or {}),)
         self.changed.emit()
 
     def close(self) -> None:
@@ -83,7 +86,7 @@ class Interruptions(QObject):
 
     def count_drafts(self) -> int:
         """Settings that were edited, are kept here and are not written."""
-        return sum(len(remainder.drafts) for remainder in self.remainders if remainder.drafts is not None)
+        return sum(len(one.drafts or ()) + len(one.mistyped) for one in self.remainders)
 
     def discard_drafts(self) -> None:
         """A person does not want them."""

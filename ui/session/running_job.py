@@ -3,7 +3,7 @@ write that takes protection away."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from app.engine.procedure import Job, Procedure, Report, Result
 from app.procedures.write import SettingChange, risk_message
@@ -13,6 +13,8 @@ from ui.services.job_notice import JobNotice, progress_notice
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
+
+GREYED_AFTER_S: Final = 0.5
 
 
 class RunningJob(JobNotice):
@@ -24,6 +26,7 @@ class RunningJob(JobNotice):
         self.progress: Report | None = None
         self._module = module
         self._job: Job[Any] | None = None
+        self._began_at = 0.0
 
     @property
     def is_running(self) -> bool:
@@ -32,6 +35,13 @@ class RunningJob(JobNotice):
     @property
     def can_run(self) -> bool:
         return self._module.is_going and self._job is None
+
+    @property
+    def looks_free(self) -> bool:
+        """Whether its buttons are shown as enabled: a job that ends at once does not grey them for an instant. While it
+        runs a press does nothing."""
+        is_short = self._job is not None and self._module.now_s - self._began_at < GREYED_AFTER_S
+        return self.can_run or (self._module.is_going and is_short)
 
     def run(
         self,
@@ -43,6 +53,7 @@ class RunningJob(JobNotice):
         """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not.
         `expects`: see `ShownModule.run`."""
         self.progress = self._notice = None
+        self._began_at = self._module.now_s
         self._job = self._module.run(
             procedure, partial(self._end, then), on_progress=self._remember_progress, expects=expects
         )

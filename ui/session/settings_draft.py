@@ -28,6 +28,7 @@ from app.text.messages import UserMessage, joined, message
 from app.text.sentences import join_names, join_sentences
 from protocol.fields import Value
 from protocol.translatable import marked
+from ui.session.interruptions import Remainder
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -111,15 +112,24 @@ class SettingsDraft(QObject):
             return 0
         return self.form.count_unsent(self._module.view, self._module.now_s)
 
-    def beside(self, drafts: Mapping[str, Value]) -> str:
+    def beside(self, remainder: Remainder) -> str:
         """Edits of an ended conversation beside what the module holds now: "Free-fall time 1.60 s → 1.20 s"."""
         texts = []
         for command in FORM_COMMANDS:
-            wanted, held = drafts.get(command.key), self._module.view.fresh(command.key, self._module.now_s)
-            if wanted is not None:
-                values = [value_text(command, value) for value in (held, wanted) if value is not None]
-                texts.append(f"{tr(command.title)} {' → '.join(values)}")
+            held = self._module.view.fresh(command.key, self._module.now_s)
+            wanted = remainder.mistyped.get(command.key, "")
+            if remainder.drafts is not None and command.key in remainder.drafts:
+                wanted = value_text(command, remainder.drafts[command.key])
+            if wanted:
+                values = wanted if held is None else f"{value_text(command, held)} → {wanted}"
+                texts.append(f"{tr(command.title)} {values}")
         return join_names(texts)
+
+    def take_over(self, remainder: Remainder) -> None:
+        """The edits of an ended conversation, also what stood in a field and cannot be sent."""
+        self.fill(remainder.drafts or {})
+        for key, text in remainder.mistyped.items():
+            self.mistype(key, text)
 
     def notice(self) -> Notice | None:
         """Progress, a question or a result; else why nothing can be written."""
@@ -277,7 +287,8 @@ class SettingsDraft(QObject):
             self._say_ended(job.error)
         elif report.is_cancelled:
             # So that the rows show what the module holds now.
-            self.job.run(read_everything(), lambda _read: self.job.notify(Meaning.INFORMATION, tr("Cancelled.")))
+            text = join_sentences((tr("Cancelled."), _written_notice(report).text))
+            self.job.run(read_everything(), lambda _read: self.job.notify(Meaning.ATTENTION, text))
         elif report.is_refused:
             self._ask(report.refusals, wish)
         else:
@@ -304,8 +315,8 @@ class SettingsDraft(QObject):
             for command in FORM_COMMANDS
             if command.key in edited and not is_confirmed(command, values.get(command.key), edited[command.key])
         }
-        if drafts:
-            self._module.keep_drafts(drafts)
+        if drafts or self.form.mistyped:
+            self._module.keep_drafts(drafts, self.form.mistyped)
 
 
 def _written_notice(report: WriteReport) -> Notice:

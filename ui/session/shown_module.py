@@ -252,9 +252,9 @@ class ShownModule(QObject):
         """What was interrupted with its conversation; stays as a notice until a person closes it."""
         self._port.interruptions.keep(RemainderKind.REPORT, self.name, text=text)
 
-    def keep_drafts(self, drafts: Mapping[str, Value]) -> None:
+    def keep_drafts(self, drafts: Mapping[str, Value], mistyped: Mapping[str, str]) -> None:
         """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
-        self._port.interruptions.keep(RemainderKind.DRAFTS, self.name, drafts=drafts)
+        self._port.interruptions.keep(RemainderKind.DRAFTS, self.name, drafts=drafts, mistyped=mistyped)
 
     @property
     def is_busy(self) -> bool:

@@ -344,11 +344,11 @@ class Attention(QObject):
 
     def _remainder_notice(self, port: Port, remainder: Remainder) -> Notice:
         """A report, or the edits of an ended conversation beside what the module holds now."""
-        module, drafts = port.module, remainder.drafts
+        module = port.module
         who, when = module_label(remainder.module), clock_time(remainder.at)
         close = partial(port.interruptions.close_remainder, remainder)
         cause = f"remainder {id(remainder)}"
-        if drafts is None:
+        if remainder.kind is RemainderKind.REPORT:
             what = "" if remainder.text is None else remainder.text.translated()
             text = tr("{module}, interrupted {time}: {what}", module=who, time=when, what=what)
             return Notice(Meaning.ATTENTION, text, (), close, cause)
@@ -356,11 +356,11 @@ class Attention(QObject):
 
         def take_over() -> None:
             if module.settings.can_edit:
-                module.settings.fill(drafts)
+                module.settings.take_over(remainder)
                 close()
                 self._go_to("settings")
 
-        what = module.settings.beside(drafts)
+        what = module.settings.beside(remainder)
         text = tr("{module}, interrupted {time}, not written: {what}.", module=who, time=when, what=what)
         if module.is_read and not is_same:
             text = join_sentences((text, tr("First say that it is {module}.", module=remainder.module)))

@@ -90,15 +90,18 @@ class SettingsPage(Page):
         count = len(work.changes)
         writing = sum(1 for row in rows if row.state is RowState.WRITING)
         self.write.setText(_write_text(count or writing))
-        self.write.setEnabled(work.job.can_run and count > 0 and not work.form.mistyped)
-        self.read.setEnabled(work.job.can_run)
+        self.write.setEnabled(work.job.looks_free and count > 0 and not work.form.mistyped)
+        self.read.setEnabled(work.job.looks_free)
         self.revert.setEnabled(work.can_edit and work.form.has_drafts)
         self.measure.setEnabled(work.can_edit)
         self.defaults.setEnabled(work.can_edit)
         self.as_found.setEnabled(work.can_edit and work.as_found is not None)
         self.recent.setEnabled(bool(self._preferences.recent_profiles))
         self._show_code()
-        self.strip.show_notice(work.notice() or self.files.result_notice())
+        notice = work.notice()
+        if notice is not None and not self.files.is_busy and self.files.result_notice() is not None:
+            self.files.dismiss()  # it is older, and would stand again when the other one is over
+        self.strip.show_notice(notice or self.files.result_notice())
         if work.bands is not None:
             self.calibration.show_calibration(work)
             self._stack.setCurrentWidget(self.calibration)

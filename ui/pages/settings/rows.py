@@ -37,6 +37,8 @@ STYLES: Final[Mapping[RowState, StateStyle]] = {
     RowState.VERIFIED: StateStyle(Icon.CHECK, Meaning.GOOD),
     RowState.FAILED: StateStyle(Icon.CROSS, Meaning.DANGER),
 }
+# What a value takes away looks like every other warning.
+WARNED: Final = StateStyle(Icon.WARNING, Meaning.ATTENTION)
 HEADS: Final = (marked("Parameter"), marked("Module"), marked("New value"), marked("State"))
 # Of each column in the width: parameter, module, new value, state, what it means, buttons.
 SHARES: Final = (30, 24, 25, 23, 37, 0)
@@ -60,6 +62,7 @@ class SettingsTable(QFrame):
             self.grid.setColumnStretch(column, share)
         for column, english in enumerate(HEADS[: len(self.shares)]):
             self.grid.addWidget(named(QLabel(tr(english)), f"settings_head_{column}", "caption"), 0, column)
+        self.grid.addWidget(named(QFrame(), "settings_head_line", "line"), 1, 0, 1, len(self.shares))
         self.rows: dict[str, SettingRow] = {}
         for command in FORM_COMMANDS:
             self.rows[command.key] = SettingRow(self, command, find_work)
@@ -117,23 +120,21 @@ class SettingRow(QObject):
         self.discard.setVisible(row.edited is not None or bool(row.mistyped))
         for widget in (self.editor, self.default, self.discard):
             widget.setEnabled(is_editable)
-        self._show_state(row)
-        self._show_reason(row)
-
-    def _show_state(self, row: FormRow) -> None:
+        is_bad = row.state in (RowState.FAILED, RowState.IMPOSSIBLE)
+        is_loud = not is_bad and any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
         word = tr(row.state.value)
         self.state.setText(word)
         self.state.setAccessibleName(labelled(tr(self.command.title), word))
-        style = STYLES[row.state]
+        style = WARNED if is_loud else STYLES[row.state]
         self.picture.show_icon(style.icon, style.meaning, is_muted=style.meaning is None)
         set_role(self.state, "muted" if style.meaning is None else "")
+        self._show_reason(row, is_bad=is_bad, is_loud=is_loud)
 
-    def _show_reason(self, row: FormRow) -> None:
+    def _show_reason(self, row: FormRow, *, is_bad: bool, is_loud: bool) -> None:
         """What a value takes away is said for as long as it stands, before why its row is in its state."""
         reason = reason_text(row)
         meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
-        is_loud = any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
-        if row.state in (RowState.FAILED, RowState.IMPOSSIBLE):
+        if is_bad:
             self.reason.setText(reason)
             set_role(self.reason, "danger")
         elif is_loud:

@@ -101,6 +101,15 @@ def test_edits_of_an_unnamed_module_wait_until_all_is_read(one: Desk) -> None:
     assert take_over(one).isEnabled()
 
 
+def test_what_was_mistyped_stays_as_a_draft_too(one: Desk) -> None:
+    type_into(one, "attitude_threshold", "650")
+    restart(one)
+    assert "650" in foot(one)
+    one.click(take_over(one))
+    assert one.settings.work.form.mistyped == {TILT: "650"}
+    assert one.changes() == []
+
+
 def test_a_risk_that_was_accepted_does_not_come_over(one: Desk) -> None:
     one.bench.change(refuses=True)
     type_into(one, "attitude_threshold", "40")
