@@ -64,10 +64,6 @@
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
     <message>
-        <source>A higher window also shows: {plots}</source>
-        <translation>窗口再高一些还会显示：{plots}</translation>
-    </message>
-    <message>
         <source>A jolt may fire it.</source>
         <translation>颠簸即可能触发。</translation>
     </message>

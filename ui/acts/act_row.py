@@ -1,6 +1,7 @@
 """Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
 from app.engine.procedure import Job
@@ -15,10 +16,10 @@ from ui.acts.outcomes import ASKING, has_turned, motion_text, not_begun, open_co
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
-from ui.style.theme import Space
+from ui.style.theme import Space, font
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row, stacked
+from ui.widgets.layouts import in_column, in_row, retain_size, stacked
 from ui.widgets.notice_bar import NoticeBar
 
 
@@ -113,8 +114,11 @@ class ActRow(QFrame):
         self._title.setWordWrap(False)
         for label in (self._effect, self.conditions):
             label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        for part in (self._effect, self.conditions, self._words, self.notice_bar):
+            retain_size(part)  # as high for any of them
         stacked(self._reasons, self._effect, self.conditions)
         head = in_row(self._title, (self.live, 1), spacing=Space.M)
         in_column(head, self._reasons, of=self._words, spacing=2, margins=0)
+        self._words.setMinimumHeight(2 * QFontMetrics(font()).lineSpacing() + Space.M)  # that of a notice
         stacked(self._place, self._words, self.notice_bar)
         in_row((self._place, 1), self.confirm, of=self, spacing=Space.L, margins=(Space.M, Space.XS))

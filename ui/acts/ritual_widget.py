@@ -32,7 +32,7 @@ from ui.style.theme import Meaning, Size, Space, font, is_text_large
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row, stacked
+from ui.widgets.layouts import in_column, in_row, retain_size, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
@@ -319,6 +319,8 @@ class RitualWidget(QFrame):
         self.disarm(Input.WINDOW_LEFT)
 
     def _lay_out(self) -> None:
+        for part in (self._effect, self.conditions, self._words, self.notice_bar):
+            retain_size(part)  # as high for any of them
         stacked(self._reasons, self._effect, self.conditions)
         stacked(self._head, self._words, self.notice_bar)
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
@@ -329,6 +331,7 @@ class RitualWidget(QFrame):
             self._words.setMinimumHeight(QFontMetrics(font(is_bold=True)).lineSpacing() + 2 * small_px)
         else:
             in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
+            self._words.setMinimumHeight(QFontMetrics(font()).lineSpacing() + Space.XL + Space.XS)  # that of a notice
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         steps = QGridLayout()
         steps.setHorizontalSpacing(Space.L)

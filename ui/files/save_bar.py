@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
-from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt, csv_parts, part_count
@@ -19,10 +19,10 @@ from ui.core.background_task import Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.job_notice import JobNotice
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.theme import Meaning, Size, Space, current, font, is_text_large
+from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import in_column, in_row, retain_size
+from ui.widgets.layouts import in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 16
@@ -156,23 +156,19 @@ class SaveBar(QWidget):
         self.note = SaveNote("live_note")
         retain_size(self.note)
         self.csv = control(
-            QPushButton(tr("Save values…")), "live_save_csv", keys="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv
-        )
+            QToolButton(), "live_save_csv", says=tr("Save values…"), keys="Ctrl+S", picture=Icon.TABLE,
+            slot=self.save_csv,
+        )  # fmt: skip
         self.png = control(
-            QPushButton(tr("Save picture…")),
-            "live_save_png",
-            keys="Ctrl+Shift+S",
-            picture=Icon.CAMERA,
+            QToolButton(), "live_save_png", says=tr("Save picture…"), keys="Ctrl+Shift+S", picture=Icon.CAMERA,
             slot=self.save_png,
-        )
+        )  # fmt: skip
         self.stop = control(
             QPushButton(tr("Cancel")), "live_save_cancel", picture=Icon.CROSS, slot=self.note.job.cancel_files
         )
         self.stop.hide()
         self.note.job.changed.connect(self._refresh_buttons)
-        lay_out = in_column if is_text_large() else in_row
-        buttons = lay_out(self.stop, self.csv, self.png, spacing=Space.S)
-        in_row((self.note, 1), buttons, of=self, spacing=Space.S, margins=0)
+        in_row((self.note, 1), self.stop, self.csv, self.png, of=self, spacing=Space.S, margins=0)
 
     def _refresh_buttons(self) -> None:
         self.stop.setVisible(self.note.job.is_writing)

@@ -187,16 +187,13 @@ class LaneView:
         for line in self.limits:
             line.apply_theme(ratio)
 
-    def place(self, box: QRectF | None) -> None:
-        """Puts the lane at `box`, with the labels of its values at the left; None: hides it."""
-        for item in (self.view, self.values):
-            item.setVisible(box is not None)
-        if box is not None:
-            self.box, self._range = box, None
-            whole = box.adjusted(0, -EDGE_PX, EDGE_PX, EDGE_PX)
-            self.values.setWidth(box.left())
-            self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
-            self.view.setGeometry(whole)
+    def place(self, box: QRectF) -> None:
+        """Puts the lane at `box`, with the labels of its values at the left."""
+        self.box, self._range = box, None
+        whole = box.adjusted(0, -EDGE_PX, EDGE_PX, EDGE_PX)
+        self.values.setWidth(box.left())
+        self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
+        self.view.setGeometry(whole)
 
     def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the next draw choose a smaller scale; otherwise the scale only grows."""

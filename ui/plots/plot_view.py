@@ -2,10 +2,11 @@
 
 from collections import deque
 from collections.abc import Sequence
+from math import ceil
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
@@ -21,10 +22,8 @@ from ui.style.theme import current
 
 # In ten hours one every 36 s.
 _MAX_MARKS: Final = 1000
-_MIN_LANES: Final = 2
 _MIN_LINES: Final = 2.5
-"""Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
-lanes."""
+"""Minimum height of a lane in lines of text, below which the labels of limits overlap."""
 _NEAR_PX: Final = 6
 """A mark as near to the cursor is named there."""
 _DRAG_PX: Final = 3
@@ -54,12 +53,10 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.cursor_time = ""
         """The age and the time of day at the cursor, and the events there."""
         self.readings: list[Reading] = []
-        """The values at the cursor, also of lanes that a low window does not show."""
-        self.all_lanes = [LaneView(lane, self.scene()) for lane in lanes]
-        self.lanes = self.all_lanes
-        """Those in sight: only the first ones where there is no room for all."""
+        """The values at the cursor."""
+        self.lanes = [LaneView(lane, self.scene()) for lane in lanes]
         self.bounds = QRectF()
-        """Of all lanes in sight."""
+        """Of all lanes."""
         self.times, self.overlay = TimeAxis(self.lanes[0].view), Overlay()
         for item in (self.times, self.overlay):
             self.scene().addItem(item)
@@ -77,33 +74,28 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.setBackgroundBrush(QColor(theme.surface))
         self.times.apply_theme(QPen(QColor(theme.border)))
         self.overlay.apply_theme()
-        for number, lane in enumerate(self.all_lanes):
+        for number, lane in enumerate(self.lanes):
             lane.apply_theme(theme.curves[number % len(theme.curves)], self.devicePixelRatioF())
         self.arrange()
 
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
         whole, line = QRectF(self.viewport().rect()), self.overlay.line_px
-        labels = (tr(line.label, value="000") for lane in self.all_lanes for line in lane.limits)
+        labels = (tr(line.label, value="000") for lane in self.lanes for line in lane.limits)
         labels_px = max((self.overlay.size(label, is_bold=True).width() for label in labels), default=0.0)
         left = self.overlay.size("−180").width() + 8
         right = max(left + 50, whole.right() - labels_px - 12)
         title = line + 6
-        for count in range(len(self.all_lanes), 0, -1):
-            self.lanes = self.all_lanes[:count]
-            axis = line + (4 if count == len(self.all_lanes) else line + 8)  # a line that names the hidden ones
-            room = max(line, whole.height() - axis - count * title)
-            weights = sum(lane.lane.weight for lane in self.lanes)
-            least = _MIN_LINES if count > _MIN_LANES else 1.0
-            if room * self.lanes[-1].lane.weight / weights >= least * line:
-                break
+        around = line + 4 + len(self.lanes) * title
+        weights = sum(lane.lane.weight for lane in self.lanes)
+        lowest = min(lane.lane.weight for lane in self.lanes)
+        self.setMinimumHeight(ceil(around + _MIN_LINES * line * weights / lowest))
+        room = max(line, whole.height() - around)
         top = 0.0
         for lane in self.lanes:
             height = round(room * lane.lane.weight / weights)
             lane.place(QRectF(round(left), top + title, round(right - left), height))
             top += title + height
-        for lane in self.all_lanes[len(self.lanes) :]:
-            lane.place(None)
         self.overlay.setRect(whole)
         self.times.setHeight(line + 4)
         self.times.setGeometry(QRectF(round(left), top - 1, round(right - left) + EDGE_PX, line + 4))
@@ -112,7 +104,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
     def fit(self) -> None:
         """Shows all values vertically."""
-        for lane in self.all_lanes:
+        for lane in self.lanes:
             lane.fit(is_chosen_too=True)
         self.time_range.changed.emit()
 
@@ -129,17 +121,17 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def _appearance_key(self, now_s: float) -> object:
         """What the picture depends on and may change by itself."""
         span = self.time_range.span_at(now_s)
-        limits = [line.value for lane in self.all_lanes for line in lane.limits]
+        limits = [line.value for lane in self.lanes for line in lane.limits]
         if self.time_range.is_live:  # new samples are within the last pixel
             return span, limits
-        newest = (lane.lane.series.last for lane in self.all_lanes)
+        newest = (lane.lane.series.last for lane in self.lanes)
         return span, limits, [None if sample is None else min(sample.time_s, span.end_s) for sample in newest]
 
     def draw(self) -> None:
         """Draws all again, unless it is hidden."""
         time_range, span, cursor_s = self.time_range, self.time_range.span, self.time_range.cursor_s
         marks = [mark for mark in self.marks if span.start_s <= mark.time_s <= span.end_s]
-        self.readings = [] if cursor_s is None else [reading(lane.lane, cursor_s) for lane in self.all_lanes]
+        self.readings = [] if cursor_s is None else [reading(lane.lane, cursor_s) for lane in self.lanes]
         self.cursor_time = "" if cursor_s is None else self._time_text(cursor_s, marks)
         if not self.isVisible():
             self.forget()
@@ -147,7 +139,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self._drawn = self._appearance_key(time_range.now_s)
         seen, self._seen = self._seen, (span.length_s, time_range.is_live)
         if seen[0] != span.length_s or time_range.is_live > seen[1]:
-            for lane in self.all_lanes:
+            for lane in self.lanes:
                 lane.fit()
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         is_clock = self.shows_clock or not time_range.is_live
@@ -166,7 +158,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         drawing.setSize(self.size())
         drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
         drawing.setViewBox(self.rect())
-        axes = (self.times, *(lane.values for lane in self.all_lanes))
+        axes = (self.times, *(lane.values for lane in self.lanes))
         for axis in axes:
             axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
         painter = QPainter(drawing)
@@ -199,11 +191,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             lefts = [first]
         for lane in self.lanes:
             lane.name_past(overlay)
-        hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
-        if hidden:
-            note = tr("A higher window also shows: {plots}", plots=hidden)
-            place = QPointF(first, self.viewport().height() - overlay.line_px - 2)
-            overlay.put(note, theme.muted, [place], is_above=True)
 
     def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
@@ -337,6 +324,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
             self.time_range.changed.emit()
         return is_handled
+
+    def sizeHint(self) -> QSize:
+        return QSize(self.minimumSize())  # that of a scene is what it was laid out in
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         super().resizeEvent(event)

@@ -16,14 +16,13 @@ from app.text.i18n import tr
 from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import ChoiceButton, control, named
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _LENGTHS_S: Final = {10.0: ("{value} s", 10), 60.0: ("{value} s", 60), 600.0: ("{value:.0f} min", 10)}
-_LEAST_PX: Final = 144
 
 
 class TimePlot(QWidget):
@@ -51,7 +50,6 @@ class TimePlot(QWidget):
         self.canvas.setAccessibleName(tr("Plots"))
         self.canvas.setWhatsThis(tr("Arrow keys move, + and − zoom, Shift with arrow keys reads off"))
         self.canvas.customContextMenuRequested.connect(self._show_menu)
-        self._head.clock.toggled.connect(self._show_clock_time)
         self.time_range.changed.connect(self._redraw)
         self.apply_theme()
         VisibilityTimer(self, self._redraw, restyle=self.apply_theme)
@@ -84,7 +82,6 @@ class TimePlot(QWidget):
         self._head.refresh()
 
     def apply_theme(self) -> None:
-        self.setMinimumHeight(scaled(_LEAST_PX))
         self.canvas.apply_theme()
         self._redraw()
 
@@ -96,7 +93,7 @@ class TimePlot(QWidget):
         self.canvas.draw()
         values = (
             f"{tr(lane.lane.title)} {reading.text}"
-            for lane, reading in zip(self.canvas.all_lanes, self.canvas.readings, strict=False)
+            for lane, reading in zip(self.canvas.lanes, self.canvas.readings, strict=False)
         )
         self.reading = ", ".join(filter(None, (self.canvas.cursor_time, *values)))
         if self.canvas.hasFocus():
@@ -116,9 +113,9 @@ class TimePlot(QWidget):
         live.setShortcut(QKeySequence(Qt.Key.Key_End))
         live.setEnabled(not (time_range.is_live or time_range.is_whole))
         if not time_range.is_recorded:
-            clock = menu.addAction(tr("Time of day"), self._head.clock.toggle)
+            clock = menu.addAction(tr("Time of day"), lambda: self._show_clock_time(not self.canvas.shows_clock))
             clock.setCheckable(True)
-            clock.setChecked(self._head.clock.isChecked())
+            clock.setChecked(self.canvas.shows_clock)
         menu.popup(self.canvas.viewport().mapToGlobal(place))
 
 
@@ -132,14 +129,6 @@ class PlotHeader(QWidget):
         self._offers_pause: bool | None = None
         self.chip = named(StateChip(tr("Plots"), is_measured=True), "time-plot-state")
         self.chip.set_caption(tr("Plots"))
-        self.clock = control(
-            QToolButton(),
-            "time-plot-clock",
-            says=tr("Time of day"),
-            picture=Icon.CLOCK,
-            role="segment",
-            is_checkable=True,
-        )
         self._lengths = {length_s: self._segment(length_s) for length_s in _LENGTHS_S}
         self._whole = control(
             QToolButton(),
@@ -152,11 +141,9 @@ class PlotHeader(QWidget):
         )
         self.pause = control(QPushButton(), "time-plot-pause", slot=time_range.toggle_pause)
         self.pause.setAutoDefault(False)
-        at_right = (self.clock, *self._lengths.values(), self._whole, self.pause)
-        self.row = FlowRow(self.chip, right=at_right, of=self, spacing=Space.XS)
+        in_row(self.chip, 1, *self._lengths.values(), self._whole, self.pause, of=self, spacing=Space.XS, margins=0)
         self._whole.setVisible(time_range.is_recorded)
-        for button in (self.pause, self.clock):
-            button.setVisible(not time_range.is_recorded)
+        self.pause.setVisible(not time_range.is_recorded)
 
     def _segment(self, length_s: float) -> QToolButton:
         text, value = _LENGTHS_S[length_s]

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
 
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Space, scaled
+from ui.style.theme import scaled
 from ui.widgets.controls import control, named
-from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 if TYPE_CHECKING:
@@ -36,32 +35,23 @@ class PageHeader(QWidget):
         self._menu: QMenu | None = None
         self.more = control(QToolButton(), f"{name}_more", says=tr("More"), picture=Icon.MORE, role="quiet")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.more.hide()
-        self._actions = FlowRow()
-        self.row: QHBoxLayout = in_row((self.title, 1), self._actions, of=self, spacing=Space.S, margins=0)
-        VisibilityTimer(self, self._fit, restyle=self._fit)
-        self._fit()
-        self._actions.add_right(self.more)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        self.row = QHBoxLayout(self)
+        self.row.setContentsMargins(0, 0, 0, 0)
+        self.row.addWidget(self.title, 1)
+        self.setMinimumHeight(scaled(HEIGHT_PX))
         for action in actions:
             self.add(action)
 
-    def _fit(self) -> None:
-        self.setMinimumHeight(scaled(HEIGHT_PX))
-
     def add(self, action: QWidget) -> None:
-        """One more action, at the right of those that are there; they wrap where there is no room beside the title."""
-        self._actions.removeWidget(self.more)
-        self.more.setParent(None)  # added again it is the last for Tab, too
-        self._actions.add_right(action, self.more)
-        self.more.setVisible(self._menu is not None)
+        """One more action, at the right of those that are there."""
+        self.row.addWidget(action)
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:
-        """An entry of the menu behind "⋯"."""
+        """An entry of the menu behind "⋯", which comes after what was added before."""
         if self._menu is None:
             self._menu = named(QMenu(self), f"{self._name}_more_menu")
             self.more.setMenu(self._menu)
-            self.more.show()
+            self.add(self.more)
         action = named(QAction(self), name)
         action.setText(text)
         action.triggered.connect(slot)

@@ -207,7 +207,7 @@ class MainWindow(QMainWindow):
         self._ports.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
-        self.stack.addWidget(page)  # with a style sheet of its own it would be polished once more
+        self.area.add(page)  # with a style sheet of its own it would be polished once more
         self._services.appearance.apply_to(page)
         self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)

@@ -5,13 +5,14 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QKeySequence, QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QListWidget,
     QListWidgetItem,
     QScrollArea,
+    QSizePolicy,
     QStackedWidget,
     QStyleOptionViewItem,
     QWidget,
@@ -26,7 +27,6 @@ from ui.session.shown_module import ShownModule
 from ui.style.icons import icon
 from ui.style.theme import Size, Space, font, scale_in_use, scaled
 from ui.widgets.controls import named
-from ui.widgets.layouts import least_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
 FRAME: Final = QSize(4, 36)
@@ -64,45 +64,12 @@ BREATH_MS: Final = 1
 """Between two turns; with 0 Qt would process no other events."""
 _BATCH_PAGES: Final = ("diagnosis", "live")
 """Pages that need every batch from the first byte on; connecting waits only for these."""
-
-
-class _Holder(QWidget):
-    """Holds the stack without a layout, which would ask for the minimum size of all pages."""
-
-    def __init__(self, stack: QStackedWidget) -> None:
-        super().__init__()
-        self._stack = stack
-        self._least: QSize | None = None
-        stack.setParent(self)
-        stack.currentChanged.connect(self._measure)
-
-    def _measure(self) -> None:
-        self._least = None
-        self.updateGeometry()
-
-    def minimumSizeHint(self) -> QSize:
-        if self._least is None:
-            page = self._stack.currentWidget()
-            self._least = QSize() if page is None else least_size(page)
-        return self._least
-
-    def sizeHint(self) -> QSize:
-        return self.minimumSizeHint()
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() is QEvent.Type.LayoutRequest:
-            self._measure()  # a page that became narrower asks for less
-        return super().event(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._stack.setGeometry(self.rect())
-        if event.oldSize().width() != event.size().width():
-            self._measure()  # texts wrap at other places
+_IN_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+_OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
 
 
 class PageArea(QScrollArea):
-    """`stack` holds the pages; scrolls where the window is smaller than the page's minimum size."""
+    """Scrolls the page in sight where it does not fit. `stack` holds all pages."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -111,16 +78,25 @@ class PageArea(QScrollArea):
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.stack = named(QStackedWidget(), "pages")
-        self.holder = named(_Holder(self.stack), "page_holder")
-        self.setWidget(self.holder)
-        self.stack.currentChanged.connect(lambda _page: self.verticalScrollBar().setValue(0))
+        self.setWidget(self.stack)
+        self.stack.currentChanged.connect(self._on_page)
         self.viewport().setAutoFillBackground(False)
-        self.holder.setAutoFillBackground(False)
+        self.stack.setAutoFillBackground(False)
+
+    def add(self, page: QWidget) -> None:
+        # A stack asks for the room of all its pages; one whose size is ignored counts for nothing.
+        page.setSizePolicy(_OUT_OF_SIGHT)
+        self.stack.addWidget(page)
+
+    def _on_page(self) -> None:
+        for page in filter(None, map(self.stack.widget, range(self.stack.count()))):
+            page.setSizePolicy(_IN_SIGHT if page is self.stack.currentWidget() else _OUT_OF_SIGHT)
+        self.verticalScrollBar().setValue(0)
 
     @property
     def holders(self) -> tuple[QWidget, ...]:
         """The widgets around the pages, from the outside in."""
-        return (self, self.viewport(), self.holder, self.stack)
+        return (self, self.viewport(), self.stack)
 
 
 class PageMaker(QObject):

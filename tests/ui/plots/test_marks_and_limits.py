@@ -12,14 +12,12 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_statistics import TripClass
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
-from tests.support.window.contrast import style_all
-from tests.support.window.steps import find, given
+from tests.support.window.steps import given
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.pages.diagnosis.statistics import OverTime, Stretch
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
-from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
 from ui.style import theme
 from ui.style.appearance import Appearance
@@ -173,51 +171,31 @@ def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
     assert bench.lane.scale[:2] == (0, 180)
 
 
-def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qtbot: QtBot) -> None:
-    scales = (Scale(0, 4, 2),)
-    weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
-    style_all(qapp, LIGHT)
-    lanes = [Lane(title, "", Series(), scales, weight=weight) for title, weight in weights.items()]
-    plot = TimePlot(lanes, wall_offset_s=0.0)
-    qtbot.addWidget(plot)
-    plot.show()
-    view = find(plot, PlotView, "time-plot-canvas")
-    seen = {}
-    for height in (600, 300, 240, 600):
-        plot.resize(600, height)
-        QApplication.processEvents()
-        seen[height] = [lane.lane.title for lane in view.lanes]
-        plot.time_range.point_at(plot.time_range.span.start_s + 1)
-        assert all(f"{title} no data" in plot.reading for title in weights)
-        for lane in view.lanes:  # an item beyond its bounds is not drawn
-            assert all(line.boundingRect() == lane.view.viewRect() for line in (lane.curve, lane.grid, *lane.limits))
-        text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
-        assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
-        assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
-        hidden = ", ".join(title for title in weights if title not in seen[height])
-        notes = [shown.what for shown in view.overlay.shown if str(shown.what).startswith("A higher window")]
-        assert notes == ([f"A higher window also shows: {hidden}"] if hidden else [])
-    assert seen[600] == list(weights)
-    assert seen[240] == ["Tilt", "Acceleration"]
-
-
 @pytest.mark.parametrize("percent", [100, 200])
-def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbot: QtBot, percent: int) -> None:
-    """At 200 % the line that names the hidden plots lay on them."""
+def test_at_their_least_height_all_plots_are_there_and_nothing_covers_the_times(
+    qapp: QApplication, qtbot: QtBot, percent: int
+) -> None:
     theme.zoom(percent)
-    looks = Appearance(qapp, Choice.LIGHT)
-    lanes = [Lane(title, "", Series(), (Scale(0, 4, 2),)) for title in ("Tilt", "Acceleration", "Light")]
+    looks = Appearance(qapp, Choice.SUNLIGHT)
+    weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
+    lanes = [Lane(title, "", Series(), (Scale(0, 4, 2),), weight=weight) for title, weight in weights.items()]
     plot = TimePlot(lanes, wall_offset_s=0.0)
     qtbot.addWidget(plot)
     looks.apply_theme(plot)
-    plot.resize(600, plot.minimumHeight())
+    plot.resize(600, plot.minimumSizeHint().height())
     plot.show()
     QApplication.processEvents()
-    times, written = plot.canvas.times, [*plot.canvas.overlay.shown]
-    labels = [times.mapRectToScene(room) for _, room in labels_of(times)]
+    view = plot.canvas
+    text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
+    for lane in view.lanes:
+        assert lane.box.height() >= text_px
+        # An item beyond its bounds is not drawn.
+        assert all(line.boundingRect() == lane.view.viewRect() for line in (lane.curve, lane.grid, *lane.limits))
+    assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
+    assert view.rect().contains(view.lanes[-1].box.toRect())
+    labels = [view.times.mapRectToScene(room) for _, room in labels_of(view.times)]
     assert labels
-    assert any(str(shown.what).startswith("A higher window") for shown in written)
-    assert not any(shown.room.intersects(label) for shown in written for label in labels)
+    assert not any(shown.room.intersects(label) for shown in view.overlay.shown for label in labels)
 
 
 CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))

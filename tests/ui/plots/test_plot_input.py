@@ -137,7 +137,7 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     actions["Copy picture"].trigger()
     assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
     actions["Time of day"].trigger()
-    assert bench.button("time-plot-clock").isChecked()
+    assert all(text.count(":") == 2 for text in bench.times)
 
 
 def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:

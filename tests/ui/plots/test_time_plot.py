@@ -253,12 +253,6 @@ def test_the_smallest_scale_that_holds_everything_is_taken() -> None:
 # The time line
 
 
-def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
-    assert bench.times[-1] == "now"
-    qtbot.mouseClick(bench.button("time-plot-clock"), LEFT)
-    assert all(text.count(":") == 2 for text in bench.times)
-
-
 def ticks_of(bench: Bench, length_s: float, end_wall_s: float | None = None) -> list[tuple[float, str]]:
     """Those of a span, and their labels, on an axis with room for six."""
     axis: TimeAxis = bench.view.times
@@ -288,7 +282,7 @@ def test_ticks_of_the_clock_are_at_round_times(bench: Bench) -> None:
 @pytest.mark.parametrize("width_px", range(400, 800, 50))
 @pytest.mark.parametrize("is_clock", [False, True])
 def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, is_clock: bool) -> None:
-    bench.button("time-plot-clock").setChecked(is_clock)
+    bench.view.shows_clock = is_clock
     bench.window.resize(width_px, 520)
     QApplication.processEvents()
     rooms = [room for _, room in labels_of(bench.view.times)]

@@ -268,7 +268,7 @@ def test_a_page_begins_at_its_top_wherever_the_one_before_was_scrolled_to(qtbot:
     for _ in range(2):
         page = QWidget()
         page.setMinimumHeight(900)
-        area.stack.addWidget(page)
+        area.add(page)
     area.resize(400, 300)
     area.show()
     qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 100)

@@ -1,9 +1,8 @@
 """Rows, columns, wrapping rows, elided texts and icons; the wheel changes only the value of a focused widget."""
 
-from itertools import pairwise
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QPointF, QRect, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractSlider,
@@ -24,109 +23,11 @@ from tests.support.window.painted_text import watching
 from tests.support.window.steps import given, let_lay_out
 from tests.support.window.walk import walking
 from ui.style.icons import Icon
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Meaning, Space, Theme
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Meaning, Theme
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, Gap, captioned_row, in_column, in_row, scroll_area
+from ui.widgets.layouts import Gap, in_column, in_row, scroll_area
 
-WIDTH, HEIGHT = 100, 30
-
-
-class Foot(QWidget):
-    """Three boxes at the left and one at the right; boxes, because a style sheet of another test dresses buttons."""
-
-    def __init__(self, qtbot: QtBot) -> None:
-        super().__init__()
-        qtbot.addWidget(self)
-        self.boxes = [QWidget() for _ in range(4)]
-        for box in self.boxes:
-            box.setFixedSize(WIDTH, HEIGHT)
-        row = FlowRow()
-        row.add(*self.boxes[:3])
-        row.add_right(self.boxes[3])
-        self.column = column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(row)
-        column.addStretch(1)
-        self.show()
-
-    def places(self, width: int) -> list[tuple[int, int]]:
-        self.resize(width, 300)
-        self.column.activate()
-        return [(box.x(), box.y()) for box in self.boxes]
-
-
-def test_even_shares_hold_what_is_in_them(qtbot: QtBot) -> None:
-    holder = QWidget()
-    qtbot.addWidget(holder)
-    row, boxes = FlowRow(of=holder, is_even=True), [QWidget() for _ in range(3)]
-    for box, width in zip(boxes, (WIDTH, 2 * WIDTH, WIDTH), strict=True):
-        box.setMinimumSize(width, HEIGHT)
-    row.add(*boxes)
-    for room, lines in ((4 * WIDTH + 2 * Space.S, 2), (6 * WIDTH + 2 * Space.S, 1)):
-        row.setGeometry(QRect(0, 0, room, 4 * HEIGHT))
-        assert len({box.y() for box in boxes}) == lines
-        assert all(box.width() >= box.minimumWidth() for box in boxes)
-        assert not any(one.geometry().intersects(two.geometry()) for one, two in pairwise(boxes))
-
-
-def test_with_room_it_is_one_line(qtbot: QtBot) -> None:
-    step = WIDTH + Space.S
-    assert Foot(qtbot).places(600) == [(0, 0), (step, 0), (2 * step, 0), (500, 0)]
-
-
-def test_without_room_it_wraps_and_the_main_button_stays_last(qtbot: QtBot) -> None:
-    step, below = WIDTH + Space.S, HEIGHT + Space.S
-    foot = Foot(qtbot)
-    assert foot.places(350) == [(0, 0), (step, 0), (2 * step, 0), (250, below)]
-    assert foot.places(240) == [(0, 0), (step, 0), (0, below), (140, below)]
-    assert foot.places(110) == [(0, 0), (0, below), (0, 2 * below), (10, 3 * below)]
-
-
-def test_captioned_fields_share_each_line_and_wrap_before_one_is_too_narrow(qtbot: QtBot) -> None:
-    holder, fields = QWidget(), [QWidget() for _ in range(4)]
-    qtbot.addWidget(holder)
-    for field in fields:
-        field.setMinimumSize(WIDTH, HEIGHT)
-    holder.setLayout(captioned_row(*(("Name", field) for field in fields)))
-    holder.show()
-    for width, lines in ((600, 1), (300, 2), (120, 4)):
-        holder.resize(width, 400)
-        let_lay_out(holder)
-        places = [field.mapTo(holder, QPoint()) for field in fields]
-        assert len({place.y() for place in places}) == lines
-        assert min(field.width() for field in fields) >= WIDTH
-        assert max(place.x() + field.width() for place, field in zip(places, fields, strict=True)) > width - Space.S
-
-
-def test_in_more_height_than_it_needs_it_is_centred(qtbot: QtBot) -> None:
-    holder, box = QWidget(), QWidget()
-    qtbot.addWidget(holder)
-    box.setFixedSize(WIDTH, HEIGHT)
-    FlowRow(box, of=holder).setGeometry(QRect(0, 0, 2 * WIDTH, HEIGHT + 20))
-    assert box.y() == 10
-
-
-def test_hidden_widgets_take_no_room(qtbot: QtBot) -> None:
-    foot = Foot(qtbot)
-    foot.boxes[1].hide()
-    assert foot.places(350)[3] == (250, 0)
-
-
-def test_it_asks_for_the_height_that_it_takes(qtbot: QtBot) -> None:
-    holder = QWidget()
-    qtbot.addWidget(holder)
-    row = FlowRow(of=holder)
-    for _ in range(3):
-        box = QWidget()
-        box.setFixedSize(WIDTH, HEIGHT)
-        row.add(box)
-    row.setContentsMargins(5, 5, 5, 5)
-    assert row.heightForWidth(400) == HEIGHT + 10
-    assert row.heightForWidth(120) == 3 * HEIGHT + 2 * Space.S + 10
-    assert row.minimumSize().width() == WIDTH + 10
-    assert row.itemAt(3) is None
-    assert row.takeAt(2) is not None
-    assert (row.count(), row.takeAt(7)) == (2, None)
+WIDTH = 100
 
 
 def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:

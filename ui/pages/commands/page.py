@@ -16,14 +16,13 @@ from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.theme import Space, scaled
+from ui.style.theme import Space
 from ui.widgets.controls import named, set_role
-from ui.widgets.labels import FittedLabel, text_label
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, scroll_area
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200
-_MEANING_PX: Final = 24
 GROUPS: Final = (
     ("commands_operation", marked("Operation"), (Act.ACTIVATE,)),
     ("commands_maintenance", marked("Maintenance"), (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
@@ -46,7 +45,7 @@ FIRED_WORDS: Final[Mapping[bool, str]] = {
 class CommandsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
-        self.meaning = named(FittedLabel(is_bold=True), "commands_state_meaning")
+        self.meaning = text_label("commands_state_meaning", "strong")
         self.acts = {act: ActRow(services, act) for _name, _title, acts in GROUPS for act in acts}
         self.ritual = RitualWidget(services)
         column = in_column(self.meaning, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
@@ -74,8 +73,7 @@ class CommandsPage(Page):
         fired = module.view.known("triggered", module.now_s)
         has_fired = fired is not None and fired.value is True
         is_locked = activation.state is Activation.LOCKED
-        self.meaning.show_text(tr(FIRED_WORDS[is_locked] if has_fired else STATE_WORDS[activation.state]))
-        self.meaning.setFixedHeight(scaled(_MEANING_PX))  # whatever it says, the acts below do not move
+        self.meaning.setText(tr(FIRED_WORDS[is_locked] if has_fired else STATE_WORDS[activation.state]))
         for row in self.acts.values():
             row.refresh()
         self.ritual.refresh()

@@ -23,7 +23,7 @@ from ui.plots.static_plot import StaticPlot
 from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import control, named
-from ui.widgets.layouts import FlowRow, in_row
+from ui.widgets.layouts import in_row
 from ui.widgets.sliders import Dial, WheelGuard, label_for
 
 
@@ -195,11 +195,9 @@ class FireMapView(StaticPlot):
             word: (QWidget(), named(QLabel(), "flights_map_swatch"), named(QLabel(), "flights_map_word", "small"))
             for word in _LEGEND
         }
-        keys = FlowRow()
         for key, swatch, label in self._legend.values():
             in_row(swatch, label, of=key, spacing=Space.XS, margins=0)
-            keys.add(key)
-        self.column.addLayout(keys)
+        self.column.addLayout(in_row(*(key for key, _swatch, _label in self._legend.values()), 1, spacing=Space.S))
 
     def show_maps(self, shown: FireMap, other: FireMap) -> None:
         if shown is not self._map:

@@ -40,7 +40,7 @@ from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
-from ui.style.theme import Space
+from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import Shortcut, control, named, set_role
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, retain_size, stacked
@@ -93,8 +93,10 @@ class EmptyPage(EmptyState):
             retain_size(button)
         self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
         middle = Qt.AlignmentFlag.AlignCenter
-        self._row = in_row(1, *((button, middle) for button in self._buttons), 1, spacing=Space.S)
-        self.column.insertLayout(5, self._row)
+        buttons = in_row(1, *((button, middle) for button in self._buttons), 1, spacing=Space.S)
+        if is_text_large():
+            buttons.setDirection(QBoxLayout.Direction.TopToBottom)
+        self.column.insertLayout(5, buttons)
 
     def refresh(self) -> None:
         state = self._ports.current.state
@@ -108,9 +110,6 @@ class EmptyPage(EmptyState):
         for button in self._buttons:
             button.setVisible(state.phase not in _BUSY)
         self._way.setVisible(is_idle)
-        is_narrow = sum(button.sizeHint().width() + Space.S for button in self._buttons) > self.width()
-        direction = QBoxLayout.Direction
-        self._row.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
 
 
 DRAW_EVERY_MS: Final = 150
@@ -362,7 +361,7 @@ class LivePage(Page):
         self._plots.addWidget(self._live_plot)
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
-        in_column(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        in_row(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.header = self.make_header(tr("Live"))
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.save, 1)  # shows where something was saved
@@ -378,9 +377,6 @@ class LivePage(Page):
 
     def ways_back(self) -> WaysBack:
         return ((self.recording is not None, self.back_to_live),)
-
-    def fit(self) -> None:
-        self.panel.fit_height(self.height())
 
 
 def _is_same_state(batch: Batch, other: Batch) -> bool:

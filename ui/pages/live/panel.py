@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from types import MappingProxyType
 from typing import Final
 
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.engine.conversation import ConversationView, How, Known
@@ -34,19 +33,16 @@ from ui.plots.lanes import Lane, Span, mark_of
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Size, Space, scaled
 from ui.widgets.controls import control, named
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.readout import Readout, StateChip, age_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _COUNT_EVERY_S: Final = 0.5
 """Slow, since the rate of reports often varies by one."""
-_TALL_FROM_PX: Final = 600
-"""Height of the page from which the gauge is larger."""
-_GAUGES_PX: Final = (76, 112)
-_MAX_APART_PX: Final = 56
+_GAUGE_PX: Final = 76
 _CELL: Final = marked("Cell voltage")
 _CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
@@ -70,8 +66,8 @@ class LivePanel(QFrame):
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
         self.light = named(Readout("", unit="V", template="0.0"), "live_light")
         self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
-        self.stream = named(Readout("", unit="/s", template="0"), "live_stream")
-        self.boot_count = named(Readout(""), "live_boot_count")
+        self.stream = named(Readout("", unit="/s", template="00", size=Size.TITLE), "live_stream")
+        self.boot_count = named(Readout("", size=Size.TITLE), "live_boot_count")
         self.moment = named(StateChip(""), "live_moment")
         self.activation = named(StateChip("", size=Size.SMALL), "live_activation")
         self.trigger = named(StateChip("", size=Size.SMALL), "live_trigger")
@@ -84,43 +80,16 @@ class LivePanel(QFrame):
         self._name()
         self._lay_out()
         self._reserve()
-        self.fit_height(0)
         VisibilityTimer(self, restyle=self._reserve)
 
     def be_recorded(self, *, is_recorded: bool) -> None:
         if is_recorded != self._is_recorded:
             self._is_recorded = is_recorded
-            self._then.setVisible(is_recorded)
-            self._spread()
+            for tile in (self._then, self.moment):
+                tile.setVisible(is_recorded)
+            for tile in (self.gauge, self.stream, self.boot_count):
+                tile.setVisible(not is_recorded)
             self._name()
-
-    def fit_height(self, page_px: int) -> None:
-        """Uses a larger gauge on a high page."""
-        height_px = _GAUGES_PX[page_px >= _TALL_FROM_PX]
-        if height_px != self.gauge.height():
-            self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
-            self._spread()
-
-    def _spread(self) -> None:
-        """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit, as is the
-        cell voltage, which the top bar has too, and the time under the cursor, which the plots have."""
-        room = self.contentsRect().width() - 2 * Space.M
-        here: list[QWidget] = [*self._tiles[:4], *([self._then] if self._is_recorded else [])]
-        px = sum(tile.minimumSizeHint().width() for tile in here)
-        has_cell = self._is_recorded or px + (len(here) - 1) * Space.M <= room
-        self.cell.setVisible(has_cell)
-        if not has_cell:
-            here.remove(self.cell)
-            px -= self.cell.minimumSizeHint().width()
-        for tile in (self.gauge, self.stream, self.boot_count, self.moment):
-            tile_px = tile.width() if tile is self.gauge else tile.minimumSizeHint().width()
-            belongs = has_cell if tile is self.gauge else self._is_recorded == (tile is self.moment)
-            fits = belongs and px + tile_px + len(here) * Space.M <= room
-            tile.setVisible(fits)
-            if fits:
-                here.append(tile)
-                px += tile_px
-        self._row.setSpacing(max(int(Space.S), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
         self, device: ConversationView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
@@ -224,9 +193,15 @@ class LivePanel(QFrame):
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")
         self._then.hide()
-        in_column(1, self.activation, self.trigger, 1, of=self._then, spacing=Space.XS, margins=0)
-        tiles = self.gauge, *self._tiles, self._then, self.moment
-        self._row = FlowRow(*tiles, of=self, spacing=Space.M, margins=(Space.M, Space.XS))
+        in_column(self.activation, self.trigger, of=self._then, spacing=Space.XS, margins=0)
+        self.moment.hide()
+        height_px = scaled(_GAUGE_PX)
+        self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
+        rest = in_row(self.stream, self.boot_count, spacing=Space.M)
+        values = (self.tilt, self.acceleration, self.light, self.cell)
+        in_column(
+            self.moment, self.gauge, *values, rest, self._then, 1, of=self, spacing=Space.XS, margins=(Space.M, Space.S)
+        )
 
     @property
     def _tiles(self) -> tuple[Readout, ...]:
@@ -249,13 +224,6 @@ class LivePanel(QFrame):
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
         self.moment.reserve((tr("point at the plots"),))
-        self._spread()
-
-    # Qt
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._spread()
 
 
 def _bay_note(

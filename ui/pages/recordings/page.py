@@ -26,10 +26,10 @@ from ui.services.page import Page, WaysBack
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
 from ui.style.painted_widget import pen
-from ui.style.theme import Meaning, Space, Theme, current
+from ui.style.theme import Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import fold_beside, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -280,13 +280,11 @@ class RecordingsPage(Page):
         head = self.make_header(tr("Recordings"), self.list.search)
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.bounds, 1)
-        self._lists = in_row((self.list, 1), self.detail, spacing=Space.S)
-        in_column(head, (self._lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        self.detail.setFixedWidth(scaled(WIDTH_PX))
+        lists = in_row((self.list, 1), self.detail, spacing=Space.S)
+        in_column(head, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
-
-    def fit(self) -> None:
-        fold_beside(self._lists, self.list, self.detail, WIDTH_PX, self.width())
 
     def notices(self) -> list[JobNotice]:
         return [self.work]

@@ -36,7 +36,7 @@ from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named, set_role
-from ui.widgets.layouts import FlowRow, in_column, scroll_area, stacked
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -231,11 +231,11 @@ class SettingsPage(Page):
         content = named(QWidget(), "settings_content")
         below = in_column(self.table, spacing=Space.S, margins=(Space.M, 0))
         content.setLayout(below)
-        foot = FlowRow(right=(self.revert, self.write), margins=(Space.M, Space.XS))
-        if is_text_large():  # so that the foot is one line, and leaves room for the rows
-            below.addLayout(FlowRow(*profile))
-        else:
-            foot.add(*profile)
+        # With large text the foot is one line all the same, and leaves room for the rows.
+        at_left = () if is_text_large() else profile
+        foot = in_row(*at_left, 1, self.revert, self.write, spacing=Space.S, margins=(Space.M, Space.XS))
+        if is_text_large():
+            below.addLayout(in_row(*profile, 1, spacing=Space.S))
         below.addStretch()
         self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
         # A notice below the table takes height, and must not make the rows narrower.

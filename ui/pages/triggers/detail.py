@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
+from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QToolButton
 
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
@@ -19,7 +19,7 @@ from ui.session.trigger_reading import TriggerRow
 from ui.style.theme import Size, Space, fixed_font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, Gap, in_column
+from ui.widgets.layouts import Gap, in_column, in_row
 
 _FACTS: Final = {
     "link": Column.LINK,
@@ -29,7 +29,6 @@ _FACTS: Final = {
 }
 """Those of the table's columns that may be hidden there."""
 JUDGEMENTS: Final = (None, *Judgement)
-WIDTH_PX: Final = 304
 
 
 class TriggersDetail(QFrame):
@@ -124,7 +123,9 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def _lay_out(self) -> None:
-        judging, tools = FlowRow(*self.buttons.values()), FlowRow(right=(self.raw,))
+        judging, tools = QGridLayout(), in_row(1, self.raw)
+        for number, button in enumerate(self.buttons.values()):
+            judging.addWidget(button, number // 2, number % 2)
         in_column(
             self.cause,
             self.facts,

@@ -13,7 +13,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtWidgets import QLabel, QPushButton, QSplitter
 
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
@@ -23,7 +23,7 @@ from app.trigger_records.history import Judgement
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
-from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
+from ui.pages.triggers.detail import TriggersDetail
 from ui.pages.triggers.model import (
     COLUMNS,
     Column,
@@ -40,10 +40,10 @@ from ui.services.page import Page, WaysBack
 from ui.session.module_field import ModuleField
 from ui.session.trigger_reading import TriggerReading
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -201,20 +201,21 @@ class TriggersPage(Page):
 
     def _lay_out(self) -> None:
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
-        foot = FlowRow(right=(self.copy, self.save_page, self.save_archive))
+        foot = in_row(1, self.copy, self.save_page, self.save_archive, spacing=Space.S)
         says = in_row(self.count, (self.news, 1), self.name_field, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, "triggers_scroll", tr("Trigger records"), is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._lists = in_row((self.list, 1), beside, spacing=Space.S)
+        lists = QSplitter(Qt.Orientation.Vertical if is_text_large() else Qt.Orientation.Horizontal)
+        lists.addWidget(self.list)
+        lists.addWidget(beside)
+        lists.setStretchFactor(0, 1)
+        lists.setSizes((700, 304))
         in_column(
-            head, says, (self._lists, 1), self.strip, foot, of=self, spacing=Space.S,
+            head, says, (lists, 1), self.strip, foot, of=self, spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
 
     # Qt
-
-    def fit(self) -> None:
-        fold_beside(self._lists, self.list, self._beside, WIDTH_PX, self.width())
 
     def ways_back(self) -> WaysBack:
         work = self.work

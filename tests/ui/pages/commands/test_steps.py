@@ -152,7 +152,8 @@ def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench)
 
 
 def test_a_question_out_of_sight_is_withdrawn_and_half_out_of_sight_not_asked_yet(bench: GestureBench) -> None:
-    bench.window.resize(900, 520)
+    bench.window.setMinimumHeight(0)
+    bench.window.resize(900, 440)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
     bench.go_and_click(confirm.ask)
