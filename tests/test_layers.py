@@ -72,7 +72,6 @@ ROOMS = (
     "ui/pages/flights",
     "ui/pages/diagnosis",
     "ui/shell",
-    "ui/archive",
     "ui/help",
     "ui/main.py",  # puts the window together
 )

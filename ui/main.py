@@ -26,7 +26,6 @@ from app.system.logs import Log, start_log
 from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
-from ui.archive.archive_actions import ArchiveActions
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.background_task import BackgroundTask
 from ui.core.garbage_collector import garbage_freed_here
@@ -118,7 +117,6 @@ class Assembly:
 
     window: MainWindow
     help: HelpActions
-    archive: ArchiveActions
     ports: Ports
     watcher: PortWatcher
     appearance: Appearance
@@ -159,7 +157,7 @@ def assemble(
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
     return Assembly(
-        window, help_actions, ArchiveActions(window, services), ports, watcher, appearance, storage,
+        window, help_actions, ports, watcher, appearance, storage,
         left_active, services.armed, load,
     )  # fmt: skip
 

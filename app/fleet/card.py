@@ -14,7 +14,7 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import capitalised, join_names, join_sentences, labelled
+from app.text.sentences import capitalised, join_names, labelled
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -70,8 +70,6 @@ class Card:
     can_lock: bool = False
     # The other pages show this module.
     is_shown: bool = False
-    # Service that is due, of a module with a name.
-    due: tuple[UserMessage, ...] = ()
     # What is wrong with the present cell voltage.
     cell_outside: Outside | None = None
 
@@ -109,13 +107,8 @@ class Card:
         return Need.NAME if self.expected and not self.name else Need.CHECK
 
     def next_step(self, now: float) -> str:
-        """`need` with its reason, and what is due, translated."""
-        need = self.need
-        due = join_sentences(service.translated() for service in self.due)
-        return due if due and need is Need.NOTHING else f"{self._text_of(need, now)}\n{due}".strip()
-
-    def _text_of(self, need: Need, now: float) -> str:
-        match need:
+        """`need` with its reason, translated."""
+        match self.need:
             case Need.NOT_LOCKED if self.lock_sent is not None:
                 return waiting_sentence(self.lock_sent)
             case Need.NOT_LOCKED if self.lock_failed is not None:
@@ -139,4 +132,4 @@ class Card:
             case Need.WAIT:
                 return link_text(self.link, now).what
             case _:
-                return tr(need.value)
+                return tr(self.need.value)

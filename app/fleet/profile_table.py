@@ -11,7 +11,7 @@ from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
 from app.text.sentences import in_brackets, join_names, labelled
-from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
+from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
 from protocol.translatable import marked
 
 # Never written to several: the baud rate needs a permit for each module, the program itself switches the other.
@@ -19,32 +19,14 @@ LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
 NOT_READ_BACK = marked("Not read back: {names}.")
 
 
-class Column(NamedTuple):
-    """One module: a row for each setting of the profile."""
-
-    port: str
-    title: str
-    rows: tuple[ProfileRow, ...]
-    is_reachable: bool = True
-
-    @property
-    def changes(self) -> tuple[SettingChange, ...]:
-        """What differs from the profile or is unknown; nothing of a module that is not reached."""
-        if not self.is_reachable:
-            return ()
-        rows = [row for row in self.rows if row.is_worth_applying]
-        return tuple(SettingChange(row.command, row.target) for row in rows if row.target is not None)
+def differences(profile: Profile, conversation: ConversationView, now: float) -> list[ProfileRow]:
+    """What differs from the profile or is unknown, in the catalogue's order."""
+    rows = compare(profile, conversation, now)
+    return [row for row in rows if row.is_worth_applying and row.command not in LEFT_OUT]
 
 
-def settings_in(profile: Profile) -> tuple[Command, ...]:
-    """Settings that are compared and written, in the catalogue's order."""
-    return tuple(command for command in SETTINGS if command.key in profile.settings and command not in LEFT_OUT)
-
-
-def column(profile: Profile, conversation: ConversationView, now: float, *, port: str, title: str) -> Column:
-    settings = settings_in(profile)
-    rows = tuple(row for row in compare(profile, conversation, now) if row.command in settings)
-    return Column(port, title, rows, conversation.is_going)
+def changes_of(rows: Iterable[ProfileRow]) -> tuple[SettingChange, ...]:
+    return tuple(SettingChange(row.command, row.target) for row in rows if row.target is not None)
 
 
 class Applied(Enum):

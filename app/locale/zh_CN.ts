@@ -240,6 +240,10 @@
         <translation>全部飞行日志</translation>
     </message>
     <message>
+        <source>All modules</source>
+        <translation>所有模块</translation>
+    </message>
+    <message>
         <source>Already armed: {what}.</source>
         <translation>已预备：{what}。</translation>
     </message>
@@ -276,12 +280,8 @@
         <translation>认可这些参数</translation>
     </message>
     <message>
-        <source>Archive</source>
-        <translation>归档</translation>
-    </message>
-    <message>
-        <source>Archive of all stations</source>
-        <translation>所有站点的归档</translation>
+        <source>Archive of all stations…</source>
+        <translation>所有站点的归档…</translation>
     </message>
     <message>
         <source>Arm</source>
@@ -468,10 +468,6 @@
         <translation>请重新检查：{why}</translation>
     </message>
     <message>
-        <source>Check all</source>
-        <translation>全部检查</translation>
-    </message>
-    <message>
         <source>Check cable and power.</source>
         <translation>检查线缆和电源。</translation>
     </message>
@@ -498,6 +494,10 @@
     <message>
         <source>Check power, ground and crossed TX and RX.</source>
         <translation>请检查供电、地线和 TX/RX 是否交叉。</translation>
+    </message>
+    <message>
+        <source>Check selected</source>
+        <translation>检查所选模块</translation>
     </message>
     <message>
         <source>Check the address and the network.</source>
@@ -866,10 +866,6 @@
     <message>
         <source>Enable triggers and check</source>
         <translation>启用触发并检查</translation>
-    </message>
-    <message>
-        <source>Enable triggers and check all</source>
-        <translation>启用触发并检查全部</translation>
     </message>
     <message>
         <source>Enabled or disabled.</source>
@@ -1340,10 +1336,6 @@
         <translation>先锁定</translation>
     </message>
     <message>
-        <source>LOCK goes on: {names}</source>
-        <translation>正在锁定：{names}</translation>
-    </message>
-    <message>
         <source>LOCK not confirmed: treat the module as ACTIVE. Sent when it answers.</source>
         <translation>锁定未确认：请按已激活对待该模块。模块应答后立即发送锁定。</translation>
     </message>
@@ -1420,8 +1412,8 @@
         <translation>不要碰插头</translation>
     </message>
     <message>
-        <source>Left out, unreadable or altered: {count}</source>
-        <translation>已略去（无法读取或被改动）：{count}</translation>
+        <source>Left out, unreadable or altered: {count}.</source>
+        <translation>已略去（无法读取或被改动）：{count}。</translation>
     </message>
     <message>
         <source>Length of the time line</source>
@@ -1778,6 +1770,10 @@
     <message>
         <source>Next control</source>
         <translation>下一个控件</translation>
+    </message>
+    <message>
+        <source>Next step</source>
+        <translation>下一步</translation>
     </message>
     <message>
         <source>Next: Settings, then Pre-flight.</source>
@@ -2324,10 +2320,6 @@
         <translation>配置文件</translation>
     </message>
     <message>
-        <source>Profile for all…</source>
-        <translation>统一配置文件…</translation>
-    </message>
-    <message>
         <source>Program</source>
         <translation>程序</translation>
     </message>
@@ -2570,6 +2562,14 @@
     <message>
         <source>Saving…</source>
         <translation>正在保存…</translation>
+    </message>
+    <message>
+        <source>Scroll left</source>
+        <translation>向左滚动</translation>
+    </message>
+    <message>
+        <source>Scroll right</source>
+        <translation>向右滚动</translation>
     </message>
     <message>
         <source>Search</source>
@@ -3376,6 +3376,10 @@
     <message>
         <source>Triggers at once</source>
         <translation>立即触发</translation>
+    </message>
+    <message>
+        <source>Triggers, cell</source>
+        <translation>触发开关、电芯</translation>
     </message>
     <message>
         <source>Triggers: enabled in this conversation only. Whether a restart keeps them is not known.</source>
@@ -4944,10 +4948,6 @@
     <message>
         <source>{count} recordings begin with “{name}”.</source>
         <translation>{count} 条数据记录以“{name}”开头。</translation>
-    </message>
-    <message>
-        <source>{count} report LOCKED</source>
-        <translation>{count} 个已上报锁定</translation>
     </message>
     <message>
         <source>{count} selected</source>

@@ -44,7 +44,6 @@ class MainWindow(QMainWindow):
     """See the module docstring. The pages are made after the first paint."""
 
     pages_made = Signal()
-    archive_wanted = Signal()
     closing = Signal()
 
     def __init__(
@@ -155,7 +154,7 @@ class MainWindow(QMainWindow):
             MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D",
                       when=lambda: ports.current.is_requested),
             None,
-            MenuEntry("archive", marked("Archive of all stations…"), self.archive_wanted.emit),
+            MenuEntry("archive", marked("Archive of all stations…"), partial(self.go_to, "archive")),
             MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
             MenuEntry("quit", marked("Quit"), self.close, "Ctrl+Q"),
         )  # fmt: skip
@@ -240,12 +239,11 @@ class MainWindow(QMainWindow):
         self.attention.leave_port(self._ports.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
-        """Shows a page; "archive" is a dialog."""
+        """Shows a page; "archive" is a view of Fleet."""
         self.panel.hide()
-        if key == "archive":
-            self.archive_wanted.emit()
-        else:
-            self.navigation.choose(key)
+        self.navigation.choose("fleet" if key == "archive" else key)
+        if key == "archive" and "fleet" in self._pages:
+            self._pages["fleet"].go_to(key)
 
     def _enter_page(self, key: str) -> None:
         self.go_to(key)

@@ -11,7 +11,7 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView, How, Known
 from app.fleet.card import Card, HeldVerdict, Need
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
-from app.fleet.profile_table import Applied, AppliedProfile, column, outcome_of, result_line, settings_in
+from app.fleet.profile_table import Applied, AppliedProfile, changes_of, differences, outcome_of, result_line
 from app.limits.out_of_limits import OutOfLimit, Outside
 from app.modules.labels import Paper
 from app.preflight.evidence import void_of_end
@@ -28,7 +28,7 @@ from app.safety.last_known import Activation, SeenActivation
 from app.settings.form import Match
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
-from app.text.messages import UserMessage, message
+from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.events import Ended, EndReason
@@ -102,13 +102,6 @@ def test_a_module_that_was_checked_is_never_called_not_checked(state: Activation
     card = replace(member(state=state), verdict=verdict)
     assert "not checked" not in card.next_step(NOW)
     assert card.need is not Need.CHECK
-
-
-def test_what_is_due_stands_below_what_it_needs_and_never_beside_nothing() -> None:
-    due = (UserMessage("Repack overdue since 2026-11-23."),)
-    locked, at_go = (replace(TABLE[name][0], name="M-07", due=due) for name in ("never checked", "GO"))
-    assert locked.next_step(NOW) == "Start the check.\nRepack overdue since 2026-11-23."
-    assert at_go.next_step(NOW) == "Repack overdue since 2026-11-23."
 
 
 @pytest.mark.promise("l")
@@ -198,12 +191,10 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     results: dict[str, AppliedProfile] = {}
     for port, rig in rigs.items():
         rig.run(read_everything())
-        table = column(PROFILE, rig.conversation, rig.clock(), port=port, title=port)
-        assert [row.command for row in table.rows] == list(settings_in(PROFILE))
-        assert BAUD_RATE not in settings_in(PROFILE)
-        assert {row.match for row in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
-        assert table._replace(is_reachable=False).changes == ()
-        results[port] = outcome_of(rig.run(write_all(table.changes, WriteContext(journal=FakeJournal()))))
+        rows = differences(PROFILE, rig.conversation, rig.clock())
+        assert {row.command.key for row in rows} == PROFILE.settings.keys() - {BAUD_RATE.key}
+        assert {row.match for row in rows} <= {Match.DIFFERENT, Match.UNKNOWN}
+        results[port] = outcome_of(rig.run(write_all(changes_of(rows), WriteContext(journal=FakeJournal()))))
     assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said
     assert BY_NAME["attitude_trigger"].title in results["a"].sentence
     assert results["b"].state is Applied.FAILED
@@ -216,8 +207,7 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     assert line.startswith("1 written: a · 1 refused: c (The module is ACTIVE")
     assert " · 1 FAILED: b (" in line
     rig = rigs["a"]
-    again = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
-    assert [change.command.name for change in again.changes] == []
+    assert differences(PROFILE, rig.conversation, rig.clock()) == []
 
 
 @pytest.mark.promise("a")
@@ -226,8 +216,8 @@ def test_a_profile_of_which_a_part_was_written_says_why_the_rest_is_unknown() ->
     for frame in (18, 24):
         rig = ExchangedRig(frame)
         rig.run(read_everything()) if frame > 20 else None
-        table = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
-        applied = outcome_of(rig.run(write_all(table.changes, WriteContext(journal=FakeJournal()))))
+        changes = changes_of(differences(PROFILE, rig.conversation, rig.clock()))
+        applied = outcome_of(rig.run(write_all(changes, WriteContext(journal=FakeJournal()))))
         assert applied.state is Applied.FAILED
         assert applied.sentence.startswith("The module was silent for a moment. Not as written: ")
         assert rig.to_second == []
@@ -235,8 +225,8 @@ def test_a_profile_of_which_a_part_was_written_says_why_the_rest_is_unknown() ->
 
 def test_what_a_person_cancelled_is_never_fine() -> None:
     rig = settled_rig()
-    table = column(PROFILE, rig.conversation, rig.clock(), port="a", title="a")
-    job = rig.job(write_all(table.changes, WriteContext(journal=FakeJournal())))
+    changes = changes_of(differences(PROFILE, rig.conversation, rig.clock()))
+    job = rig.job(write_all(changes, WriteContext(journal=FakeJournal())))
     rig.step_for(0.05)
     job.cancel()
     rig.step_until(lambda: job.has_ended)

@@ -19,7 +19,6 @@ from tests.support.processes import ran
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find, given, let_lay_out
 from tests.support.x_server import x_server
-from ui.archive.service_form import ServiceForm
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
@@ -112,10 +111,6 @@ def _ask_text(bench: Bench) -> QWidget:
     return bench.assembly.window.findChildren(QDialog, "text_dialog")[-1]
 
 
-def _service(bench: Bench) -> QWidget:
-    return ServiceForm(bench.assembly.window, "M-07", "Li", lambda _service: None)
-
-
 def _replacing(bench: Bench) -> QWidget:
     """The question above a file dialog whether a file is to be replaced."""
     dialog = _file(file_dialogs.ask_path, "Save…", Path(__file__), "All (*)")(bench)
@@ -134,8 +129,6 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/help/windows.py: QDialog: guide": _modeless("guide"),
     "ui/help/windows.py: QDialog: keys": _modeless("keys"),
     "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
-    "ui/archive/archive_dialog.py: QDialog": _modeless("archive"),
-    "ui/archive/service_form.py: QDialog": _service,
     "ui/help/windows.py: QMessageBox": _modeless("about", QMessageBox),
 }
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
@@ -143,8 +136,7 @@ source."""
 MENUS: Final = frozenset({
     "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
     "ui/pages/settings/page.py: QMenu", "ui/plots/time_plot.py: QMenu",
-    "ui/pages/fleet/add_port.py: QMenu", "ui/widgets/notice_bar.py: QMenu",
-    "ui/pages/fleet/card_widget.py: QMenu",
+    "ui/pages/fleet/members.py: QMenu", "ui/widgets/notice_bar.py: QMenu",
 })  # fmt: skip
 """All of them are children of the window, where `test_over_every_menu` finds them."""
 

@@ -1,1 +1,1 @@
-"""All connected modules on one board: state, LOCK, checks and one profile for several."""
+"""Several modules: those connected, with LOCK, checks and one profile; and all ever seen, with the shared archive."""

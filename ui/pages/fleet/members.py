@@ -1,67 +1,55 @@
-"""Ports of the fleet board, each with its own connection, LOCK, name, recording and last check."""
+"""The ports of the fleet: which are connected, which a person ticked, and the button that adds one."""
 
-import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QMenu, QToolButton
 
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card
 from app.limits.out_of_limits import value_outside
-from app.modules.service import service_due
-from app.records.filing import local_now
-from app.store.fact_store import Facts, Store
-from app.text.messages import UserMessage
+from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
-from ui.core.background_task import BackgroundTask
+from ui.files.file_dialogs import AskText, ask_text
 from ui.services.context import Services
 from ui.session.port import Port
+from ui.style.icons import Icon
+from ui.widgets.controls import control, named, without_key
 
-_log = logging.getLogger(__name__)
-DUE_EVERY_S: Final = 10.0
-Due = Mapping[str, tuple[UserMessage, ...]]
-"""What is due, by the module's name."""
+SIMULATED: Final = "sim://module-{number}?lifelike"
 
 
-class FleetMembers(QObject):
-    """Adds and removes ports and makes their cards. `changed`: other ports, or another one is current."""
+class FleetMembers:
+    """Adds and removes ports, and makes their cards."""
 
-    changed = Signal()
-    leaving_wanted = Signal(object, object)
-    """A person wants to leave this `Port`; what to call once that is settled."""
-    replaced = Signal(object)
-    """Another module, or another connection, behind this `Port`."""
-
-    def __init__(self, services: Services, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._services, self._ports = services, services.ports
-        self._due: Due = {}
-        self._due_of: object = None
-        self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)
-        self._ports.chosen.connect(self.changed)
-        self._ports.added.connect(self._watch)
-        self._ports.removed.connect(self.changed)
-        for connection in self._ports.all:
-            self._watch(connection)
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._ports = services.ports
+        # Checks and profiles leave these out.
+        self.unticked: set[Port] = set()
 
     @property
     def connections(self) -> tuple[Port, ...]:
-        """All that a person connected."""
-        return tuple(connection for connection in self._ports.all if connection.is_requested)
+        """All that a person connected, in that order."""
+        return tuple(port for port in self._ports.all if port.is_requested)
+
+    @property
+    def ticked(self) -> tuple[Port, ...]:
+        return tuple(port for port in self.connections if port not in self.unticked)
 
     @property
     def reachable(self) -> tuple[Port, ...]:
-        """Those whose module answers."""
-        return tuple(connection for connection in self.connections if connection.is_open and connection.module.is_going)
+        """Those that are ticked and whose module answers."""
+        return tuple(port for port in self.ticked if port.is_open and port.module.is_going)
 
-    def is_connected(self, port: PortInfo) -> bool:
-        targets = [connection.target for connection in self.connections if connection.target is not None]
-        return any(
-            port.device == target.device or (port.identity and port.identity == target.identity) for target in targets
-        )
+    @property
+    def unconnected(self) -> tuple[PortInfo, ...]:
+        """What the system lists and nobody connected."""
+        targets = [port.target for port in self.connections if port.target is not None]
+        taken = {target.device for target in targets} | {target.identity for target in targets if target.identity}
+        return tuple(one for one in self._ports.watcher.ports if not {one.device, one.identity} & taken)
 
     def connect_port(self, target: Target) -> Port:
         """Connect one more port; the first one becomes the current one."""
@@ -72,76 +60,81 @@ class FleetMembers(QObject):
         is_free = not current.is_requested and not current.is_open
         port = current if is_free else self._ports.add()
         port.connect_to(target)
-        self.changed.emit()
         return port
 
     def connect_all(self) -> None:
-        for port in self._ports.watcher.ports:
-            if not self.is_connected(port):
-                self.connect_port(target_of(port))
+        for listed in self.unconnected:
+            self.connect_port(target_of(listed))
 
-    def disconnect_port(self, connection: Port) -> None:
-        """Disconnect a port; a person is asked first where edits would be lost or an ACTIVE module be left."""
-        self.leaving_wanted.emit(connection, partial(self._disconnect, connection))
-
-    def _disconnect(self, connection: Port) -> None:
+    def disconnect_port(self, port: Port) -> None:
         """Another one becomes current if this one was."""
-        if connection is not self._ports.current:
-            self._ports.remove(connection)
-            return
-        other = next((other for other in self.connections if other is not connection), None)
-        if other is None:
-            connection.disconnect_port()
-        else:
+        if port is self._ports.current:
+            other = next((other for other in self.connections if other is not port), None)
+            if other is None:
+                port.disconnect_port()
+                return
             self._ports.choose(other)
-            self._ports.remove(connection)
+        self._ports.remove(port)
 
-    def read_due(self) -> None:
-        """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
-        names = {connection.module.name for connection in self.connections} - {""}
-        due_of = (names, self._ports.clock() // DUE_EVERY_S)
-        if not names or due_of == self._due_of:
-            return
-        self._due_of, store = due_of, self._services.storage.store
-        if isinstance(store, Store):
-            self._reading.run_in(
-                store, partial(_due_by_name, names=names), self._show_due,
-                lambda trouble: _log.warning("What is due of the modules cannot be read: %s", trouble),
-            )  # fmt: skip
+    def now(self) -> float:
+        """By the clock of the engine."""
+        return self._ports.clock()
 
-    def _show_due(self, due: Due) -> None:
-        is_new, self._due = due != self._due, due
-        if is_new:
-            self.changed.emit()
-
-    def card(self, connection: Port) -> Card:
-        now, module = self._ports.clock(), connection.module
-        lock, check = connection.lock, module.check
-        port = port_text(connection.target)
+    def card(self, port: Port) -> Card:
+        module = port.module
+        device = port_text(port.target)
         return Card(
-            port=port,
-            link=connection.state._replace(port=port),
+            port=device,
+            link=port.state._replace(port=device),
             conversation=module.view,
             activation=module.activation,
             name=module.name,
-            expected=connection.last_name,
-            verdict=None if check is None else check.held,
+            expected=port.last_name,
+            verdict=None if module.check is None else module.check.held,
             is_checking=module.is_checking,
-            lock_sent=lock.sent,
-            lock_failed=lock.failed,
-            can_lock=lock.is_possible,
-            is_shown=connection is self._ports.current,
-            due=self._due.get(module.name, ()),
-            cell_outside=value_outside("cell_voltage_v", module.view, now, self._services.in_use),
+            lock_sent=port.lock.sent,
+            lock_failed=port.lock.failed,
+            can_lock=port.lock.is_possible,
+            is_shown=port is self._ports.current,
+            cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use),
         )
 
-    def _watch(self, connection: Port) -> None:
-        connection.module_changed.connect(partial(self.replaced.emit, connection))
 
+class AddPort(QToolButton):
+    """Offers the ports that are there, and any other that Connect takes."""
 
-def _due_by_name(facts: Facts, names: Iterable[str]) -> Due:
-    at = local_now()
-    return {name: tuple(service.text for service in service_due(facts, name, at)) for name in names}
+    def __init__(self, members: FleetMembers, refresh_ports: Callable[[], object]) -> None:
+        super().__init__()
+        control(self, "fleet_add", text=tr("Add port"), picture=Icon.PLUG)
+        self._members = members
+        self._refresh_ports = refresh_ports
+        self.ask_text: AskText = ask_text
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = named(QMenu(self), "fleet_add_menu")
+        self._menu.aboutToShow.connect(self._fill)
+        self.setMenu(self._menu)
+
+    def _fill(self) -> None:
+        self._menu.clear()
+        for listed in self._members.unconnected:
+            name = f"{listed.device.removeprefix('/dev/')} {listed.description}".strip()
+            self._offer(without_key(name), partial(self._members.connect_port, target_of(listed)))
+        if not self._menu.isEmpty():
+            self._offer(tr("Connect all ports"), self._members.connect_all)
+            self._menu.addSeparator()
+        taken = [port.target.device for port in self._members.connections if port.target is not None]
+        simulated = next(name for n in range(1, 100) if (name := SIMULATED.format(number=n)) not in taken)
+        self._offer(tr("Simulated module"), partial(self._connect, simulated))
+        ask = partial(self.ask_text, self, tr("Other port…"), tr("device or socket://host:port"), self._connect)
+        self._offer(tr("Other port…"), ask)
+        self._refresh_ports()
+
+    def _offer(self, text: str, act: Callable[[], object]) -> None:
+        self._menu.addAction(text).triggered.connect(lambda _is_checked: act())
+
+    def _connect(self, address: str) -> None:
+        if address.strip():
+            self._members.connect_port(Target(address.strip(), DEFAULT_BAUD_RATE))
 
 
 def target_of(port: PortInfo) -> Target:

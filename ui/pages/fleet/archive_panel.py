@@ -1,39 +1,57 @@
-"""Archive dialog: server, exchange, and the state and history of every module."""
+"""All modules ever seen by any station: the last check, what is due, the history, services, and the exchange."""
 
 from collections.abc import Callable
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QLineEdit, QPushButton, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtCore import QDate, Qt, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDateEdit,
+    QFormLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.report import ModuleToday, report
+from app.modules.service import TITLES, ServiceKind, serviced
 from app.records.verification import shown_key
 from app.store.kinds import Serviced
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.archive.archive_exchange import ArchiveExchange, Seen, archive_of, exchanged_text
-from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import ThenPath, ask_path, show_over_page
+from ui.files.file_dialogs import ThenPath, ask_path
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
+from ui.pages.fleet.archive_exchange import ArchiveExchange, archive_of
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import scroll_area
 
 SUFFIX: Final = ".dps-s"
+MAX_LENGTH: Final = 200
+# Proposed; a person decides.
+REPACKED_FOR_MONTHS: Final = 6
 _ROW_PX: Final = 26
-_SHOWN_LEFT_OUT: Final = 3
 
 
 def _verdict(row: ModuleToday) -> str:
@@ -63,14 +81,12 @@ _HISTORY_COLUMNS: Final = (
 )
 
 
-class ArchiveDialog(QDialog):
-    """Not modal, so that LOCK stays reachable. Files and the server are accessed in a background thread."""
+class ArchivePanel(QWidget):
+    """Files and the server are accessed in a background thread."""
 
-    def __init__(self, exchange: ArchiveExchange, services: Services, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setObjectName("archive_dialog")
-        self.setWindowTitle(tr("Archive of all stations"))
-        self.setAccessibleName(tr("Archive of all stations"))
+    def __init__(self, exchange: ArchiveExchange, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("archive_panel")
         self._exchange = exchange
         self._services = services
         self.ask_file: Callable[[QWidget, ThenPath], object] = _ask_file
@@ -81,12 +97,12 @@ class ArchiveDialog(QDialog):
         self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
         self.sync = control(QPushButton(tr("Sync now")), "archive_sync", picture=Icon.AGAIN, slot=self._sync)
         self.server.returnPressed.connect(self.sync.click)
-        self.state = text_label("archive_state", is_selectable=True)
-        self.service = control(
-            QPushButton(tr("Service…")), "archive_service", picture=Icon.CLOCK, slot=self._ask_service
-        )
         self.carry = control(
             QPushButton(tr("Exchange with a file…")), "archive_file", picture=Icon.FOLDER, slot=self._choose_file
+        )
+        self.state = text_label("archive_state", is_selectable=True)
+        self.enter_service = control(
+            QPushButton(tr("Service…")), "archive_service", picture=Icon.CLOCK, slot=self._enter_service
         )
         self.modules = RowsTable(
             "archive_modules",
@@ -106,28 +122,39 @@ class ArchiveDialog(QDialog):
             row_px=_ROW_PX,
             is_single=True,
         )
-        label = named(QLabel(tr("Server")), "archive_server_label")
-        label.setBuddy(self.server)
-        place = QHBoxLayout()
-        for widget in (label, self.server, self.sync):
-            place.addWidget(widget)
-        actions = QHBoxLayout()
-        actions.addWidget(self.state, 1)
-        actions.addWidget(self.service)
-        actions.addWidget(self.carry)
-        tables = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
-        tables.addWidget(self.modules)
-        tables.addWidget(self.life)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.L, Space.L, Space.L, Space.L)
-        column.addLayout(place)
-        column.addLayout(actions)
-        column.addWidget(tables, 1)
+        for table in (self.modules, self.life):
+            table.setWordWrap(True)
+            table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.service = ServiceForm(self._keep_service)
+        self.service.closed.connect(self._close_form)
+        self._lay_out()
         self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         exchange.changed.connect(self._refresh)
 
-    def bring_up(self) -> None:
-        show_over_page(self, is_large=True)
+    def _lay_out(self) -> None:
+        label = named(QLabel(tr("Server")), "archive_server_label")
+        label.setBuddy(self.server)
+        place = QHBoxLayout()
+        for widget in (label, self.server, self.sync, self.carry):
+            place.addWidget(widget)
+        state = QHBoxLayout()
+        state.addWidget(self.state, 1)
+        state.addWidget(self.enter_service)
+        tables = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
+        tables.addWidget(self.modules)
+        tables.addWidget(self.life)
+        # The tables scroll by themselves: the page need not be as high as they would like to be.
+        tables.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+        self.views = named(QStackedWidget(), "archive_views")
+        self.views.addWidget(tables)
+        self.views.addWidget(scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
+        column = QVBoxLayout(self)
+        column.addLayout(place)
+        column.addLayout(state)
+        column.addWidget(self.views, 1)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
         self._exchange.exchange(None)
         self._refresh()
 
@@ -143,15 +170,17 @@ class ArchiveDialog(QDialog):
     def _choose_file(self) -> None:
         self.ask_file(self, lambda path: self._exchange.exchange(str(path)))
 
-    def _ask_service(self) -> None:
+    def _enter_service(self) -> None:
         for module in self.modules.chosen():
-            keep = partial(self._keep_service, module.name)
-            ServiceForm(self, clean(module.name), self._services.preferences.who, keep)
+            self.service.begin(module.name, self._services.preferences.who)
+            self.views.setCurrentIndex(1)
+
+    def _close_form(self) -> None:
+        self.views.setCurrentIndex(0)
 
     def _keep_service(self, module: str, service: Serviced) -> None:
-        storage = self._services.storage
         self._keeping.run(
-            lambda _running: archive_of(storage).store.add(service, module).result(),
+            lambda _running: archive_of(self._services.storage).store.add(service, module).result(),
             lambda _kept: self._exchange.exchange(None),
             self._fail,
         )
@@ -163,11 +192,12 @@ class ArchiveDialog(QDialog):
         self.carry.setEnabled(is_free)
         if not self.server.isModified():
             self.server.setText(self._exchange.server or "")
-        if not is_free:
+        seen = self._exchange.seen
+        if is_free:
+            self._say(seen.sentence, "attention" if seen.needs_attention else "")
+        else:
             self._say(tr("Exchanging…"))
-            return
-        self._say(*_state(self._exchange.seen))
-        if self.isVisible():
+        if is_free and self.isVisible():
             storage = self._services.storage
             self._loading.run(lambda _running: report(archive_of(storage), datetime.now(UTC)), self._show, self._fail)
 
@@ -186,14 +216,12 @@ class ArchiveDialog(QDialog):
 
     def _show_life(self) -> None:
         chosen = self.modules.chosen()
-        self.service.setEnabled(bool(chosen))
+        self.enter_service.setEnabled(bool(chosen))
         if not chosen:
             self.life.show_rows(())
             return
-        name, storage = chosen[0].name, self._services.storage
-        self._loading_history.run(
-            lambda _running: module_history(archive_of(storage), name)[::-1], self.life.show_rows, self._fail
-        )
+        read = partial(_history_of, self._services, chosen[0].name)
+        self._loading_history.run(lambda _running: read(), self.life.show_rows, self._fail)
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, UserError):
@@ -201,22 +229,77 @@ class ArchiveDialog(QDialog):
         self._say(error.sentence, "attention")
 
 
-def _state(seen: Seen) -> tuple[str, str]:
-    """As a sentence, and its role in the style sheet."""
-    if seen.trouble is not None:
-        return seen.trouble.translated(), "attention"
-    parts = [exchanged_text(seen)]
-    done = seen.done
-    if done is not None:
-        parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
-        if done.left_out_count:
-            parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
-            parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:_SHOWN_LEFT_OUT]]
-            return join_sentences(parts), "attention"
-    return join_sentences(parts) or tr("No server is set."), ""
+def _history_of(services: Services, name: str) -> list[HistoryEvent]:
+    """The newest first."""
+    return module_history(archive_of(services.storage), name)[::-1]
 
 
 def _ask_file(parent: QWidget, then: ThenPath) -> None:
     """One that is there gets what it lacks, and gives what this station lacks."""
     suggested = Path.home() / f"archive{SUFFIX}"
     ask_path(parent, tr("Exchange with a file…"), suggested, f"*{SUFFIX}", then, is_extended=True)
+
+
+class ServiceForm(QWidget):
+    """What was done to a module: repacked, ejector, cell, firmware. `keep` gets it with the module's name."""
+
+    closed = Signal()
+
+    def __init__(self, keep: Callable[[str, Serviced], object]) -> None:
+        super().__init__()
+        self.setObjectName("service_form")
+        self._keep = keep
+        self.module = ""
+        self.title = text_label("service_title", "strong")
+        self.kind = control(QComboBox(), "service_kind", says=tr("What was done"))
+        for kind, title in TITLES.items():
+            self.kind.addItem(tr(title), kind)
+        self.on = control(QDateEdit(), "service_on", says=tr("Done on"))
+        self.is_due = named(QCheckBox(tr("Due again on")), "service_is_due")
+        self.due = control(QDateEdit(), "service_due", says=tr("Due again on"))
+        self.who = control(QLineEdit(), "service_who", says=tr("Done by"))
+        self.note = control(QLineEdit(), "service_note", says=tr("Note"))
+        for edit in (self.who, self.note):
+            edit.setMaxLength(MAX_LENGTH)
+        for day in (self.on, self.due):
+            day.setCalendarPopup(True)
+            day.setDisplayFormat("yyyy-MM-dd")
+        self.is_due.toggled.connect(self.due.setEnabled)
+        self.save = control(QPushButton(tr("Save")), "service_save", role="primary", slot=self._accept)
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        buttons.addWidget(control(QPushButton(tr("Cancel")), "service_cancel", slot=self.closed))
+        buttons.addWidget(self.save)
+        form = QFormLayout(self)
+        form.addRow(self.title)
+        form.addRow(tr("What was done"), self.kind)
+        form.addRow(tr("Done on"), self.on)
+        form.addRow(self.is_due, self.due)
+        form.addRow(tr("Done by"), self.who)
+        form.addRow(tr("Note"), self.note)
+        form.addRow(buttons)
+
+    def begin(self, module: str, who: str) -> None:
+        """Ask anew, for this module."""
+        today = QDate.currentDate()
+        self.module = module
+        self.title.setText(tr("Service of {module}", module=clean(module)))
+        self.on.setMaximumDate(today)
+        self.on.setDate(today)
+        self.due.setMinimumDate(today.addDays(1))
+        self.due.setDate(today.addMonths(REPACKED_FOR_MONTHS))
+        self.is_due.setChecked(True)
+        self.who.setText(who)
+        self.note.clear()
+        self.kind.setFocus()
+
+    def _accept(self, _is_checked: bool) -> None:
+        due = _date_of(self.due) if self.is_due.isChecked() else None
+        kind = ServiceKind(self.kind.currentData())
+        service = serviced(kind, on=_date_of(self.on), due=due, who=self.who.text(), note=self.note.text())
+        self._keep(self.module, service)
+        self.closed.emit()
+
+
+def _date_of(day: QDateEdit) -> date:
+    return date.fromisoformat(day.date().toString(Qt.DateFormat.ISODate))

@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import UserMessage
+from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.storage import Storage
@@ -16,6 +17,7 @@ if TYPE_CHECKING:  # without a server none of it is loaded
     from app.archive.sync import Synced
 
 EVERY_MS: Final = 300_000
+_SHOWN_LEFT_OUT: Final = 3
 
 
 class _Ended(Exception):
@@ -23,31 +25,47 @@ class _Ended(Exception):
 
 
 class Seen(NamedTuple):
-    """What is known after an exchange. `exchanged`: with the server; `done`: the last one in this session; `trouble`:
-    why the place could not be used."""
+    """What is known after an exchange."""
 
+    # With the server that is set.
     exchanged: "Exchanged | None" = None
+    # The last one of this session.
     done: "Synced | None" = None
+    # Why the place could not be used.
     trouble: UserMessage | None = None
 
+    @property
+    def needs_attention(self) -> bool:
+        return self.trouble is not None or (self.done is not None and self.done.left_out_count > 0)
 
-def exchanged_text(seen: Seen) -> str:
-    """Of the exchanges with the server; empty without one."""
-    if seen.exchanged is None:
-        return ""
-    last_at = seen.exchanged.last_at
-    time = tr("never") if last_at is None else local_time(last_at, MINUTE)
-    return tr("Not shared: {count}. Last: {time}.", count=seen.exchanged.not_shared, time=time)
+    @property
+    def sentence(self) -> str:
+        """In the language in use."""
+        if self.trouble is not None:
+            return self.trouble.translated()
+        parts: list[str] = []
+        if self.exchanged is not None:
+            last_at = self.exchanged.last_at
+            time = tr("never") if last_at is None else local_time(last_at, MINUTE)
+            parts.append(tr("Not shared: {count}. Last: {time}.", count=self.exchanged.not_shared, time=time))
+        if self.done is not None:
+            parts.append(tr("Sent: {sent}. Received: {received}.", sent=self.done.sent, received=self.done.received))
+        if self.done is not None and self.done.left_out_count:
+            parts.append(tr("Left out, unreadable or altered: {count}.", count=self.done.left_out_count))
+            parts += [f"{one.id[:12]}: {one.why}." for one in self.done.left_out[:_SHOWN_LEFT_OUT]]
+        return join_sentences(parts) or tr("No server is set.")
 
 
 class ArchiveExchange(QObject):
     """One exchange at a time, with a server or a file: none is begun while one is running. The window never waits for
-    it; `changed` tells when it begins and ends. `server`: the one that is set, without its password."""
+    it."""
 
+    # An exchange begins, or has ended.
     changed = Signal()
 
     def __init__(self, storage: Storage, parent: QObject) -> None:
         super().__init__(parent)
+        # The one that is set, without its password.
         self.server: str | None = None
         self.seen = Seen()
         self._storage = storage
@@ -60,7 +78,7 @@ class ArchiveExchange(QObject):
         return self._task.is_running
 
     def start(self) -> None:
-        """Called after the pages are made, to keep the start fast."""
+        """Called when the store is open."""
         from app.archive.postgres import stored_server
 
         self.server = stored_server(self._storage.folder)
@@ -83,17 +101,18 @@ class ArchiveExchange(QObject):
         """With a server or a file, in both directions; None: count only what is not shared with the server."""
         if self.is_running:
             return
-        storage, server = self._storage, self.server
+        server = self.server
+        seen = self.seen._replace(trouble=None)
 
         def work(running: Running) -> Seen:
-            archive = archive_of(storage)
-            seen = self.seen._replace(trouble=None)
+            archive = archive_of(self._storage)
+            found = seen
             if place is not None:
                 try:
-                    seen = seen._replace(done=_sync(archive, place, running))
+                    found = found._replace(done=_sync(archive, place, running))
                 except UserError as error:
-                    seen = seen._replace(trouble=error.message)
-            return seen._replace(exchanged=None if server is None else archive.exchanged(server))
+                    found = found._replace(trouble=error.message)
+            return found._replace(exchanged=None if server is None else archive.exchanged(server))
 
         self._task.run(work, self._on_ended, self._fail)
         self.changed.emit()

@@ -1,0 +1,323 @@
+"""The table of connected modules: a row for each port, with a tick and a LOCK button of its own."""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.fleet.card import Card, Need
+from app.fleet.check_set import word_of
+from app.fleet.profile_table import Applied
+from app.safety.last_known import Activation
+from app.safety.trigger_flags import trigger_flags
+from app.settings.form import ProfileRow
+from app.settings.profiles import Profile
+from app.settings.values import value_text
+from app.text.durations import duration
+from app.text.i18n import tr
+from app.text.sentences import capitalised, in_brackets, labelled
+from protocol.translatable import marked
+from ui.pages.fleet.group_jobs import GroupProfile
+from ui.pages.fleet.members import FleetMembers
+from ui.session.check import VERDICT_STYLES
+from ui.session.port import Port
+from ui.style.icons import MEANING_ICONS, Icon, icon
+from ui.style.theme import Meaning, Space, current, font
+from ui.widgets.controls import control, set_role
+
+_TITLES: Final = (
+    marked("Module"),
+    marked("LOCK"),
+    marked("State"),
+    marked("Triggers, cell"),
+    marked("Verdict"),
+    marked("Next step"),
+)
+MODULE, LOCK, STATE, TRIGGERS_CELL, VERDICT, NEXT = range(len(_TITLES))
+# The last column stands always, too.
+_ALWAYS: Final = (MODULE, LOCK, STATE)
+_WHERE_ROOM: Final = (VERDICT, TRIGGERS_CELL)
+# Every row has room for this many, so that no row moves when its texts change.
+_LINES: Final = 3
+# In a small window the page scrolls instead.
+_LEAST_ROWS: Final = 4
+# Characters: of the last column, and of any other, whose texts wrap.
+_LEAST_NEXT: Final = 18
+_WIDEST: Final = 22
+NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
+    Need.TRIGGERED: Meaning.DANGER,
+    Need.NOT_LOCKED: Meaning.DANGER,
+    Need.WAS_ACTIVE: Meaning.ATTENTION,
+    Need.LINK: Meaning.ATTENTION,
+    Need.NO_GO: Meaning.DANGER,
+    Need.OUTSIDE: Meaning.ATTENTION,
+    Need.ACTIVE: Meaning.ATTENTION,
+    Need.VOID: Meaning.ATTENTION,
+    Need.ACTIVE_READY: Meaning.ATTENTION,
+    Need.NAME: Meaning.INFORMATION,
+    Need.CHECK: Meaning.INFORMATION,
+    Need.ACTIVATE: Meaning.INFORMATION,
+    Need.WAIT: Meaning.UNKNOWN,
+    Need.NOTHING: Meaning.GOOD,
+}
+_APPLIED_MEANINGS: Final = {
+    Applied.WRITING: Meaning.INFORMATION,
+    Applied.NOTHING_TO_DO: Meaning.GOOD,
+    Applied.VERIFIED: Meaning.GOOD,
+    Applied.ACKNOWLEDGED: Meaning.INFORMATION,
+    Applied.REFUSED: Meaning.ATTENTION,
+    Applied.FAILED: Meaning.DANGER,
+    Applied.UNREACHABLE: Meaning.ATTENTION,
+}
+
+
+class _Cell(NamedTuple):
+    text: str
+    meaning: Meaning | None = None
+    picture: Icon | None = None
+
+
+class Board(QTableWidget):
+    """Rows stand in the order in which the ports were connected, and nothing sorts them: no LOCK moves under a hand.
+    While a profile is open the last column compares each module with it."""
+
+    # A person wants this `Port` on the other pages.
+    chosen = Signal(object)
+    # Another one is ticked.
+    ticked = Signal()
+
+    def __init__(self, members: FleetMembers, profile: GroupProfile) -> None:
+        super().__init__(0, len(_TITLES))
+        control(self, "fleet_board", says=tr("Modules"))
+        self._members = members
+        self._profile = profile
+        # By port, in the order of the rows.
+        self._items: dict[Port, list[QTableWidgetItem]] = {}
+        self._locks: dict[Port, QPushButton] = {}
+        # What stands in the cells, with the theme, which colours and icons follow.
+        self._shown: dict[Port, dict[int, object]] = {}
+        self._fitted: Profile | None = None
+        self.setHorizontalHeaderLabels([tr(title) for title in _TITLES])
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        self.setTabKeyNavigation(False)
+        self.setShowGrid(False)
+        self.verticalHeader().hide()
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self._row_px = _LINES * QFontMetrics(font()).lineSpacing() + Space.S
+        self.verticalHeader().setDefaultSectionSize(self._row_px)
+        self.setMinimumHeight(_LEAST_ROWS * self._row_px)
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
+        self.itemChanged.connect(self._on_changed)
+        self.cellDoubleClicked.connect(lambda row, _column: self.chosen.emit(list(self._items)[row]))
+        profile.changed.connect(self._fit_profile)
+
+    @property
+    def marked(self) -> Port | None:
+        """The port of the row that has the cursor."""
+        current = self.currentItem()
+        return next((port for port, items in self._items.items() if current in items), None)
+
+    def show_cards(self, cards: Mapping[Port, Card], now: float) -> None:
+        for port in [port for port in self._items if port not in cards]:
+            self.removeRow(self._items.pop(port)[0].row())
+            del self._locks[port], self._shown[port]
+        for port, card in cards.items():
+            if port not in self._items:
+                self._add(port)
+            self._show(port, card, now)
+        self._fit_columns()
+
+    def _fit_columns(self) -> None:
+        """Leaves out what there is no room for, and while a profile is open what it is not about."""
+        header = self.horizontalHeader()
+        letter_px = QFontMetrics(font()).averageCharWidth()
+        room_px = self.viewport().width() - _LEAST_NEXT * letter_px
+        widest_px = min(_WIDEST * letter_px, room_px // len(_ALWAYS))
+        header.setMaximumSectionSize(widest_px)
+        for column in (*_ALWAYS, *_WHERE_ROOM):
+            room_px -= min(widest_px, max(self.sizeHintForColumn(column), header.sectionSizeHint(column)))
+            if column in _WHERE_ROOM:
+                self.setColumnHidden(column, room_px < 0 or self._profile.profile is not None)
+
+    def _add(self, port: Port) -> None:
+        row = self.rowCount()
+        items = [QTableWidgetItem() for _ in _TITLES]
+        tick = Qt.CheckState.Unchecked if port in self._members.unticked else Qt.CheckState.Checked
+        items[MODULE].setCheckState(tick)
+        self.insertRow(row)
+        for column, item in enumerate(items):
+            self.setItem(row, column, item)
+        self._items[port] = items
+        self._shown[port] = {}
+        self._locks[port] = control(QPushButton(tr("LOCK")), "fleet_lock", picture=Icon.LOCK, slot=port.lock.press)
+        # With room around it, so that a finger between two rows presses neither.
+        holder = QWidget()
+        place = QVBoxLayout(holder)
+        place.setContentsMargins(0, Space.XS, Space.XS, Space.XS)
+        place.addWidget(self._locks[port])
+        self.setCellWidget(row, LOCK, holder)
+
+    def _show(self, port: Port, card: Card, now: float) -> None:
+        lock = self._locks[port]
+        lock.setEnabled(card.can_lock)
+        lock.setAccessibleName(labelled(tr("LOCK"), card.name or card.port))
+        set_role(lock, "primary" if card.activation.may_fire else "")
+        cells = {
+            MODULE: _module(card),
+            STATE: _state(card, now),
+            TRIGGERS_CELL: _values(card, now),
+            VERDICT: _verdict(card, now),
+            NEXT: self._next(port, card, now),
+        }
+        for column, cell in cells.items():
+            item = self._items[port][column]
+            shown = (cell, current().name)
+            if self._shown[port].get(column) == shown:
+                continue
+            self._shown[port][column] = shown
+            item.setText(cell.text)
+            if column != MODULE:
+                item.setToolTip(cell.text)
+            item.setForeground(current().ink(cell.meaning))
+            item.setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
+        # Also of columns for which there is no room.
+        self._items[port][MODULE].setToolTip("\n".join(cell.text for cell in cells.values()))
+
+    def _next(self, port: Port, card: Card, now: float) -> _Cell:
+        """What a person does next; with a profile, what writing it changes or has come to."""
+        if self._profile.profile is None or port in self._members.unticked:
+            meaning = NEED_MEANINGS[card.need]
+            return _Cell(card.next_step(now), meaning, MEANING_ICONS[meaning])
+        applied = self._profile.result(port)
+        if applied is None:
+            text = "\n".join(_difference(row) for row in self._profile.differences(port))
+            return _Cell(text, Meaning.ATTENTION, Icon.SETTINGS)
+        meaning = _APPLIED_MEANINGS[applied.state]
+        text = tr(applied.state.value)
+        return _Cell(labelled(text, applied.sentence) if applied.why else text, meaning, MEANING_ICONS[meaning])
+
+    def _fit_profile(self) -> None:
+        """All differences are in sight when a profile is opened; the rows keep their heights until it is closed."""
+        profile = self._profile.profile
+        if profile is self._fitted:
+            return
+        self._fitted = profile
+        title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
+        self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
+        self._fit_columns()
+        self.show_cards({port: self._members.card(port) for port in self._items}, self._members.now())
+        for row in range(self.rowCount()):
+            self.setRowHeight(row, self._row_px if profile is None else max(self._row_px, self.sizeHintForRow(row)))
+
+    def _on_changed(self, item: QTableWidgetItem) -> None:
+        """A person ticked a row, or only a text is another one."""
+        for port, items in self._items.items():
+            is_ticked = item.checkState() is Qt.CheckState.Checked
+            if item is items[MODULE] and is_ticked is (port in self._members.unticked):
+                self._members.unticked ^= {port}
+                self.ticked.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.marked is not None:
+            self.chosen.emit(self.marked)
+        else:
+            super().keyPressEvent(event)
+
+
+def _difference(row: ProfileRow) -> str:
+    """ "Attitude threshold 60° → 70°"."""
+    value = tr("unknown") if row.module_value is None else value_text(row.command, row.module_value.value)
+    target = "" if row.target is None else value_text(row.command, row.target)
+    return f"{tr(row.command.title)} {value} → {target}"
+
+
+def _ago(at: float | None, now: float) -> str:
+    return "" if at is None else tr("{time} ago", time=duration(now - at))
+
+
+def _module(card: Card) -> _Cell:
+    """Its name, or the one that it had before it was switched off; and its port, which tells unnamed ones apart."""
+    title = card.title
+    known = card.name or card.expected
+    if known and not card.conversation.is_going:
+        title = known + in_brackets(tr("offline"))
+    lines = [title, card.port.replace("/", "/\u200b")]  # a path may wrap
+    if card.is_shown:
+        lines.append(tr("Shown"))
+    return _Cell("\n".join(lines))
+
+
+def _state(card: Card, now: float) -> _Cell:
+    """Whether it may fire, and whether it has fired; what is stale has its age."""
+    seen = card.activation
+    words = {
+        Activation.UNKNOWN: labelled(tr("Activation"), tr("unknown")),
+        Activation.ACTIVE: tr("ACTIVE"),
+        Activation.WAS_ACTIVE: tr("was ACTIVE"),
+        Activation.LOCKED: tr("LOCKED"),
+        Activation.WAS_LOCKED: tr("LOCKED"),
+    }
+    lines = [words[seen.state]]
+    triggered = card.conversation.known("triggered", now)
+    if triggered is None:
+        lines.append(labelled(tr("Trigger"), tr("unknown")))
+    else:
+        lines.append(tr("TRIGGERED") if triggered.value is True else tr("NOT TRIGGERED"))
+    if seen.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED):
+        lines.append(_ago(seen.at, now))
+    elif triggered is not None and triggered.is_stale:
+        lines.append(_ago(triggered.at, now))
+    text = "\n".join(lines)
+    if triggered is not None and triggered.value is True:
+        return _Cell(text, Meaning.DANGER, Icon.PARACHUTE)
+    if seen.may_fire:
+        return _Cell(text, Meaning.ATTENTION, Icon.ACTIVE)
+    if seen.state is Activation.LOCKED:
+        return _Cell(text, None, Icon.LOCK)
+    return _Cell(text, Meaning.UNKNOWN, Icon.UNKNOWN if seen.state is Activation.UNKNOWN else Icon.LOCK)
+
+
+def _values(card: Card, now: float) -> _Cell:
+    """Which triggers are on, and the cell voltage."""
+    flags = trigger_flags(card.conversation, now)
+    voltage = card.conversation.fresh("cell_voltage_v", now)
+    lines = [flags.text, tr("unknown") if voltage is None else f"{float(voltage):.2f} V"]
+    if card.cell_outside is not None:
+        lines.append(tr(card.cell_outside.fault.value))
+    elif card.conversation.fresh("charging", now):
+        lines.append(tr("charging"))
+    if flags.is_one_off or card.cell_outside is not None:
+        return _Cell("\n".join(lines), Meaning.ATTENTION)
+    return _Cell("\n".join(lines), None if flags.are_on else Meaning.UNKNOWN)
+
+
+def _verdict(card: Card, now: float) -> _Cell:
+    held = card.verdict
+    if card.is_checking:
+        return _Cell(capitalised(tr("checking…")), Meaning.INFORMATION)
+    if held is None:
+        return _Cell(word_of(None), Meaning.UNKNOWN)
+    age = _ago(held.at, now)
+    if held.verdict is None:
+        return _Cell(f"{tr('void')}\n{age}".strip(), Meaning.ATTENTION)
+    picture, meaning = VERDICT_STYLES[held.verdict]
+    return _Cell(f"{word_of(held.verdict)}\n{age}".strip(), meaning, picture)
