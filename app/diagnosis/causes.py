@@ -4,7 +4,6 @@ The first row of `CAUSES` that fits counts. `app.diagnosis.symptoms` and `app.di
 evidence.
 """
 
-import shlex
 import sys
 from collections.abc import Callable, Mapping
 from enum import Enum
@@ -12,7 +11,6 @@ from typing import NamedTuple
 
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.conversation import Interrupted
-from app.engine.target import is_network_address
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
@@ -27,14 +25,11 @@ class Cause(Enum):
 
     BRAILLE = "brltty takes the adapter"
     MODEM_PROBER = "a modem prober has the port"
-    FLAPPING = "the adapter appears and vanishes"
     HELD = "another program has the port"
     LOG_IN_AGAIN = "the group is not yet effective"
     NO_PERMISSION = "no permission"
-    REFUSED = "connection refused"
     OTHER_SERVER = "not an RFC 2217 server"
     UNREACHABLE = "host not reached"
-    CUT_OFF = "connection closed"
     MISSING = "no such port"
     UNPLUGGED = "unplugged"
     STUCK = "takes no bytes"
@@ -135,45 +130,23 @@ def explain(error: Exception | PortEvidence) -> Diagnosis:
     )
 
 
-_AGAIN = marked("Do it again.")
+# What to do when the conversation ended before what was asked for was done.
 _AFTER_END: Mapping[EndReason, str] = {
-    EndReason.RESTARTED: _AGAIN,
+    **dict.fromkeys(EndReason, marked("Do it again.")),
     EndReason.SILENT: marked("Check its power and cable, then do it again."),
     EndReason.CONTRADICTED: marked("Leave only one module on this line, then do it again."),
     EndReason.PORT_LOST: marked("Plug the adapter in, then do it again."),
-    EndReason.CLOSED: _AGAIN,
-    EndReason.SLEPT: _AGAIN,
-    EndReason.ANOTHER: _AGAIN,
-    EndReason.RATE_CHANGED: _AGAIN,
 }
-"""What to do when the conversation ended before what was asked for was done."""
 
 
 # Shell commands
 
-_JOIN_GROUP = "sudo usermod -aG dialout $USER"
-"""The group of serial ports on Debian and Ubuntu."""
-
 
 def _permission_command(evidence: PortEvidence) -> str | None:
-    if not evidence.platform.startswith("linux"):
-        return None
+    """Joins the group of serial ports; "dialout" on Debian and Ubuntu."""
     access = evidence.facts.access
-    if access is not None and access.group is not None:
-        return f"sudo usermod -aG {access.group} $USER"
-    return _install_rule(evidence) if access is not None and evidence.facts.rule_source else _JOIN_GROUP
-
-
-def _install_rule(evidence: PortEvidence) -> str:
-    source = shlex.quote(evidence.facts.rule_source)
-    return f"sudo cp {source} /etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger"
-
-
-def _rule_command(evidence: PortEvidence) -> str | None:
-    """Makes ModemManager ignore the adapter: restart it where the udev rule is installed, else install the rule."""
-    if evidence.facts.has_rule:
-        return "sudo systemctl restart ModemManager"
-    return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"
+    group = "dialout" if access is None else access.group
+    return f"sudo usermod -aG {group} $USER" if group and evidence.platform.startswith("linux") else None
 
 
 def _latency_command(evidence: PortEvidence) -> str | None:
@@ -184,89 +157,65 @@ def _latency_command(evidence: PortEvidence) -> str | None:
 def _values(evidence: PortEvidence) -> Mapping[str, object]:
     holder = evidence.trouble.holder if evidence.trouble is not None else None
     trip_s = evidence.round_trip_median_s
-    counters = evidence.counters
     return {
         "port": evidence.port or (evidence.trouble.port if evidence.trouble is not None else ""),
         "rate": evidence.baud_rate,
         "program": "" if holder is None else holder.name,
         "pid": "" if holder is None else holder.pid,
-        "visits": evidence.short_visits,
         "bytes": evidence.counters.bytes_received,
-        "rejected": counters.rejected,
+        "rejected": evidence.counters.rejected,
         "ms": "" if trip_s is None else round(trip_s * 1000),
     }
 
 
-def _is_unreached_address(seen: PortEvidence) -> bool:
-    is_unopened = seen.trouble_kind() in (PortTrouble.MISSING, PortTrouble.UNUSABLE)
-    return is_unopened and is_network_address(seen.port)
-
-
-def _is_no_rfc2217(seen: PortEvidence) -> bool:
-    """pyserial says it by its text only."""
-    return _is_unreached_address(seen) and "RFC2217" in str(seen.trouble)
-
-
-def _is_lost_address(seen: PortEvidence) -> bool:
-    return seen.trouble_kind() is PortTrouble.LOST and is_network_address(seen.port)
-
-
-def _is_stuck_address(seen: PortEvidence) -> bool:
-    return seen.trouble_kind() is PortTrouble.STUCK and is_network_address(seen.port)
-
-
-def _is_garbage_of_a_socket(seen: PortEvidence) -> bool:
+def _is_socket(seen: PortEvidence, came: Silence) -> bool:
     """Over a plain socket this program sets no baud rate; over RFC 2217 it does."""
-    return seen.port.startswith("socket://") and seen.came() is Silence.GARBAGE
+    return seen.port.startswith("socket://") and seen.came() is came
 
 
-def _is_mute_socket(seen: PortEvidence) -> bool:
-    return seen.port.startswith("socket://") and seen.came() is Silence.NOTHING and not seen.was_online
+def _is_other_server(seen: PortEvidence) -> bool:
+    """pyserial says it by its text only."""
+    is_unopened = seen.has(PortTrouble.MISSING, PortTrouble.UNUSABLE, is_address=True)
+    return is_unopened and "RFC2217" in str(seen.trouble)
 
 
+_OF_A_NETWORK = PortTrouble.MISSING, PortTrouble.UNUSABLE, PortTrouble.LOST, PortTrouble.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
     CauseRow(Cause.BRAILLE, PortEvidence.is_claimed_by_brltty,
-             marked("{port} vanishes: brltty, for Braille displays, takes the adapter."),
+             marked("{port} is gone: brltty, for Braille displays, takes such adapters."),
              marked("Type: {command} — then plug the adapter in again."), lambda _seen: "sudo apt remove brltty"),
     CauseRow(Cause.MODEM_PROBER, PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
-             marked("Type: {command} — then plug the adapter in again."), _rule_command),
-    CauseRow(Cause.FLAPPING, lambda seen: seen.is_gone() and seen.short_visits >= 2,
-             marked("The adapter at {port} disconnected {visits} times."),
-             marked("Use another USB cable and socket, without a hub.")),
-    CauseRow(Cause.HELD, lambda seen: seen.is_busy() and bool(seen.holder_name()),
+             marked("Type: {command} — then plug the adapter in again."),
+             lambda _seen: "sudo systemctl stop ModemManager"),
+    CauseRow(Cause.HELD, lambda seen: seen.has(PortTrouble.BUSY) and bool(seen.holder),
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
-    CauseRow(Cause.HELD, PortEvidence.is_busy,
+    CauseRow(Cause.HELD, lambda seen: seen.has(PortTrouble.BUSY),
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: seen.is_refused() and seen.may_soon(),
+    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: seen.has(PortTrouble.NOT_ALLOWED) and seen.may_soon(),
              marked("No permission for {port}."), marked("Log out and in again.")),
-    CauseRow(Cause.NO_PERMISSION, lambda seen: seen.is_refused() and _permission_command(seen) is not None,
+    CauseRow(Cause.NO_PERMISSION,
+             lambda seen: seen.has(PortTrouble.NOT_ALLOWED) and _permission_command(seen) is not None,
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
              _permission_command),
-    CauseRow(Cause.NO_PERMISSION, PortEvidence.is_refused,
+    CauseRow(Cause.NO_PERMISSION, lambda seen: seen.has(PortTrouble.NOT_ALLOWED),
              marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
-    CauseRow(Cause.REFUSED, lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
-             marked("{port}: connection refused."),
-             marked("Start the program that offers the port, or correct the address.")),
-    CauseRow(Cause.OTHER_SERVER, _is_no_rfc2217, marked("{port}: no RFC 2217 server answers."),
+    CauseRow(Cause.OTHER_SERVER, _is_other_server, marked("{port}: no RFC 2217 server answers."),
              marked("Correct the address, or try socket://HOST:PORT.")),
-    CauseRow(Cause.UNREACHABLE, _is_unreached_address, marked("{port} cannot be reached."),
-             marked("Start the program that offers the port, or correct the address.")),
-    CauseRow(Cause.CUT_OFF, _is_lost_address, marked("{port}: the connection was closed."),
+    CauseRow(Cause.UNREACHABLE, lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
+             marked("{port} cannot be reached."),
              marked("Check the network and the program that offers the port, then connect again.")),
-    CauseRow(Cause.STUCK, _is_stuck_address, marked("Write to {port} timed out."),
-             marked("Check the network and the program that offers the port, then connect again.")),
-    CauseRow(Cause.MISSING, lambda seen: seen.trouble_kind() is PortTrouble.MISSING, marked("There is no port {port}."),
+    CauseRow(Cause.MISSING, lambda seen: seen.has(PortTrouble.MISSING), marked("There is no port {port}."),
              marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNPLUGGED, lambda seen: seen.trouble_kind() is PortTrouble.LOST,
+    CauseRow(Cause.UNPLUGGED, lambda seen: seen.has(PortTrouble.LOST),
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.STUCK, lambda seen: seen.trouble_kind() is PortTrouble.STUCK,
+    CauseRow(Cause.STUCK, lambda seen: seen.has(PortTrouble.STUCK),
              marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.UNUSABLE, lambda seen: seen.trouble_kind() is PortTrouble.UNUSABLE,
+    CauseRow(Cause.UNUSABLE, lambda seen: seen.has(PortTrouble.UNUSABLE),
              marked("{port} is no serial port."), marked("Choose a port."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNUSABLE, lambda seen: seen.trouble_kind() is PortTrouble.UNSUPPORTED,
+    CauseRow(Cause.UNUSABLE, lambda seen: seen.has(PortTrouble.UNSUPPORTED),
              marked("{port} is no serial port."),
              marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
              step=NextStep.CHOOSE_PORT),
@@ -283,7 +232,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.BAD_LINE, PortEvidence.is_bad_line,
              marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
              marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
-    CauseRow(Cause.WRONG_RATE, _is_garbage_of_a_socket, marked("No readable frames on {port}."),
+    CauseRow(Cause.WRONG_RATE, lambda seen: _is_socket(seen, Silence.GARBAGE), marked("No readable frames on {port}."),
              marked("Check the address, and the baud rate in the program that offers the port.")),
     CauseRow(Cause.WRONG_RATE, lambda seen: seen.came() is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
@@ -297,7 +246,8 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.FELL_SILENT, lambda seen: seen.came() is not None and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
              is_at_module=True),
-    CauseRow(Cause.NOTHING, _is_mute_socket, marked("No module answers on {port}."),
+    CauseRow(Cause.NOTHING, lambda seen: _is_socket(seen, Silence.NOTHING) and not seen.was_online,
+             marked("No module answers on {port}."),
              marked("Check the address, the baud rate at the other end, and the module's power and wires."),
              is_at_module=True),
     CauseRow(Cause.NOTHING, lambda seen: seen.came() is Silence.NOTHING,

@@ -20,48 +20,40 @@ from protocol.events import Ended
 
 
 class Phase(Enum):
+    """How far the link is."""
+
     CLOSED = "closed"
     OPENING = "opening"
-    FINDING = "finding"
-    """Trying baud rates."""
-    ASKING = "asking"
-    """Open, with no answer yet."""
-    SILENT = "silent"
-    """Open, and no module has ever answered."""
+    FINDING = "finding"  # trying baud rates
+    ASKING = "asking"  # open, with no answer yet
+    SILENT = "silent"  # open, and no module has ever answered
     ONLINE = "online"
-    LATE = "late"
-    """Answers arrive so late that they may be out of date."""
-    OFFLINE = "offline"
-    """It answered before and no longer does."""
-    LOST = "lost"
-    """The port was lost; it is reopened when the same adapter returns."""
-    FAILED = "failed"
-    """The port could not be opened."""
-    SWITCHED_OFF = "switched_off"
-    """It was shut down by command, which is not a fault."""
+    LATE = "late"  # answers arrive so late that they may be out of date
+    OFFLINE = "offline"  # it answered before and no longer does
+    LOST = "lost"  # the port; it is reopened when the same adapter returns
+    FAILED = "failed"  # the port could not be opened
+    SWITCHED_OFF = "switched_off"  # by command, which is not a fault
 
 
 _FINE: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+# The next step needs nothing done at the module.
 _AT_THE_COMPUTER: Final = (Phase.LOST, Phase.FAILED)
-"""The next step needs nothing done at the module."""
 
 
 class LinkState(NamedTuple):
+    """A phase with what is known in it: why the conversation `ended` (OFFLINE), what came instead of an answer
+    (SILENT), the lag (LATE), the trouble of the port (FAILED, LOST), why it is not open again (LOST), and the
+    `time.time()` of a shutdown (SWITCHED_OFF)."""
+
     phase: Phase
     port: str = ""
     baud_rate: int = 0
     ended: Ended | None = None
-    """For OFFLINE: when and why the conversation ended."""
     silence: Silence | None = None
-    """For SILENT: what arrived instead of an answer."""
     lag_s: float | None = None
-    """For LATE."""
     trouble: PortError | None = None
-    """For FAILED and LOST."""
     off_at: float | None = None
-    """`time.time()`; for SWITCHED_OFF."""
     absence: Absence | None = None
-    """For LOST: why the port is not open again."""
     was_active: bool = False
     """The module was ACTIVE when it was last heard."""
 
@@ -93,35 +85,36 @@ def link_state(
     """`silence`: what came instead of an answer, as far as is known. `absence`: why a lost port is not open again.
     `switched_off_at`: `time.time()` of a shutdown by command since which the module has not answered. `was_active`: it
     was ACTIVE when it was last heard."""
-    state = LinkState(
-        Phase.ASKING,
+    has_answered = conversation.number > 0
+    if absence is not None:
+        phase = Phase.LOST
+    elif connection.state is PortState.OPENING:
+        phase = Phase.OPENING
+    elif connection.state is PortState.CLOSED:
+        phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
+    elif is_finding:
+        phase = Phase.FINDING
+    elif conversation.is_going:
+        phase = Phase.LATE if conversation.is_slow else Phase.ONLINE
+    elif switched_off_at is not None and (has_answered or silence in (None, Silence.NOTHING)):
+        phase = Phase.SWITCHED_OFF
+    elif has_answered:
+        phase = Phase.OFFLINE
+    else:
+        phase = Phase.ASKING if silence is None else Phase.SILENT
+    return LinkState(
+        phase,
         connection.port,
         connection.baud_rate,
+        ended=conversation.ended if phase is Phase.OFFLINE else None,
+        silence=silence if phase is Phase.SILENT else None,
+        # In steps of 0.5 s, so that the text does not change with every answer.
+        lag_s=round((conversation.lag_s or 0.0) * 2) / 2 if phase is Phase.LATE else None,
         trouble=connection.trouble,
+        off_at=switched_off_at if phase is Phase.SWITCHED_OFF else None,
         absence=absence,
         was_active=was_active,
     )
-    if absence is not None:
-        return state._replace(phase=Phase.LOST)
-    if connection.state is PortState.OPENING:
-        return state._replace(phase=Phase.OPENING)
-    if connection.state is PortState.CLOSED:
-        return state._replace(phase=Phase.CLOSED if connection.trouble is None else Phase.FAILED)
-    if is_finding:
-        return state._replace(phase=Phase.FINDING)
-    if conversation.is_going and conversation.is_slow:
-        # In steps of 0.5 s, so that the text does not change with every answer.
-        return state._replace(phase=Phase.LATE, lag_s=round((conversation.lag_s or 0.0) * 2) / 2)
-    if conversation.is_going:
-        return state._replace(phase=Phase.ONLINE)
-    has_answered = conversation.number > 0
-    if switched_off_at is not None and (has_answered or silence in (None, Silence.NOTHING)):
-        return state._replace(phase=Phase.SWITCHED_OFF, off_at=switched_off_at)
-    if has_answered:
-        return state._replace(phase=Phase.OFFLINE, ended=conversation.ended)
-    if silence is not None:
-        return state._replace(phase=Phase.SILENT, silence=silence)
-    return state
 
 
 def link_text(state: LinkState, now: float) -> LinkText:
@@ -133,6 +126,8 @@ def link_text(state: LinkState, now: float) -> LinkText:
 
 
 def _link_text(state: LinkState, now: float) -> LinkText:
+    ended, trouble = state.ended, state.trouble
+    switch_on = tr("Check its power and cable; hold its switch for 2 s.")
     match state.phase:
         case Phase.CLOSED:
             return LinkText(tr("Not connected"), tr("Not connected"), tr("Choose a port."), NextStep.CHOOSE_PORT)
@@ -149,40 +144,27 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             lag_s = state.lag_s or 0.0
             late = tr("Data arrives {seconds:.1f} s late.", seconds=lag_s)
             return LinkText(tr("{time} late", time=duration(lag_s)), late, tr(TOO_SLOW))
+        case Phase.OFFLINE if ended is not None:
+            word = tr("Offline for {time}", time=duration(now - ended.at))
+            return LinkText(word, reason_message(ended.reason, ended.contradiction).translated(), switch_on)
         case Phase.OFFLINE:
-            return _offline_text(state.ended, now)
+            return LinkText(capitalised(tr("offline")), tr("The module does not answer."), switch_on)
         case Phase.SILENT:
-            return _silent_text(state)
+            silence = state.silence or Silence.NOTHING
+            seen = explain(PortEvidence(state.port, state.baud_rate, silence=silence))
+            words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
+            return LinkText(words.get(silence, tr("No reply")), seen.what, seen.next_step, seen.step)
         case Phase.LOST:
-            what = tr("Port lost") if state.trouble is None else explain(state.trouble).what
+            what = tr("Port lost") if trouble is None else explain(trouble).what
             next_step = tr((state.absence or Absence.AWAY).value)
             return LinkText(tr("Port lost"), what, next_step, NextStep.CHOOSE_PORT)
         case Phase.SWITCHED_OFF:
             word = tr("Switched off at {time}", time=time.strftime("%H:%M", time.localtime(state.off_at)))
             return LinkText(word, word, tr("Hold its switch for 2 s, or connect external power."))
+        case Phase.FAILED if trouble is not None:
+            seen = explain(trouble)
+            word = tr("Port lost") if trouble.trouble in LOSSES else tr("Not connected")
+            return LinkText(word, seen.what, seen.next_step, NextStep.CONNECT_AGAIN)
         case Phase.FAILED:
-            return _failed_text(state.trouble)
-
-
-def _offline_text(ended: Ended | None, now: float) -> LinkText:
-    next_step = tr("Check its power and cable; hold its switch for 2 s.")
-    if ended is None:
-        return LinkText(capitalised(tr("offline")), tr("The module does not answer."), next_step)
-    word = tr("Offline for {time}", time=duration(now - ended.at))
-    return LinkText(word, reason_message(ended.reason, ended.contradiction).translated(), next_step)
-
-
-def _silent_text(state: LinkState) -> LinkText:
-    silence = state.silence or Silence.NOTHING
-    explanation = explain(PortEvidence(state.port, state.baud_rate, silence=silence))
-    words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
-    return LinkText(words.get(silence, tr("No reply")), explanation.what, explanation.next_step, explanation.step)
-
-
-def _failed_text(trouble: PortError | None) -> LinkText:
-    if trouble is None:
-        what = tr("A program error closed the port.")
-        return LinkText(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
-    explanation = explain(trouble)
-    word = tr("Port lost") if trouble.trouble in LOSSES else tr("Not connected")
-    return LinkText(word, explanation.what, explanation.next_step, NextStep.CONNECT_AGAIN)
+            what = tr("A program error closed the port.")
+            return LinkText(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)

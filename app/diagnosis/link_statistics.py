@@ -3,18 +3,14 @@
 Bounded: the last ten minutes by the second, and the totals of this connection.
 """
 
-from bisect import bisect_left
-from collections import Counter, deque
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
 
 MAX_SECONDS = 600
-BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
-"""Upper bounds of the round-trip histogram; a last class has no bound."""
 MAX_TRIPS = 4096
 
 
@@ -27,12 +23,61 @@ class Slice(NamedTuple):
     slowest_s: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class TripClass:
-    """A class of the round-trip histogram; `up_to_ms` None: no upper bound."""
+class LinkStatistics:
+    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread."""
 
-    up_to_ms: float | None
-    count: int
+    def __init__(self) -> None:
+        self._slices: deque[Slice] = deque(maxlen=MAX_SECONDS)
+        self._last = Counters()
+        self._was_open = False
+        self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
+        self.totals = Counters()
+        """Since the connection began."""
+        self.losses = 0
+        self.last_frame_at: float | None = None
+        self.last_invalid_at: float | None = None
+
+    def on_batch(self, batch: Batch) -> None:
+        """Processes one batch; to be called for every batch, in order."""
+        if batch.connection.state is not PortState.OPEN:
+            lost = int(self._was_open and batch.connection.trouble is not None)
+            self._was_open = False
+            self._add(batch.at, _counted(batch.events), lost, [])  # the last events, which are in no totals
+            self._last = Counters()
+            return
+        self._was_open = True
+        before = self._last
+        self._last = totals = before if batch.link is None else batch.link.counters
+        # After the port was reopened they start at zero.
+        goes_on = totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
+        grown = totals - before if goes_on else totals
+        if grown.frames:
+            self.last_frame_at = batch.at
+        if grown.rejected:
+            self.last_invalid_at = batch.at
+        trips_s = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
+        self._add(batch.at, grown, 0, [trip for trip in trips_s if trip is not None])
+
+    @property
+    def seconds(self) -> tuple[Slice, ...]:
+        """The last ten minutes, oldest first."""
+        return tuple(self._slices)
+
+    def quantile_s(self, share: float) -> float | None:
+        """Quantile (`share` 0 … 1) of the last 4,096 round trips; None without any."""
+        ordered = sorted(self._trips_s)
+        return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
+
+    def _add(self, now: float, grown: Counters, losses: int, trips_s: list[float]) -> None:
+        if not self._slices or now // 1 > self._slices[-1].begins_s:
+            self._slices.append(Slice(now // 1, Counters()))
+        begins_s, counters, former, slowest_s = self._slices[-1]
+        if trips_s:
+            slowest_s = max(slowest_s or 0.0, *trips_s)
+        self._slices[-1] = Slice(begins_s, counters + grown, former + losses, slowest_s)
+        self._trips_s += trips_s
+        self.totals += grown
+        self.losses += losses
 
 
 def _counted(events: Iterable[Event]) -> Counters:
@@ -51,67 +96,3 @@ def _counted(events: Iterable[Event]) -> Counters:
             case _:
                 pass
     return grown
-
-
-class LinkStatistics:
-    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread."""
-
-    def __init__(self) -> None:
-        self._slices: deque[Slice] = deque(maxlen=MAX_SECONDS)
-        self._last = Counters()
-        self._was_open = False
-        self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
-        self._classes: Counter[int] = Counter()
-        self.totals = Counters()
-        """Since the connection began."""
-        self.losses = 0
-        self.last_frame_at: float | None = None
-        self.last_invalid_at: float | None = None
-
-    def on_batch(self, batch: Batch) -> None:
-        """Processes one batch; to be called for every batch, in order."""
-        if batch.connection.state is not PortState.OPEN:
-            lost = int(self._was_open and batch.connection.trouble is not None)
-            self._was_open = False
-            self._add(batch.at, _counted(batch.events), lost, ())  # the last events, which are in no totals
-            self._last = Counters()
-            return
-        self._was_open = True
-        trips = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
-        before, totals = self._last, self._last if batch.link is None else batch.link.counters
-        self._last = totals
-        # After the port was reopened they start at zero.
-        goes_on = totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
-        grown = totals - before if goes_on else totals
-        if grown.frames:
-            self.last_frame_at = batch.at
-        if grown.rejected:
-            self.last_invalid_at = batch.at
-        self._add(batch.at, grown, 0, [trip for trip in trips if trip is not None])
-
-    @property
-    def seconds(self) -> tuple[Slice, ...]:
-        """The last ten minutes, oldest first."""
-        return tuple(self._slices)
-
-    def round_trips(self) -> tuple[TripClass, ...]:
-        """All round trips since the connection began, by duration."""
-        bounds: tuple[float | None, ...] = (*BOUNDS_MS, None)
-        return tuple(TripClass(bound, self._classes[index]) for index, bound in enumerate(bounds))
-
-    def quantile_s(self, share: float) -> float | None:
-        """Quantile (`share` 0 … 1) of the last 4,096 round trips; None without any."""
-        ordered = sorted(self._trips_s)
-        return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
-
-    def _add(self, now: float, grown: Counters, losses: int, trips_s: Sequence[float]) -> None:
-        if not self._slices or now // 1 > self._slices[-1].begins_s:
-            self._slices.append(Slice(now // 1, Counters()))
-        begins_s, counters, former, slowest_s = self._slices[-1]
-        slowest_s = max((*trips_s, *(() if slowest_s is None else (slowest_s,))), default=None)
-        self._slices[-1] = Slice(begins_s, counters + grown, former + losses, slowest_s)
-        for trip_s in trips_s:
-            self._trips_s.append(trip_s)
-            self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
-        self.totals += grown
-        self.losses += losses

@@ -11,6 +11,7 @@ import platform
 import re
 import socket
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -164,25 +165,11 @@ def _link(contents: Contents) -> dict[str, object]:
     statistics = contents.statistics
     if statistics is None:
         return link
-    totals = statistics.totals
-    return link | {
-        "sent": totals.sent,
-        "frames": totals.frames,
-        "bytes_received": totals.bytes_received,
-        "by_role": {
-            role.value: count for role, count in sorted(totals.by_role.items(), key=lambda item: item[0].value)
-        },
-        "rejected_bytes": {reason.value: count for reason, count in totals.rejected_bytes.most_common()},
-        "time_outs": totals.time_outs,
-        "retries": totals.retries,
-        "restarts": totals.restarts,
-        "losses": statistics.losses,
-        "round_trips_ms": {
-            f"<= {trip.up_to_ms:g}" if trip.up_to_ms is not None else "more": trip.count
-            for trip in statistics.round_trips()
-            if trip.count
-        },
-    }
+    for name, count in vars(statistics.totals).items():
+        link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
+    trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
+    trips_ms = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
+    return link | {"losses": statistics.losses, "round_trips_ms": trips_ms}
 
 
 def _module(contents: Contents) -> dict[str, object]:

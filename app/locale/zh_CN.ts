@@ -2792,10 +2792,6 @@
         <translation>开始检查。</translation>
     </message>
     <message>
-        <source>Start the program that offers the port, or correct the address.</source>
-        <translation>启动提供该串口的程序，或更正地址。</translation>
-    </message>
-    <message>
         <source>Started</source>
         <translation>开始时间</translation>
     </message>
@@ -2882,10 +2878,6 @@
     <message>
         <source>The Python package {package} is missing. Install the program again.</source>
         <translation>缺少 Python 包 {package}。请重新安装本程序。</translation>
-    </message>
-    <message>
-        <source>The adapter at {port} disconnected {visits} times.</source>
-        <translation>{port} 的适配器反复断开，共 {visits} 次。</translation>
     </message>
     <message>
         <source>The adapter delays every answer by {ms} ms (latency timer).</source>
@@ -3496,10 +3488,6 @@
     <message>
         <source>Use a shorter cable, connect ground, avoid motors and antennas.</source>
         <translation>请缩短线缆、接好地线，远离电机和天线。</translation>
-    </message>
-    <message>
-        <source>Use another USB cable and socket, without a hub.</source>
-        <translation>请换用其他 USB 线和接口，不要经过集线器。</translation>
     </message>
     <message>
         <source>Use another adapter or USB socket.</source>
@@ -5162,6 +5150,10 @@
         <translation>{port} 在 {seconds:.0f} s 内未能打开。</translation>
     </message>
     <message>
+        <source>{port} is gone: brltty, for Braille displays, takes such adapters.</source>
+        <translation>{port} 已消失：盲文显示器驱动（brltty）会占用这类适配器。</translation>
+    </message>
+    <message>
         <source>{port} is in use by another program.</source>
         <translation>{port} 正被其他程序占用。</translation>
     </message>
@@ -5178,10 +5170,6 @@
         <translation>{port} 连接的是电脑，不是模块。</translation>
     </message>
     <message>
-        <source>{port} vanishes: brltty, for Braille displays, takes the adapter.</source>
-        <translation>{port} 消失：盲文显示器驱动（brltty）占用了该适配器。</translation>
-    </message>
-    <message>
         <source>{port} was unplugged, or its driver failed.</source>
         <translation>{port} 已被拔出，或其驱动程序出错。</translation>
     </message>
@@ -5190,16 +5178,8 @@
         <translation>{port}，{rate} 波特</translation>
     </message>
     <message>
-        <source>{port}: connection refused.</source>
-        <translation>{port}：连接被拒绝。</translation>
-    </message>
-    <message>
         <source>{port}: no RFC 2217 server answers.</source>
         <translation>{port}：没有 RFC 2217 服务器应答。</translation>
-    </message>
-    <message>
-        <source>{port}: the connection was closed.</source>
-        <translation>{port}：连接已断开。</translation>
     </message>
     <message>
         <source>{rate} baud</source>

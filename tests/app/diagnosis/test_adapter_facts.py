@@ -6,19 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.diagnosis.adapter_facts import (
-    PORT_GRABBERS,
-    Access,
-    AdapterFacts,
-    PortHistory,
-    access_to,
-    facts_about,
-    running,
-)
-from app.engine.ports import PortInfo
-
-PORT = "/dev/ttyUSB0"
-
+from app.diagnosis.adapter_facts import Access, AdapterFacts, access_to, facts_about
 
 # What the system tells
 
@@ -37,10 +25,9 @@ def linux(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("linux")
-def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
+def test_the_latency_timer_and_programs_that_grab_ports_are_found(tmp_path: Path) -> None:
     root = tree(tmp_path, {
         "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16\n",
-        "etc/udev/rules.d/60-dps-s.rules": "",
         "proc/12/comm": "ModemManager\n",
         "proc/13/comm": "brltty\n",
         "proc/14/comm": "bash\n",
@@ -49,9 +36,7 @@ def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
     facts = facts_about("/dev/ttyUSB0", root=root)
     assert facts.latency_ms == 16
     assert facts.latency_path == "/sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
-    assert facts.has_rule
     assert facts.grabbers == ("ModemManager", "brltty")
-    assert facts.rule_source.endswith("packaging/linux/60-dps-s.rules")
 
 
 @pytest.mark.usefixtures("linux")
@@ -60,7 +45,6 @@ def test_missing_files_give_no_facts(tmp_path: Path) -> None:
     assert facts.latency_ms is None
     assert facts.access is None
     assert facts.grabbers == ()
-    assert not facts.has_rule
     tree(tmp_path, {"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "many\n"})
     assert facts_about("/dev/ttyUSB0", root=tmp_path).latency_ms is None
 
@@ -86,50 +70,6 @@ def test_the_group_of_a_device_file(tmp_path: Path) -> None:
     assert access is not None
     assert access.group == device.group()
     assert access_to(tmp_path / "missing") is None
-
-
-def test_programs_that_run_are_found_by_their_names(tmp_path: Path) -> None:
-    root = tree(tmp_path, {"proc/1/comm": "brltty\n", "proc/x/comm": "hidden\n"})
-    assert running(["hidden", "brltty"], root) == ("brltty",)
-    assert all(len(name) <= 15 for name in PORT_GRABBERS), "the kernel cuts names"
-
-
-# Which adapters come and go
-
-
-ADAPTER = PortInfo(PORT, "CP2102", "", "0001", 0x10C4, 0xEA60, "1-1:1.0")
-
-
-def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
-    history = PortHistory()
-    history.poll([], 0.0)
-    for number in range(3):
-        history.poll([ADAPTER], 10.0 + number * 5)
-        history.poll([], 12.0 + number * 5)
-    assert history.short_visits(PORT, 30.0) == 3
-    assert history.short_visits(ADAPTER.identity, 30.0) == 3
-    assert history.short_visits("/dev/ttyS0", 30.0) == 0
-    assert history.short_visits(PORT, 1000.0) == 0  # long ago
-
-
-def test_adapters_that_were_present_before_or_stay_are_not_counted() -> None:
-    history = PortHistory()
-    history.poll([ADAPTER], 0.0)
-    history.poll([], 1.0)
-    assert history.short_visits(PORT, 2.0) == 0
-    history.poll([ADAPTER], 10.0)
-    history.poll([], 60.0)
-    assert history.short_visits(PORT, 61.0) == 0
-
-
-def test_the_history_is_bounded() -> None:
-    history = PortHistory()
-    for number in range(500):
-        history.poll([ADAPTER._replace(serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
-    for number in range(500):
-        history.poll([ADAPTER] if number % 2 else [], 1000.0 + number)
-    assert history.short_visits(PORT, 1500.0, within_s=1000.0) == PortHistory.MAX_KEPT
-    assert len(history._at_device) == PortHistory.MAX_KEPT
 
 
 # The rule for the system

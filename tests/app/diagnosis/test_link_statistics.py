@@ -2,12 +2,11 @@
 
 import json
 import zipfile
-from collections import Counter
 from pathlib import Path
 
 import pytest
 
-from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
+from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
@@ -49,21 +48,10 @@ def test_events_are_counted_in_their_second() -> None:
     assert figures.totals.sent == 6
 
 
-def test_rejected_bytes_are_listed_by_reason_most_first() -> None:
-    figures = LinkStatistics()
-    counters = Counters(rejected_bytes=Counter({Reason.NO_HEADER: 2, Reason.CHECKSUM: 9}))
-    figures.on_batch(batch(1.0, LinkView(counters, None, None)))
-    assert figures.seconds[0].counters.rejected_bytes.most_common() == [(Reason.CHECKSUM, 9), (Reason.NO_HEADER, 2)]
-    assert figures.seconds[0].counters.rejected == 11
-
-
-def test_round_trips_fall_into_classes() -> None:
+def test_round_trips_have_quantiles_and_a_slowest() -> None:
     figures = LinkStatistics()
     trips = (0.0005, 0.001, 0.0011, 0.016, 0.0161, 0.9, 1.0, 1.5, None)
     figures.on_batch(batch(1.0, view(), *(answered(trip) for trip in trips)))
-    classes = {round_trip.up_to_ms: round_trip.count for round_trip in figures.round_trips() if round_trip.count}
-    assert classes == {1: 2, 2: 1, 16: 1, 24: 1, 1000: 2, None: 1}
-    assert len(figures.round_trips()) == len(BOUNDS_MS) + 1
     assert figures.quantile_s(0.5) == 0.0161
     assert figures.seconds[0].slowest_s == 1.5
     assert LinkStatistics().quantile_s(0.5) is None
@@ -113,24 +101,7 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
     assert vars(figures.totals) == vars(counted)
     assert figures.totals.by_role[Role.ANSWER] > 0
     assert figures.totals.bytes_received == rig.session.link_view().counters.bytes_received
-    assert sum(round_trip.count for round_trip in figures.round_trips()) > 5
-
-
-def test_reading_properties_does_not_change_the_statistics() -> None:
-    watched, alone = LinkStatistics(), LinkStatistics()
-    for number in range(1, 400):
-        at, opened = number * 0.033, number % 150  # reopened every 5 s without a batch
-        link = view(opened * 8, sent=opened, frames=opened, time_outs=opened // 40)
-        events = (answered(0.004),) if number % 30 == 0 else ()
-        connection = Connection(PortState.CLOSED) if number == 225 else OPEN
-        for statistics in (watched, alone):
-            statistics.on_batch(batch(at, None if number == 225 else link, *events, connection=connection))
-        watched.seconds  # noqa: B018  looking is what is tried
-    for second, seen in zip(alone.seconds, watched.seconds, strict=True):
-        assert vars(second.counters) == vars(seen.counters)
-        assert second._replace(counters=seen.counters) == seen
-    assert vars(alone.totals) == vars(watched.totals)
-    assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end
+    assert figures.quantile_s(0.5) is not None
 
 
 # The support bundle equals its preview and contains no names

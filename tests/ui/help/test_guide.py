@@ -13,7 +13,6 @@ from PySide6.QtGui import QImage, QTextDocument
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.adapter_facts import RULE_NAME
 from app.diagnosis.link_state import Phase
 from app.simulator import bench as benches
 from app.text import i18n
@@ -204,7 +203,7 @@ def test_pictures_are_made_for_every_language_by_one_script(monkeypatch: pytest.
 
 def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
     """And nothing about a group or a file that the program itself would name otherwise."""
-    rule = (ROOT / "packaging" / "linux" / RULE_NAME).read_text(encoding="utf-8")
+    rule = (ROOT / "packaging" / "linux" / "60-dps-s.rules").read_text(encoding="utf-8")
     about = (ROOT / "docs" / "adapters.md").read_text(encoding="utf-8")
     vendors = re.findall(r'ATTRS\{idVendor\}=="(\w+)", ATTRS\{idProduct\}', rule)
     assert len(vendors) == 4
@@ -212,7 +211,7 @@ def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
         assert f"| {vendor}:" in about
     for command in re.findall(r"sudo udevadm .+", rule.partition("\n\n")[0]):
         assert command in about
-    assert f"packaging/linux/{RULE_NAME}" in about
+    assert "packaging/linux/60-dps-s.rules" in about
 
 
 @pytest.mark.parametrize("theme", THEMES, ids=lambda one: one.name)

@@ -9,7 +9,6 @@ from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_statistics import TripClass
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
 from tests.support.window.steps import given
@@ -196,9 +195,6 @@ def test_at_their_least_height_all_plots_are_there_and_nothing_covers_the_times(
     labels = [view.times.mapRectToScene(room) for _, room in labels_of(view.times)]
     assert labels
     assert not any(shown.room.intersects(label) for shown in view.overlay.shown for label in labels)
-
-
-CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))
 
 
 def test_the_ground_is_not_kept_over_a_change_of_theme(qtbot: QtBot) -> None:

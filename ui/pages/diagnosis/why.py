@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
-from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
+from app.diagnosis.adapter_facts import AdapterFacts, facts_about
 from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
@@ -57,7 +57,7 @@ class WhyPanel(QWidget):
         super().__init__()
         self.setObjectName("why_panel")
         self._ports, self._storage = services.ports, services.storage
-        self._evidence, self._history = EvidenceCollector(), PortHistory()
+        self._evidence = EvidenceCollector()
         self._facts, self._facts_of, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
@@ -81,11 +81,9 @@ class WhyPanel(QWidget):
         self.checked: dict[str, QLabel] = {}
         self._ticks: dict[str, IconLabel] = {}
         in_column(card, self._make_list(), 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        self._ports.watcher.listed.connect(self._note_ports)
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._ports.changed.connect(timer.refresh_seen)
         self.begin_again()
-        self._note_ports()
 
     def _make_list(self) -> QFrame:
         card = named(QFrame(), "why_list", "card")
@@ -118,21 +116,14 @@ class WhyPanel(QWidget):
 
     def evidence(self) -> PortEvidence:
         current, target = self._ports.current, self._ports.current.target
-        port = "" if target is None else target.device
         # Of this adapter: another one may have the name of its port by now.
         facts = self._facts if self._facts_of == current.key else AdapterFacts()
-        visits = self._history.short_visits(port, self._ports.clock())
-        seen = self._evidence.evidence(facts=facts, short_visits=visits)
+        seen = self._evidence.evidence(facts=facts)
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
         seen = seen._replace(was_active=current.is_active or is_left)
         # Between two attempts to reconnect, only the port knows the error.
         return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
-
-    def _note_ports(self) -> None:
-        ports = self._ports.watcher
-        if ports.is_current:  # an outdated list shows no changes
-            self._history.poll(ports.ports, self._ports.clock())
 
     def _ask_system(self) -> None:
         """Queries the system in the background, since it lists all processes."""

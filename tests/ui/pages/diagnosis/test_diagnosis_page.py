@@ -20,7 +20,6 @@ from app.diagnosis.causes import Cause, diagnose
 from app.diagnosis.link_state import Phase
 from app.diagnosis.symptoms import EvidenceCollector
 from app.engine.conversation import ConversationView
-from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
@@ -33,7 +32,7 @@ from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Role, Sent
 from protocol.frame import Reason
 from protocol.messages import Heartbeat
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly, _errors_shown
@@ -176,24 +175,6 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
             assert page.why.evidence().facts == AdapterFacts()
             qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
             found.pop(0)
-
-
-def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports = ListedPorts()
-    with diagnosis(qtbot, qapp, tmp_path, listed=ports) as (assembly, page):
-        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
-        for present in ([ADAPTER], [], [ADAPTER], []):
-            ports.now = list(present)
-
-            def is_listed(wanted: tuple[PortInfo, ...] = tuple(present)) -> bool:
-                assembly.watcher.refresh()
-                return assembly.watcher.ports == wanted
-
-            qtbot.waitUntil(is_listed)
-        assembly.ports.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.FAILED)
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING)
-        assert "2" in page.why.what.text()
 
 
 def test_bytes_at_another_rate_do_not_count() -> None:
