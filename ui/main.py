@@ -91,8 +91,7 @@ PAGES: tuple[PageEntry, ...] = (
     _page("preflight", marked("Pre-flight"), Icon.CHECKLIST, "Before each flight: READY, GO or NO-GO"),
     _page("commands", marked("Commands"), Icon.ACTIVE, "LOCK, and dangerous commands", wants_stream=True),
     _page("fleet", marked("Fleet"), Icon.FLEET, "Several modules"),
-    _page("recordings", marked("Recordings"), Icon.RECORDINGS),
-    _page("flights", marked("Flight logs"), Icon.MAP),
+    _page("logs", marked("Logs"), Icon.MAP),
     _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),
 )
 

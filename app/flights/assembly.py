@@ -68,6 +68,7 @@ def assembled(raw: RawLog) -> FlightLog:
     is_on_ground = _flag_at(raw.on_ground, clock_s)
     log = FlightLog(
         name=raw.name,
+        start_s=start_s,
         time_s=time_s,
         tilt_deg=tilt_deg,
         specific_force_g=force_g,

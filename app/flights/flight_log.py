@@ -39,6 +39,8 @@ class FlightLog:
 
     # Path of the file as given.
     name: str
+    # The time of its first sample, by its own clock.
+    start_s: float = 0.0
     # Ascending.
     time_s: Floats
     # 0 level, 180 upside down; NaN where the attitude is unknown.

@@ -10,7 +10,7 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from app.text.messages import joined, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from app.recordings.recording import Recording
 
 SUFFIXES: Final = (".ulg", ".bin", ".log", ".tlog", ".csv", ".tsv", ".txt", ".mcap", ".gz", ".zip")
 MAX_BYTES: Final = 1 << 30
@@ -121,15 +124,24 @@ def _is_text(start: bytes) -> bool:
 def _read_recording(path: Path, name: str) -> RawLog:
     """A flight that a module measured. Raises `UserError`."""
     from app.recordings.library import entry_of
-    from app.recordings.markers import STATE_LOST
     from app.recordings.recording import open_recording
 
-    entry = entry_of(path)
     try:
-        recording = open_recording(entry)
+        recording = open_recording(entry_of(path))
     except UserError as error:
         cause = error.__cause__
         raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
+    return _recorded(recording, name)
+
+
+def flight_of_recording(recording: "Recording") -> FlightLog:
+    """What an open recording holds. Raises `UserError` where that is nothing to judge."""
+    return assembled(_recorded(recording, str(recording.entry.path)))
+
+
+def _recorded(recording: "Recording", name: str) -> RawLog:
+    from app.recordings.markers import STATE_LOST
+
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     time_s = kept_apart(np.array(excerpt.tilt.time_s, np.float64))
     if not len(time_s):
@@ -141,7 +153,7 @@ def _read_recording(path: Path, name: str) -> RawLog:
     raw.resets = tuple(marker for marker in excerpt.markers if marker.kind in STATE_LOST)
     if recording.damage is not None:
         raw.problems.append(recording.damage)
-    if entry.was_cut_off:
+    if recording.entry.was_cut_off:
         raw.note(marked("cut off"))
     # What is damaged at the begin or at the end was a part of it.
     bounds_s = [*time_s[[0, -1]].tolist(), *(at_s for gap in recording.damaged for at_s in gap if math.isfinite(at_s))]

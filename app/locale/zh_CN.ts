@@ -236,8 +236,8 @@
         <translation>全部</translation>
     </message>
     <message>
-        <source>All flights</source>
-        <translation>全部飞行日志</translation>
+        <source>All logs</source>
+        <translation>全部日志</translation>
     </message>
     <message>
         <source>All modules</source>
@@ -344,10 +344,6 @@
         <translation>返回</translation>
     </message>
     <message>
-        <source>Back to live</source>
-        <translation>返回实时</translation>
-    </message>
-    <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
     </message>
@@ -390,10 +386,6 @@
     <message>
         <source>CONTRADICTS ITSELF: {parts}.</source>
         <translation>自相矛盾：{parts}。</translation>
-    </message>
-    <message>
-        <source>CSV…</source>
-        <translation>CSV…</translation>
     </message>
     <message>
         <source>Cancel</source>
@@ -544,8 +536,8 @@
         <translation>请选择串口。</translation>
     </message>
     <message>
-        <source>Choose columns…</source>
-        <translation>选择列…</translation>
+        <source>Choose logs, then press N or M.</source>
+        <translation>选中日志，按 N 或 M。</translation>
     </message>
     <message>
         <source>Choose one column for “{quantity}”.</source>
@@ -880,8 +872,8 @@
         <translation>即使已锁定，也请远离伞仓开口。</translation>
     </message>
     <message>
-        <source>Every session is recorded automatically.</source>
-        <translation>每次连接都会自动记录。</translation>
+        <source>Every session is recorded. Open or drop logs of PX4, ArduPilot, or CSV.</source>
+        <translation>每次会话都自动记录。也可打开或拖入 PX4、ArduPilot 或 CSV 日志。</translation>
     </message>
     <message>
         <source>Everywhere</source>
@@ -930,6 +922,10 @@
     <message>
         <source>Fall</source>
         <translation>坠落</translation>
+    </message>
+    <message>
+        <source>File of {time}</source>
+        <translation>文件时间 {time}</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1020,16 +1016,8 @@
         <translation>多模块</translation>
     </message>
     <message>
-        <source>Flight logs</source>
-        <translation>飞行日志</translation>
-    </message>
-    <message>
         <source>Folder</source>
         <translation>文件夹</translation>
-    </message>
-    <message>
-        <source>For PlotJuggler and Foxglove</source>
-        <translation>用于 PlotJuggler 和 Foxglove</translation>
     </message>
     <message>
         <source>Forbid serial trigger</source>
@@ -1516,6 +1504,10 @@
         <translation>请注销后重新登录。</translation>
     </message>
     <message>
+        <source>Logs</source>
+        <translation>日志</translation>
+    </message>
+    <message>
         <source>Longest fall</source>
         <translation>最长坠落</translation>
     </message>
@@ -1546,10 +1538,6 @@
     <message>
         <source>Lost while shaken</source>
         <translation>晃动时丢失</translation>
-    </message>
-    <message>
-        <source>MCAP…</source>
-        <translation>MCAP…</translation>
     </message>
     <message>
         <source>MIT licence. Made with:</source>
@@ -1824,8 +1812,12 @@
         <translation>没有飞行日志。</translation>
     </message>
     <message>
-        <source>No flight logs yet</source>
-        <translation>还没有飞行日志</translation>
+        <source>No logs found.</source>
+        <translation>未找到日志。</translation>
+    </message>
+    <message>
+        <source>No logs yet</source>
+        <translation>还没有日志</translation>
     </message>
     <message>
         <source>No longer on the module</source>
@@ -1856,10 +1848,6 @@
         <translation>没有模块应答。</translation>
     </message>
     <message>
-        <source>No new flight logs.</source>
-        <translation>没有新的飞行日志。</translation>
-    </message>
-    <message>
         <source>No new trigger record</source>
         <translation>没有新的触发记录</translation>
     </message>
@@ -1880,12 +1868,12 @@
         <translation>暂无建议</translation>
     </message>
     <message>
-        <source>No proposal: no flight is on the side “must fire”.</source>
-        <translation>没有建议：“必须触发”一侧没有飞行日志。</translation>
+        <source>No proposal: no log is on the side “must fire”.</source>
+        <translation>无建议：“必须触发”一侧没有日志。</translation>
     </message>
     <message>
-        <source>No proposal: no flight is on the side “must not fire”.</source>
-        <translation>没有建议：“不得触发”一侧没有飞行日志。</translation>
+        <source>No proposal: no log is on the side “must not fire”.</source>
+        <translation>无建议：“不得触发”一侧没有日志。</translation>
     </message>
     <message>
         <source>No proposal: {count} of {total} not read</source>
@@ -1960,8 +1948,8 @@
         <translation>{seconds:.0f} 秒内没有完成下一步。</translation>
     </message>
     <message>
-        <source>No thresholds separate the lists</source>
-        <translation>没有阈值能区分两个列表</translation>
+        <source>No thresholds separate the sides</source>
+        <translation>没有阈值能区分两侧</translation>
     </message>
     <message>
         <source>Noise can end or fake a free fall.</source>
@@ -2108,6 +2096,10 @@
         <translation>模块上</translation>
     </message>
     <message>
+        <source>On the module: {value}</source>
+        <translation>模块中的值：{value}</translation>
+    </message>
+    <message>
         <source>One code for all readable settings.</source>
         <translation>一个代码代表所有可读参数。</translation>
     </message>
@@ -2136,20 +2128,12 @@
         <translation>打开文件夹…</translation>
     </message>
     <message>
-        <source>Open or drop logs of PX4, ArduPilot, CSV or recordings.</source>
-        <translation>请打开或拖入 PX4、ArduPilot、CSV 日志或数据记录。</translation>
-    </message>
-    <message>
         <source>Open profile…</source>
         <translation>打开配置文件…</translation>
     </message>
     <message>
         <source>Open the bay fully</source>
         <translation>完全打开伞仓</translation>
-    </message>
-    <message>
-        <source>Opening {when}…</source>
-        <translation>正在打开 {when}…</translation>
     </message>
     <message>
         <source>Opening…</source>
@@ -2310,10 +2294,6 @@
     <message>
         <source>Print…</source>
         <translation>打印…</translation>
-    </message>
-    <message>
-        <source>Problems</source>
-        <translation>问题</translation>
     </message>
     <message>
         <source>Profile</source>
@@ -2520,10 +2500,6 @@
         <translation>两次读取一致</translation>
     </message>
     <message>
-        <source>Samples</source>
-        <translation>样本数</translation>
-    </message>
-    <message>
         <source>Save</source>
         <translation>保存</translation>
     </message>
@@ -2586,10 +2562,6 @@
     <message>
         <source>Select a row.</source>
         <translation>请选择一行。</translation>
-    </message>
-    <message>
-        <source>Select flights and press {key}</source>
-        <translation>选中飞行日志后按 {key}</translation>
     </message>
     <message>
         <source>Send no commands during the check.</source>
@@ -2718,6 +2690,10 @@
     <message>
         <source>Shut down</source>
         <translation>关机</translation>
+    </message>
+    <message>
+        <source>Side</source>
+        <translation>归类</translation>
     </message>
     <message>
         <source>Signature</source>
@@ -3774,10 +3750,6 @@
         <translation>全部记录已复核</translation>
     </message>
     <message>
-        <source>and {count} more</source>
-        <translation>另有 {count} 项</translation>
-    </message>
-    <message>
         <source>angle at once, acceleration unfiltered</source>
         <translation>角度立即生效，加速度不滤波</translation>
     </message>
@@ -4130,10 +4102,6 @@
         <translation>响应延迟</translation>
     </message>
     <message>
-        <source>latest {late}</source>
-        <translation>最迟在{late}</translation>
-    </message>
-    <message>
         <source>left</source>
         <translation>向左</translation>
     </message>
@@ -4402,10 +4370,6 @@
         <translation>未知</translation>
     </message>
     <message>
-        <source>not live</source>
-        <translation>非实时</translation>
-    </message>
-    <message>
         <source>not measured yet</source>
         <translation>尚未测量</translation>
     </message>
@@ -4520,10 +4484,6 @@
     <message>
         <source>pinned</source>
         <translation>已固定</translation>
-    </message>
-    <message>
-        <source>point at the plots</source>
-        <translation>请指向曲线</translation>
     </message>
     <message>
         <source>polled</source>
@@ -5372,10 +5332,6 @@
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
-    </message>
-    <message>
-        <source>{what}. Not opened meanwhile: {when}.</source>
-        <translation>{what}。在此期间未打开：{when}。</translation>
     </message>
     <message>
         <source>{why} Say which column holds what, in which unit: {cure} (columns: {columns}).</source>

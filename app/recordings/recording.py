@@ -148,16 +148,6 @@ def open_recording(entry: RecordingEntry) -> Recording:
         raise UserError(unreadable(entry.path, error)) from error
 
 
-def tilt_outline(entry: RecordingEntry, buckets: int) -> tuple[tuple[float, float], ...]:
-    """Lowest and highest tilt per interval, for a thumbnail. Empty where there is none, or it cannot be read."""
-    try:
-        recording = Recording(entry)
-    except (OSError, UserError):
-        return ()
-    outline = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
-    return tuple(zip(outline.low.tolist(), outline.high.tolist(), strict=True))
-
-
 def _damage(damaged_at: float | None, missing_count: int) -> UserMessage | None:
     """`damaged_at`: seconds since 1970."""
     missing = []

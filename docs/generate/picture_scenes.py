@@ -29,10 +29,9 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble, start
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
+from ui.pages.logs.page import LogsPage
 from ui.pages.preflight.page import PreflightPage
-from ui.pages.recordings.page import RecordingsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
 from ui.services.storage import Storage
@@ -213,37 +212,25 @@ def deploy(studio: Studio) -> None:
     bar.setValue(0)
 
 
-def recordings(studio: Studio) -> None:
-    ports = studio.assembly.ports
-    ports.current.disconnect_port()
-    studio.run(0.5)
-    studio.connect(PORT)
-    studio.run(6.0)
-    page = studio.page("recordings", RecordingsPage)
-    studio.until(lambda: len(page.work.entries) > 1, "nothing was recorded")
-    page.table.selectRow(1)
-    studio.press("recordings_keep")
-    studio.until(lambda: not page.work.is_busy and page.work.entries[1].is_pinned, "it is not kept")
-    page.work.dismiss()
-    page.table.selectRow(1)
-    page.refresh()
-    studio.run(0.3)
-    studio.take("recordings", page)
-
-
-def flights(studio: Studio) -> None:
-    """Survey flights with steep turns, and two crashes, sorted."""
+def logs(studio: Studio) -> None:
+    """Recordings, survey flights with steep turns, and two crashes, sorted."""
     with tempfile.TemporaryDirectory() as folder:
         surveys = [write_flight(Path(folder) / f"survey-{one}.csv", peak_deg=30 + 4 * one) for one in range(1, 6)]
         crashes = [write_flight(Path(folder) / f"crash-{one}.csv", lost_s=30.0 + one) for one in range(1, 3)]
-        page = studio.page("flights", FlightsPage)
-        page.open_paths([*surveys, *crashes])
-        studio.until(lambda: not page.work.task.is_running, "the logs were not read")
+        page = studio.page("logs", LogsPage)
+        page.open_files([*surveys, *crashes])
+        studio.until(lambda: not page.work.is_loading, "the logs were not read")
         page.work.move([str(one) for one in surveys], FlightGroup.MUST_NOT)
         page.work.move([str(one) for one in crashes], FlightGroup.MUST)
         studio.until(lambda: not page.work.is_proposing, "nothing was proposed")
+        studio.run(2.0)
+        studio.take("logs", page)
+        crash = next(row for row in page.work.rows() if row.name == str(crashes[0]))
+        page.open_row(crash)
+        studio.until(lambda: page.view.plot is not None, "it is not shown")
         studio.run(0.3)
-        studio.take("flights", page)
+        studio.take("log", page)
+        page.view.close_log()
 
 
 def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf) -> Path:
@@ -286,8 +273,7 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
     triggers,
     preflight,
     deploy,
-    recordings,
-    flights,
+    logs,
     why,
 )
 

@@ -1,11 +1,10 @@
 """Panel for choosing a port and connecting. It replaces the page, so that the module's state stays visible above it."""
 
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
@@ -155,20 +154,6 @@ FIND_RATE = 0
 """Data of the entry "Find the baud rate"."""
 
 
-class FlightDrop(QToolButton):
-    """A button onto which flight logs can be dropped."""
-
-    dropped = Signal(list)
-    """Of `Path`."""
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        event.setAccepted(event.mimeData().hasUrls())
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        event.acceptProposedAction()
-        self.dropped.emit([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
-
-
 class ConnectPanel(QScrollArea):
     """A card in the middle, which refreshes itself while it is open and never blocks on a port."""
 
@@ -208,15 +193,13 @@ class ConnectPanel(QScrollArea):
             role="quiet",
             is_checkable=True,
         )
-        self.flights = control(
-            FlightDrop(),
-            "connect_flights",
+        self.logs = control(
+            QToolButton(),
+            "connect_logs",
             text=tr("Drop flight logs here: would it have fired?"),
             picture=Icon.MAP,
             role="quiet",
         )
-        self.flights.setAcceptDrops(True)
-        self.flights.clicked.connect(lambda: self.flights.dropped.emit([]))
         self._close = control(
             QToolButton(),
             "connect_close",
@@ -307,8 +290,8 @@ class ConnectPanel(QScrollArea):
         head = in_row((title, 1), self._close)
         buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
         options = in_row(self.options, 1)
-        flights = in_row(self.flights, 1)
-        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons, flights
+        logs = in_row(self.logs, 1)
+        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons, logs
         card = named(QFrame(), "connect_card", "card")
         self._card = card
         in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
@@ -387,7 +370,7 @@ class ConnectPanel(QScrollArea):
         self.state_label.setText(next_step if is_closed else labelled(name, said) if name else said)
         self.state_label.setVisible(bool(self.state_label.text()))
         self.disconnect_button.setVisible(self._ports.current.is_requested)
-        self.flights.setVisible(not self._ports.current.is_requested)
+        self.logs.setVisible(not self._ports.current.is_requested)
         self.connect_button.setEnabled(has_chosen)
 
     # Qt

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QSize, Qt
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -46,6 +46,8 @@ _TITLE_BAR_PX: Final = 36
 _TITLE_BUTTONS_PX: Final = 160
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
+LOGS: Final = "logs"
+"""The key of the page that says of any file why it cannot be read."""
 ThenPath = Callable[[Path], object]
 """Called with what was chosen; not at all where the dialog was cancelled."""
 ThenPaths = Callable[[Sequence[Path]], object]
@@ -244,11 +246,11 @@ def default_name(port: str, suffix: str, when: datetime) -> str:
 
 
 class FilePage(NamedTuple):
-    """The key of a page, the suffixes of its files, and how it opens one."""
+    """The key of a page, the suffixes of its files, and how it opens several."""
 
     key: str
     suffixes: tuple[str, ...]
-    open_file: Callable[[Path], None]
+    open_files: Callable[[Sequence[Path]], None]
 
 
 def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
@@ -259,7 +261,7 @@ def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callab
 
 
 class FileOpener(QObject):
-    """`pages` returns the pages that open files; `go_to` shows a page; `say` shows a line."""
+    """`pages` returns the pages that open files; `go_to` shows a page."""
 
     def __init__(
         self,
@@ -268,35 +270,29 @@ class FileOpener(QObject):
         go_to: Callable[[str], None],
         *,
         preferences: Preferences,
-        say: Callable[[str], None],
     ) -> None:
         super().__init__(window)
         self._window, self._pages, self._go_to = window, pages, go_to
-        self._preferences, self.say = preferences, say
+        self._preferences = preferences
         self.choose: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
-    def open(self, path: Path) -> bool:
-        """Opens a file in the page of its type; returns whether it does."""
-        page = self._page_of(path)
-        # Opening a pipe or a device may block.
-        if page is None or (path.exists() and not (path.is_file() or path.is_dir())):
-            why = tr("unknown kind of file")
-            self.say(tr("{file} cannot be read: {why}.", file=visible(path.name), why=why))
-            return False
-        self._go_to(page.key)
-        page.open_file(path)
-        self._preferences.add_file(path)
-        return True
-
-    def open_in(self, key: str, paths: Iterable[Path]) -> None:
-        """Shows a page and opens all of them in it; it says which it cannot read."""
-        self._go_to(key)
-        page = next((page for page in self._pages() if page.key == key), None)
-        if page is not None:
-            for path in paths:
-                page.open_file(path)
+    def open(self, *paths: Path) -> None:
+        """Opens each file in the page of its type, and what is of none in Logs, which says why it cannot be read."""
+        pages = {page.key: page for page in self._pages()}
+        files: dict[str, list[Path]] = {}
+        for path in paths:
+            # Opening a pipe or a device may block.
+            is_readable = path.is_file() or path.is_dir() or not path.exists()
+            page = self._page_of(path) if is_readable else None
+            files.setdefault(LOGS if page is None else page.key, []).append(path)
+        for key, together in files.items():
+            self._go_to(key)
+            if key in pages:
+                pages[key].open_files(together)
+        for path in paths:
+            self._preferences.add_file(path)
 
     def ask(self) -> None:
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
@@ -311,22 +307,17 @@ class FileOpener(QObject):
             menu.addAction(tr("No recent files")).setEnabled(False)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if isinstance(event, QDragEnterEvent) and self._can_open(event.mimeData()):
-            event.acceptProposedAction()
-            return True
-        if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop and self._can_open(event.mimeData()):
-            event.acceptProposedAction()
-            for path in _local_paths(event.mimeData()):
-                self.open(path)
-            return True
+        if isinstance(event, QDropEvent) and event.type() in (QEvent.Type.DragEnter, QEvent.Type.Drop):
+            paths = _local_paths(event.mimeData())
+            if paths:
+                event.acceptProposedAction()
+                if event.type() is QEvent.Type.Drop:
+                    self.open(*paths)
+                return True
         return False
 
     def _page_of(self, path: Path) -> FilePage | None:
         return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
-
-    def _can_open(self, data: QMimeData) -> bool:
-        """Whether some page opens one of the files."""
-        return any(self._page_of(path) is not None for path in _local_paths(data))
 
 
 def _local_paths(data: QMimeData) -> list[Path]:

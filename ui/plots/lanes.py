@@ -6,12 +6,14 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.limits.out_of_limits import Outside
-from app.recordings.markers import Marker, MarkerKind
+from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
+from app.recordings.excerpt import LimitSteps, Measured
+from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
 from app.samples.ring_buffers import Readable, SeriesSample
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
+from protocol.fields import Value
 from protocol.translatable import marked
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -127,6 +129,44 @@ def acceleration_lane(series: Readable, falls: Steps, *, gap_s: float = 1.0) -> 
                   stale_label=marked("{value} g free fall?"), stale_word=TRIGGER_NOT_KNOWN)  # fmt: skip
     scales = Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)
     return Lane(marked("Acceleration"), "g", series, scales, (limit,), decimals=1, weight=2, gap_s=gap_s)
+
+
+# Voltage and light count as fresh for 5 s.
+SLOW_GAP_S: Final = 5.0
+
+
+def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: LimitSteps) -> tuple[Lane, ...]:
+    """Of a session or a recording, with the limits that act, and those of which that is not known."""
+
+    def cell_outside(volts: float, time_s: float) -> Outside | None:
+        charging = charging_at(data.markers, time_s)
+        known: dict[str, Value] = {} if charging is None else {"charging": charging}
+        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
+
+    return (
+        tilt_lane(data.tilt, (acting.fires, unproven.fires), (acting.rearms, unproven.rearms)),
+        acceleration_lane(data.acceleration, (acting.falls, unproven.falls)),
+        Lane(
+            marked("Light"),
+            "V",
+            data.light,
+            (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
+            (Limit(acting.lights, marked("{value} V threshold"), Meaning.ATTENTION, 1, stale=unproven.lights),),
+            decimals=1,
+            weight=1.2,
+            gap_s=SLOW_GAP_S,
+        ),
+        Lane(
+            marked("Cell voltage"),
+            "V",
+            data.cell,
+            (Scale(3, 4.5, 0.5), Scale(0, 6, 2)),
+            decimals=2,
+            weight=1.2,
+            gap_s=SLOW_GAP_S,
+            outside=cell_outside,
+        ),
+    )
 
 
 def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:

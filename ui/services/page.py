@@ -1,6 +1,6 @@
 """The base class of the window's pages, and their header: title, actions at the right, what is rare in a menu."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -141,6 +141,11 @@ class Page(QWidget):
     def open_file(self, path: Path) -> None:
         """A file of one of `suffixes`."""
         raise LookupError(f"{self.objectName()} opens no files such as {path}")
+
+    def open_files(self, paths: Sequence[Path]) -> None:
+        """Several at once."""
+        for path in paths:
+            self.open_file(path)
 
     def go_to(self, view: str) -> None:
         """Show this view of a page that has several."""

@@ -132,7 +132,7 @@ class Attention(QObject):
 
     def say_unrecorded(self, why: UserMessage) -> None:
         """Recording stopped; of several reasons the last one is said."""
-        show = Choice("recordings", tr("Recordings"), lambda: self._go_to("recordings"))
+        show = Choice("recordings", tr("Recordings"), lambda: self._go_to("logs"))
         self.say(Notice(Meaning.ATTENTION, why.translated(), (show,)), key="recordings")
 
     def _on_another_module(self, _module: ShownModule) -> None:

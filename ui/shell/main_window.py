@@ -92,7 +92,7 @@ class MainWindow(QMainWindow):
             go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
             is_choosing=self._is_choosing, left_active=left_active, parent=self,
         )  # fmt: skip
-        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
+        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
         self._fill_menus()
@@ -125,14 +125,13 @@ class MainWindow(QMainWindow):
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
-        self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
+        self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
         self.navigation.page_wanted.connect(self._show_page)
         lock_filter = LockFilter(ports.lock, self)
         self.closing.connect(lock_filter.stop)
         self._maker.around = lock_filter.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
-        for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
-                        self._services.storage.recordings.changed):  # fmt: skip
+        for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done):
             changed.connect(self.attention.refresh)
         ports.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
@@ -221,7 +220,7 @@ class MainWindow(QMainWindow):
         shown = self.navigation.chosen
         pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
         pages.sort(key=lambda page: page[0] != shown)
-        return [FilePage(key, page.suffixes, page.open_file) for key, page in pages if page.suffixes]
+        return [FilePage(key, page.suffixes, page.open_files) for key, page in pages if page.suffixes]
 
     # Actions
 
@@ -277,10 +276,9 @@ class MainWindow(QMainWindow):
         self._ports.current.find_rate()
 
     def _is_choosing(self) -> bool:
-        """No notice needs to lead to the list of ports: it is shown, or somebody looks at a recording."""
+        """No notice needs to lead to the list of ports: it is shown."""
         page = self.stack.currentWidget()
-        is_shown = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
-        return is_shown or self._services.storage.recordings.is_shown
+        return self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
 
     def _connect_again(self) -> None:
         if self._ports.current.target is not None:

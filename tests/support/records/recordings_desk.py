@@ -1,22 +1,20 @@
-"""The Recordings page and the Live page for tests, with one recording in the list."""
+"""The Logs page for tests, with one recording in the list."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
-from typing import Any
 
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, recorder_in, report, talk
 from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.steps import Driver, notice_text
-from ui.pages.live.page import LivePage
-from ui.pages.recordings.model import Column
-from ui.pages.recordings.page import RecordingsPage
+from ui.pages.logs.page import LogsPage
+from ui.pages.logs.rows import LogColumn
 from ui.services.storage import Storage
 
 SECONDS = 120
@@ -59,12 +57,9 @@ def record(
 
 @dataclass
 class Desk(Driver):
-    """The Recordings page, the Live page, or both."""
-
     qtbot: QtBot
     storage: Storage
-    page: RecordingsPage
-    live: LivePage
+    page: LogsPage
 
     @property
     def root(self) -> QWidget:
@@ -76,43 +71,31 @@ class Desk(Driver):
 
     def list_again(self, count: int) -> None:
         """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
-        self.page.work.refresh()
-        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.work._listing.is_running)
+        self.page.jobs.refresh()
+        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.jobs._listing.is_running)
 
     def answer(self, key: str) -> None:
         self.click(self.page.strip.button(key))
 
-    def open(self, row: int = 0) -> None:
-        self.page.table.selectRow(row)
-        self.click(self.page.detail.open)
-        self.until(lambda: self.live.recording is not None)
-
     def said(self) -> str:
         return notice_text(self.page.strip)
 
-    def texts(self, column: Column) -> list[str]:
-        return [
-            str(self.page.table.filter.index(row, column).data()) for row in range(self.page.table.filter.rowCount())
-        ]
+    def texts(self, column: LogColumn) -> list[str]:
+        shown = self.page.table.filter
+        return [str(shown.index(row, column).data()) for row in range(shown.rowCount())]
 
 
 @contextmanager
-def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
-    """Show pages of these kinds beside each other, without a main window or a port."""
+def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path) -> Iterator[Desk]:
+    """Show the page without a main window or a port."""
     storage = Storage(folder)
     with fake_services(qapp, storage) as (_, services):
         storage.recordings.library.folder.mkdir(parents=True)
         copyfile(template, storage.recordings.library.folder / template.name)
-        shown = QWidget()
-        row = QHBoxLayout(shown)
-        pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
-        for page in pages.values():
-            row.addWidget(page)
-            page.show_module(services.ports.module)
-        show_alone(qtbot, services, shown, 876 * len(kinds), 500)
-        alone = pages.get
-        desk = Desk(qtbot, storage, alone(RecordingsPage), alone(LivePage))  # type: ignore[arg-type]
-        if RecordingsPage in pages:
-            desk.list_again(1)
+        page = LogsPage(services)
+        page.show_module(services.ports.module)
+        show_alone(qtbot, services, page, 876, 500)
+        desk = Desk(qtbot, storage, page)
+        desk.list_again(1)
         yield desk
-        shown.hide()
+        page.hide()

@@ -22,8 +22,8 @@ from tests.support.window.steps import let_lay_out, settle
 from ui.main import PAGES
 from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
+from ui.pages.logs.page import LogsPage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
@@ -162,30 +162,29 @@ class Walk(Rig):
         self.press("ritual_cancel")
         yield self._stop("commands, ritual ended")
 
-    def _on_flights(self) -> Iterator[Stop]:
-        page = self.find(FlightsPage)
-        page.open_paths(write_logs(self.folder / "logs"))
-        self.until(lambda: not page.work.task.is_running)
-        yield self._stop("flights, one not read")
-        first, second, *_ = page.work.flights
+    def _on_logs(self) -> Iterator[Stop]:
+        page = self.find(LogsPage)
+        paths = write_logs(self.folder / "logs")
+        page.open_files(paths)
+        self.until(lambda: not page.work.is_loading)
+        yield self._stop("logs, one not read")
+        first, second, *_ = map(str, paths)
         page.work.move([first], FlightGroup.MUST)
         page.work.move([second], FlightGroup.MUST_NOT)
         self.until(lambda: not page.work.is_proposing)
         page.on_escape()
-        page.lists.of[FlightGroup.MUST].table.selectRow(0)
         page.map.setFocus()
-        yield self._stop("flights, sorted")
-        page.open_flight(page.lists.of[FlightGroup.MUST].table.filter.row_at(0))
-        self.until(lambda: page.flight.chart.plot is not None)
-        yield self._stop("flights, one flight")
-        page.flight.close_flight()
-        page.open_flight(
-            next(row for row in page.lists.of[FlightGroup.UNSORTED].table.filter.shown() if row.flight.why_not)
-        )
-        page.form.read.click()
-        yield self._stop("flights, columns")
+        yield self._stop("logs, sorted")
+        rows = page.work.rows()
+        page.open_row(next(row for row in rows if row.name == first))
+        self.until(lambda: page.view.plot is not None)
+        yield self._stop("logs, one log")
+        page.open_row(next(row for row in rows if row.why_not is not None))
+        page.view.line.setText("time_s")
+        page.view.read.click()
+        yield self._stop("logs, columns")
         page.on_escape()
-        page.work.remove([row.name for one in page.lists.of.values() for row in one.table.source.rows])
+        page.work.remove([row.name for row in rows if row.entry is None])
 
     def _on_diagnosis(self) -> Iterator[Stop]:
         for key in ("traffic", "figures", "bundle", "why"):

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
@@ -23,18 +23,20 @@ from pytestqt.qtbot import QtBot
 import app.__main__ as program
 from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE
+from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window import walk
 from tests.support.window.contrast import style_all
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child, choosing, drop, find, let_lay_out
+from tests.support.window.steps import await_child, choosing, drop, find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
 from ui.files.save_bar import footer_text
 from ui.main import WindowOptions
+from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import THEMES, Meaning, Theme
 
@@ -77,43 +79,40 @@ def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_p
         assert not assembly.window.panel.isVisible()
 
 
-def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
-        await_child(qtbot, assembly.window, SettingsPage)
-        said: list[str] = []
-        assembly.window.files.say = said.append
-        assert not assembly.window.files.open(tmp_path / "a.xyz")
-        assert said == ["a.xyz cannot be read: unknown kind of file."]
+def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read_is_named(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path
+) -> None:
+    """Logs and what is of no kind in Logs, a profile in Settings."""
+    flight = write_csv(tmp_path / "calm.csv", made_flight(5.0, 1.0))
+    (tmp_path / "a.xyz").write_bytes(bytes(100))
+    (tmp_path / "page.ulg").write_text("<html></html>", encoding="utf-8")
+    with window(qapp, tmp_path, entries=page_entries("settings", "logs")) as assembly:
+        settings = await_child(qtbot, assembly.window, SettingsPage)
+        logs = await_child(qtbot, assembly.window, LogsPage)
         recent_menu(assembly.window).aboutToShow.emit()
-        (none,) = recent_menu(assembly.window).actions()
-        assert not none.isEnabled()
+        assert not recent_menu(assembly.window).actions()[0].isEnabled()
+        assembly.window.go_to("settings")
+        assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", tmp_path / "page.ulg")
+        qtbot.waitUntil(lambda: settings.work.comparison is not None)
+        qtbot.waitUntil(logs.isVisible)
+        qtbot.waitUntil(lambda: not logs.work.is_loading)
+        assert [row.outcome is not None for row in logs.work.rows()] == [True, False, False]
+        said = notice_text(logs.strip)
+        assert said.startswith("2 of 3 not read.")
+        assert "a.xyz: Unknown kind of file." in said
+        assert "page.ulg: This is a web page" in said
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
 @pytest.mark.parametrize("suffix", [".toml", ".hex", ".csv", ".json"])
 def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suffix: str) -> None:
-    path, opened, said = tmp_path / f"pipe{suffix}", list[Path](), list[str]()
+    path, opened, shown = tmp_path / f"pipe{suffix}", list[Sequence[Path]](), list[str]()
     os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
     window, page = QWidget(), FilePage("any", (suffix,), opened.append)
     qtbot.addWidget(window)
     preferences = Preferences(tmp_path / "settings.ini")
-    opener = FileOpener(window, lambda: [page], said.append, preferences=preferences, say=said.append)
-    assert not opener.open(path)
-    assert (opened, said) == ([], [f"pipe{suffix} cannot be read: unknown kind of file."])
-
-
-def test_several_files_that_are_dropped_are_all_opened_and_what_is_not_is_named(qtbot: QtBot, tmp_path: Path) -> None:
-    paths = [tmp_path / name for name in ("a.csv", "b.xyz", "c.csv")]
-    for path in paths:
-        path.touch()
-    opened, said = list[Path](), list[str]()
-    window, page = QWidget(), FilePage("any", (".csv",), opened.append)
-    qtbot.addWidget(window)
-    preferences = Preferences(tmp_path / "settings.ini")
-    FileOpener(window, lambda: [page], lambda _key: None, preferences=preferences, say=said.append)
-    assert drop(window, *paths)
-    assert opened == [paths[0], paths[2]]
-    assert said == ["b.xyz cannot be read: unknown kind of file."]
+    FileOpener(window, lambda: [page], shown.append, preferences=preferences).open(path)
+    assert (opened, shown) == ([], ["logs"])  # which says why
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,9 @@ from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import ports_alone
 from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, window
 from tests.support.window.steps import find, given
-from ui.pages.flights.page import FlightsPage
+from ui.pages.logs.page import LogsPage
 from ui.services.job_notice import JobNotice
-from ui.services.recording_jobs import ExportKind, RecordingJobs
+from ui.services.recording_jobs import RecordingJobs
 from ui.services.storage import Storage
 from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
@@ -91,10 +91,10 @@ def test_it_ends_with_its_conversation(line: Line) -> None:
 
 
 def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("recordings", "flights")) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
         qtbot.waitUntil(lambda: assembly.window._maker.is_done)
-        flights = find(assembly.window, FlightsPage)
-        for notice in (assembly.storage.recordings, flights.result):
+        page = find(assembly.window, LogsPage)
+        for notice in (assembly.storage.recordings, page.result):
             notice.notify(Meaning.ATTENTION, "Not saved")
             assembly.ports.shown.emit(assembly.ports.module)
             assert notice.result_notice() is not None
@@ -162,15 +162,15 @@ def test_what_a_cancelled_job_has_written_is_said(
     entry, path = cast("RecordingEntry", Mock()), tmp_path / "all.csv"
     for act, said in (
         (lambda: jobs.delete([entry, entry]), "Recordings deleted: 1."),
-        (lambda: jobs.export(entry, path, ExportKind.CSV), f"Saved to {path}. Rows: 3."),
+        (lambda: jobs.export(entry, path), f"Saved to {path}. Rows: 3."),
     ):
         act()
         assert begun.wait(WAIT_MS / 1000)
-        asked = given(jobs.notice())
+        asked = given(jobs.result_notice())
         asked.choices[0].act()
         may_go_on.set()
         qtbot.waitUntil(lambda: not jobs.is_busy)
-        told = given(jobs.notice())
+        told = given(jobs.result_notice())
         assert told.text == said
         begun.clear()
         may_go_on.clear()

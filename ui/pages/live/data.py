@@ -9,7 +9,7 @@ import numpy as np
 from app.engine.conversation import ConversationView
 from app.engine.conversation import StatusSample as Status
 from app.engine.worker import Batch
-from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
+from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, LimitSteps, Measured
 from app.recordings.markers import (
     Marker,
@@ -17,22 +17,16 @@ from app.recordings.markers import (
     MarkerTracker,
     ModuleLimits,
     acting_limits,
-    charging_at,
     last_limits,
     limits_of,
 )
 from app.samples.ring_buffers import Series
-from protocol.fields import Value
-from protocol.translatable import marked
-from ui.plots.lanes import Lane, Limit, Mark, Scale, acceleration_lane, mark_of, tilt_lane
-from ui.style.theme import Meaning
+from ui.plots.lanes import Lane, Mark, mark_of, measured_lanes
 
 # Ten hours, polled once a second.
 _SLOW_SAMPLES: Final = 36_000
 _MAX_MARKERS: Final = 1000
 _RATE_OVER_S: Final = 2.0
-# Voltage and light count as fresh for 5 s.
-SLOW_GAP_S: Final = 5.0
 
 
 class LiveData(Measured):
@@ -130,45 +124,4 @@ def _without(known: ModuleLimits, acting: ModuleLimits) -> ModuleLimits:
 
 
 def live_lanes(data: LiveData, in_use: LimitsInUse) -> tuple[Lane, ...]:
-    return _lanes(data, in_use, data.acting, data.unproven)
-
-
-def recorded_lanes(recording: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
-    """A recording does not tell whether the triggers were on: none of its limits is drawn as acting."""
-    acting, unproven = LimitSteps(), LimitSteps()
-    unproven.fires, unproven.rearms, unproven.falls = recording.fires, recording.rearms, recording.falls
-    acting.lights = recording.lights
-    return _lanes(recording, in_use, acting, unproven)
-
-
-def _lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: LimitSteps) -> tuple[Lane, ...]:
-
-    def cell_outside(volts: float, time_s: float) -> Outside | None:
-        charging = charging_at(data.markers, time_s)
-        known: dict[str, Value] = {} if charging is None else {"charging": charging}
-        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
-
-    return (
-        tilt_lane(data.tilt, (acting.fires, unproven.fires), (acting.rearms, unproven.rearms)),
-        acceleration_lane(data.acceleration, (acting.falls, unproven.falls)),
-        Lane(
-            marked("Light"),
-            "V",
-            data.light,
-            (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
-            (Limit(acting.lights, marked("{value} V threshold"), Meaning.ATTENTION, 1, stale=unproven.lights),),
-            decimals=1,
-            weight=1.2,
-            gap_s=SLOW_GAP_S,
-        ),
-        Lane(
-            marked("Cell voltage"),
-            "V",
-            data.cell,
-            (Scale(3, 4.5, 0.5), Scale(0, 6, 2)),
-            decimals=2,
-            weight=1.2,
-            gap_s=SLOW_GAP_S,
-            outside=cell_outside,
-        ),
-    )
+    return measured_lanes(data, in_use, data.acting, data.unproven)

@@ -2,49 +2,36 @@
 
 While the page is visible each batch draws, or a timer where no batch comes: the plots only when they moved by a pixel,
 the numbers some ten times a second and whenever the module's state changes. Batches are taken at all times, visible
-or not. A recording is shown here too, with its plots above those of the module, which continue.
+or not. It is always live: recordings are shown on Logs.
 """
 
-from pathlib import Path
 from typing import Final, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QFrame,
-    QLabel,
-    QPushButton,
-    QStackedLayout,
-    QStackedWidget,
-    QToolButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QToolButton, QWidget
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.flights.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
-from app.recordings.recording import Recording
 from app.system.wall_clock import wall_offset_s
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
-from protocol.translatable import marked
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
-from ui.pages.live.data import LiveData, live_lanes, recorded_lanes
-from ui.pages.live.panel import LivePanel, origin_of, recorded_notice, recorded_plot, show_moment
+from ui.pages.live.data import LiveData, live_lanes
+from ui.pages.live.panel import LivePanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.page import Page, WaysBack
+from ui.services.page import Page
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import Shortcut, control, named, set_role
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, retain_size, stacked
-from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED: Final = Target(SIMULATED_PORT, DEFAULT_BAUD_RATE)
@@ -82,13 +69,13 @@ class EmptyPage(EmptyState):
             picture=Icon.SIMULATOR,
             slot=lambda: page.connect_wanted.emit(SIMULATED),
         )
-        self.recordings = control(
-            QPushButton(tr("Recordings")),
-            "live_recordings",
+        self.logs = control(
+            QPushButton(tr("Logs")),
+            "live_logs",
             picture=Icon.RECORDINGS,
-            slot=lambda: page.page_wanted.emit("recordings"),
+            slot=lambda: page.page_wanted.emit("logs"),
         )
-        self._buttons = (self.choose, self.simulate, self.recordings)
+        self._buttons = (self.choose, self.simulate, self.logs)
         for button in self._buttons:
             retain_size(button)
         self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
@@ -129,7 +116,6 @@ class LivePage(Page):
         super().__init__("live")
         self._services, self._ports = services, services.ports
         self._in_use = services.in_use
-        self._recordings = services.storage.recordings
         self.data = LiveData()
         self.panel = LivePanel()
         self.try_out = control(
@@ -141,15 +127,7 @@ class LivePage(Page):
             slot=self._try_out,
         )
         drawn = live_lanes(self.data, self._in_use)
-        self._live_plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
-        self._plots = named(QStackedWidget(), "live_plot_stack")
-        self.plot = self._live_plot
-        """The plots in sight: the module's, or those of a recording."""
-        self.recording: Recording | None = None
-        """Shown in place of the module."""
-        self._read_s: float | None = None
-        """The time in the recording that the numbers show; None: they have to be written again."""
-        self.banner = named(NoticeBar(is_fitted=True), "recorded_banner")
+        self.plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
         self.save = SaveBar(
             take_excerpt=self._excerpt,
             take_picture=lambda foot: picture_with_footer(self._seen, foot),
@@ -158,10 +136,11 @@ class LivePage(Page):
         )
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
-        self._connect_menu(self._live_plot)
+        self.plot.save_values_wanted.connect(self.save.save_csv)
+        self.plot.save_picture_wanted.connect(self.save.save_png)
         self._stack = stacked(QStackedLayout(self), self.empty, self._content)
         self.saving, self.exporting = self.save.csv, self.save.png
-        Shortcut(self._live_plot.pause, "Ctrl+P", self._toggle_pause, holder=self._content)
+        Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
@@ -176,8 +155,6 @@ class LivePage(Page):
         )
         self._ports.changed.connect(self._refresh_empty)
         self._ports.chosen.connect(self._begin_again)
-        self._recordings.opened.connect(self.show_recording)
-        self._recordings.closing.connect(self._leave_deleted)
 
     @property
     def is_empty(self) -> bool:
@@ -187,8 +164,8 @@ class LivePage(Page):
     def on_batch(self, batch: Batch) -> None:
         """Queues a batch; similar ones are processed together."""
         offset_s = wall_offset_s()
-        if abs(offset_s - self._live_plot.canvas.wall_offset_s) > CLOCK_SET_S:
-            self._live_plot.be_at(offset_s)
+        if abs(offset_s - self.plot.canvas.wall_offset_s) > CLOCK_SET_S:
+            self.plot.be_at(offset_s)
         if self._last is not None and not _is_same_state(self._last, batch):
             self._process_waiting()
             self._refreshed_at = 0.0  # refresh the numbers at once
@@ -209,56 +186,11 @@ class LivePage(Page):
             self.plot.draw(self._ports.clock())
             self._ports.set_drawing_interval(self.plot.time_range.pixel_s)
 
-    def show_recording(self, recording: Recording) -> None:
-        """Shows `recording` in place of the module, which stays connected."""
-        self._close_recording()
-        self.recording = recording
-        self.plot = recorded_plot(recording, recorded_lanes(recording, self._in_use))
-        self._connect_menu(self.plot)
-        self._plots.addWidget(self.plot)
-        self._plots.setCurrentWidget(self.plot)
-        self._show_source()
-        self._stack.setCurrentWidget(self._content)
-        self.refresh()
-        self.draw()
-
-    def back_to_live(self) -> None:
-        """Closes the recording and shows the module."""
-        if self.recording is None:
-            return
-        self._close_recording()
-        self._show_source()
-        if not self.data.has_samples:
-            self._stack.setCurrentWidget(self.empty)
-        self.refresh()
-        self.draw()
-
-    def _close_recording(self) -> None:
-        plot, recording = self.plot, self.recording
-        self.plot, self.recording, self._read_s = self._live_plot, None, None
-        if recording is not None:
-            self._plots.removeWidget(plot)
-            plot.deleteLater()
-
-    def _show_source(self) -> None:
-        recording = self.recording
-        title = marked("Live") if recording is None else marked("Recording")
-        self.header.title.setText(tr(title))
-        self.banner.show_notice(None if recording is None else recorded_notice(recording, self.back_to_live))
-        self.panel.be_recorded(is_recorded=self.recording is not None)
-        self._recordings.note_shown(is_shown=self.recording is not None)
-
     def refresh(self) -> None:
         self._process_waiting()
         now_s, data = self._ports.clock(), self.data
         self._refreshed_at = now_s
-        self.try_out.setEnabled(self._measured_file is not None)
-        if self.recording is not None:
-            at_s = self.plot.time_range.cursor_s
-            if at_s is None or at_s != self._read_s:
-                self._read_s = at_s
-                show_moment(self.panel, self.recording, at_s, self._in_use)
-            return
+        self.try_out.setEnabled(self._ports.current.recording.path is not None)
         if data.has_samples and self.is_empty:
             self._stack.setCurrentWidget(self._content)
         if self.is_empty:
@@ -272,10 +204,6 @@ class LivePage(Page):
     def _show_now(self) -> None:
         self.refresh()
         self.draw()
-
-    def _connect_menu(self, plot: TimePlot) -> None:
-        plot.save_values_wanted.connect(self.save.save_csv)
-        plot.save_picture_wanted.connect(self.save.save_png)
 
     def _tick_alone(self) -> None:
         """Called while no batches come."""
@@ -300,38 +228,23 @@ class LivePage(Page):
         if self._waiting:
             batch = joined(self._waiting)
             self._waiting.clear()
-            self._live_plot.add_marks(self.data.on_batch(batch))
+            self.plot.add_marks(self.data.on_batch(batch))
 
     def _begin_again(self) -> None:
-        """Another module is connected or shown: whoever wanted that sees it, and no recording."""
-        self.back_to_live()
-        self._reset()
-
-    def _reset(self) -> None:
-        """Discards all data, for another module or a new session."""
+        """Discards all data: another module is connected or shown."""
         self._process_waiting()
         self.data.reset()
-        self._live_plot.reset()
-        if self.recording is None:
-            self._stack.setCurrentWidget(self.empty)
-            self._refresh_empty()
-
-    @property
-    def _measured_file(self) -> Path | None:
-        """Of what is shown: the recording, or that of the session."""
-        return self._ports.current.recording.path if self.recording is None else self.recording.entry.path
+        self.plot.reset()
+        self._stack.setCurrentWidget(self.empty)
+        self._refresh_empty()
 
     def _try_out(self) -> None:
-        """The module's last thresholds are tried on what is shown, in the page where others can be, too."""
-        path, held = self._measured_file, (self.data if self.recording is None else self.recording).last()
+        """The module's last thresholds are tried on what was recorded, in the page where others can be, too."""
+        recording, held = self._ports.current.recording, self.data.last()
         known = zip(TriggerLimits._fields, (held.fires_deg, held.free_fall_g, held.free_fall_s), strict=False)
-        self.page_wanted.emit("flights")
+        self.page_wanted.emit("logs")
         values = {key: value for key, value in known if value is not None}
-        self._services.exchange.tried.emit(values, path, self._ports.current.recording.settle)
-
-    def _leave_deleted(self, paths: object) -> None:
-        if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
-            self.back_to_live()
+        self._services.exchange.tried.emit(values, recording.path, recording.settle)
 
     def _refresh_empty(self) -> None:
         if self.is_empty:
@@ -339,27 +252,20 @@ class LivePage(Page):
 
     def _excerpt(self) -> Excerpt:
         self._process_waiting()
-        source = self.data if self.recording is None else self.recording
-        return source.excerpt(*self.plot.time_range.span)
+        return self.data.excerpt(*self.plot.time_range.span)
 
     def _origin(self) -> Origin:
-        if self.recording is not None:
-            return origin_of(self.recording)
         connection = self._ports.current.connection
         return Origin(connection.port, connection.baud_rate, wall_offset_s(), module=self.module.name)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()
 
-    def _toggle_pause(self) -> None:
-        self.plot.time_range.toggle_pause()  # of the plots in sight
-
     # Construction
 
     def _lay_out(self) -> QWidget:
         card = named(QFrame(), "live_plots", "card")
-        self._plots.addWidget(self._live_plot)
-        in_column((self._plots, 1), of=card, margins=Space.S)
+        in_column((self.plot, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
         in_row(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.header = self.make_header(tr("Live"))
@@ -368,15 +274,8 @@ class LivePage(Page):
         head.add(self.try_out)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
-        in_column(
-            head, in_column(self.banner, margins=(0, 0, 0, Space.S)), (self._seen, 1), of=content, spacing=0, margins=0
-        )
+        in_column(head, (self._seen, 1), of=content, spacing=0, margins=0)
         return content
-
-    # Qt
-
-    def ways_back(self) -> WaysBack:
-        return ((self.recording is not None, self.back_to_live),)
 
 
 def _is_same_state(batch: Batch, other: Batch) -> bool:

@@ -1,43 +1,27 @@
 """Tiles of the Live page: tilt with its gauge, acceleration, light, cell, reports, boot count, in one row.
 
-Each number is fresh, stale with its age, or unknown. For a recording they are the values at the cursor, and its time
-and the module's state then replace what belongs to the present; its notice and its plots are made here, too.
+Each number is fresh, stale with its age, or unknown.
 """
 
-from collections.abc import Callable, Sequence
-from types import MappingProxyType
 from typing import Final
 
-from PySide6.QtWidgets import QFrame, QWidget
+from PySide6.QtWidgets import QFrame
 
-from app.engine.conversation import ConversationView, How, Known
+from app.engine.conversation import ConversationView, Known
 from app.limits.out_of_limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
 from app.procedures.light import LightDirection
-from app.recordings.entry_texts import remarks
-from app.recordings.markers import NO_LIMITS, ModuleLimits, charging_at
-from app.recordings.recording import Recording
-from app.safety.last_known import Activation, SeenActivation
+from app.recordings.markers import NO_LIMITS, ModuleLimits
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
-from app.samples.ring_buffers import Readable
-from app.system.wall_clock import clock_text
-from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
-from protocol.fields import Value
 from protocol.translatable import marked
-from ui.files.save_bar import Origin
 from ui.forms.field_editors import explain_setting
-from ui.pages.live.data import SLOW_GAP_S
 from ui.plots.gauge import TiltGauge
-from ui.plots.lanes import Lane, Span, mark_of
-from ui.plots.time_plot import TimePlot
-from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.notice_bar import Choice, Notice
-from ui.widgets.readout import Readout, StateChip, age_of, show_activation, show_known_trigger
+from ui.widgets.readout import Readout, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _COUNT_EVERY_S: Final = 0.5
@@ -68,28 +52,15 @@ class LivePanel(QFrame):
         self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
         self.stream = named(Readout("", unit="/s", template="00", size=Size.TITLE), "live_stream")
         self.boot_count = named(Readout("", size=Size.TITLE), "live_boot_count")
-        self.moment = named(StateChip(""), "live_moment")
-        self.activation = named(StateChip("", size=Size.SMALL), "live_activation")
-        self.trigger = named(StateChip("", size=Size.SMALL), "live_trigger")
         for widget in (self.gauge, *self._tiles):
             widget.use_card_background()
         self._stream_kind: tuple[bool, bool, str] | None = None
         self._counted_at = 0.0
-        self._is_recorded = False
         self._cell_caption = _CELL
         self._name()
         self._lay_out()
         self._reserve()
         VisibilityTimer(self, restyle=self._reserve)
-
-    def be_recorded(self, *, is_recorded: bool) -> None:
-        if is_recorded != self._is_recorded:
-            self._is_recorded = is_recorded
-            for tile in (self._then, self.moment):
-                tile.setVisible(is_recorded)
-            for tile in (self.gauge, self.stream, self.boot_count):
-                tile.setVisible(not is_recorded)
-            self._name()
 
     def show_device(
         self, device: ConversationView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
@@ -116,8 +87,6 @@ class LivePanel(QFrame):
             self.cell.set_caption(tr(caption))
         self.cell.set_limit("" if cell is None else cell.limit)
         charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
-        if charging is None and self._is_recorded:
-            charge = ""  # many recordings never contain it
         note, meaning = (charge, None) if cell is None else (tr(cell.fault.value), Meaning.ATTENTION)
         _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, meaning, note)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
@@ -144,10 +113,10 @@ class LivePanel(QFrame):
         _show(self.tilt, known, now_s, 0, *over)
 
     def _trigger_note(self, is_on: bool | None) -> tuple[Meaning | None, str]:
-        """Whether the trigger of a value is on; a recording does not tell."""
+        """Whether the trigger of a value is on."""
         if is_on is False:
             return Meaning.ATTENTION, tr(TRIGGER_OFF)
-        return None, "" if is_on or self._is_recorded else tr(TRIGGER_NOT_KNOWN)
+        return None, "" if is_on else tr(TRIGGER_NOT_KNOWN)
 
     def _show_stream(self, device: ConversationView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
         age = "" if tilt is None else age_of(tilt, now_s)
@@ -167,9 +136,6 @@ class LivePanel(QFrame):
     def _name(self) -> None:
         self.setAccessibleName(tr("Measured values"))
         for widget, caption in (
-            (self.moment, "Time under the cursor"),
-            (self.activation, "Activation"),
-            (self.trigger, "Trigger"),
             (self.tilt, "Tilt"),
             (self.acceleration, "Acceleration"),
             (self.light, "Light"),
@@ -191,17 +157,11 @@ class LivePanel(QFrame):
             explain_setting(readout, BY_NAME[command])
 
     def _lay_out(self) -> None:
-        self._then = named(QWidget(), "live_then")
-        self._then.hide()
-        in_column(self.activation, self.trigger, of=self._then, spacing=Space.XS, margins=0)
-        self.moment.hide()
         height_px = scaled(_GAUGE_PX)
         self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
         rest = in_row(self.stream, self.boot_count, spacing=Space.M)
         values = (self.tilt, self.acceleration, self.light, self.cell)
-        in_column(
-            self.moment, self.gauge, *values, rest, self._then, 1, of=self, spacing=Space.XS, margins=(Space.M, Space.S)
-        )
+        in_column(self.gauge, *values, rest, 1, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
 
     @property
     def _tiles(self) -> tuple[Readout, ...]:
@@ -221,9 +181,6 @@ class LivePanel(QFrame):
         self.cell.reserve((*low, *(tr(word) for word in words), age), limit="0.00 V")
         self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
         self.boot_count.reserve((age,))
-        self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
-        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
-        self.moment.reserve((tr("point at the plots"),))
 
 
 def _bay_note(
@@ -258,80 +215,3 @@ def _show(
         readout.show_value(text, freshness=Freshness.STALE, note=age_of(known, now_s))
     else:
         readout.show_value(text, meaning=meaning, note=note)
-
-
-# As wide as a gap in the plots; samples further away do not count.
-_NEAR_S: Final = 1.0
-
-
-def recorded_notice(recording: Recording, leave: Callable[[], None]) -> Notice:
-    """Where it is from, that it is not live, and the way back."""
-    entry, damage = recording.entry, recording.damage
-    parts = (
-        "" if damage is None else damage.translated(),
-        tr("Recording of {time}", time=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}"),
-        tr("not live"),
-        duration(entry.duration_s),
-        entry.module,
-        entry.port,
-        remarks(entry),
-    )
-    meaning = Meaning.INFORMATION if damage is None else Meaning.ATTENTION
-    back = Choice("recorded_back", tr("Back to live"), leave)
-    return Notice(meaning, " · ".join(filter(None, parts)), (back,))
-
-
-def recorded_plot(recording: Recording, lanes: Sequence[Lane]) -> TimePlot:
-    """Plots with all of `recording` in sight, and the cursor at its last report."""
-    bounds = Span(recording.start_s, recording.end_s)
-    plot = TimePlot(lanes, wall_offset_s=recording.wall_offset_s, bounds=bounds)
-    plot.add_marks([mark_of(marker) for marker in recording.markers])
-    last = recording.tilt.last
-    if last is not None:
-        plot.time_range.point_at(last.time_s)
-    return plot
-
-
-def origin_of(recording: Recording) -> Origin:
-    entry = recording.entry
-    return Origin(entry.port, entry.baud_rate, recording.wall_offset_s, entry.started_at, entry.module)
-
-
-def device_at(recording: Recording, time_s: float) -> ConversationView:
-    """What a recording knows of the module at a time in its monotonic seconds."""
-    tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
-    # One report contains both the tilt and the flags.
-    flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
-    has_flags = flags is not None and len(flags.flags) > 0
-    values: dict[str, Value | None] = {
-        "tilt_deg": None if tilt is None else tilt.value,
-        "acceleration_g": _value(recording.acceleration, time_s, _NEAR_S),
-        "light_v": _value(recording.light, time_s, SLOW_GAP_S),
-        "light_threshold_v": recording.at(time_s).light_v,
-        "cell_voltage_v": _value(recording.cell, time_s, SLOW_GAP_S),
-        "charging": charging_at(recording.markers, time_s),
-        "active": bool(flags.is_active[-1]) if flags is not None and has_flags else None,
-        "triggered": bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
-    }
-    known = {key: Known(value, How.READ, time_s) for key, value in values.items() if value is not None}
-    return ConversationView(number=1, values=MappingProxyType(known))
-
-
-def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in_use: LimitsInUse) -> None:
-    """Shows the values of `recording` at a time in the panel; None: there is no cursor."""
-    text, device, limits, now_s = tr("point at the plots"), ConversationView(), NO_LIMITS, 0.0
-    if time_s is not None:
-        text, device, now_s = clock_text(time_s + recording.wall_offset_s, 1), device_at(recording, time_s), time_s
-        limits = recording.at(time_s)
-    panel.moment.show_state(text, Icon.HISTORY, Meaning.INFORMATION)
-    unproven = limits._replace(light_v=None)
-    panel.show_device(device, now_s, limits=limits, unproven=unproven, in_use=in_use)
-    is_active = device.fresh("active", now_s)
-    reported = Activation.UNKNOWN if is_active is None else Activation.ACTIVE if is_active else Activation.LOCKED
-    show_activation(panel.activation, SeenActivation(reported), now_s)
-    show_known_trigger(panel.trigger, device.known("triggered", now_s), now_s)
-
-
-def _value(series: Readable, time_s: float, within_s: float) -> float | None:
-    near = series.around(time_s, within_s=within_s)
-    return None if near is None else near.value

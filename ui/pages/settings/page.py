@@ -158,7 +158,7 @@ class SettingsPage(Page):
     def _try_out(self) -> None:
         """The edits, and for the rest what the module has."""
         held = {row.command.key: row.module_value.value for row in self.work.rows if row.module_value is not None}
-        self.page_wanted.emit("flights")
+        self.page_wanted.emit("logs")
         self._services.exchange.tried.emit({**held, **self.work.form.edited}, None, bool)
 
     # Profiles

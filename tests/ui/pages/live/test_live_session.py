@@ -16,22 +16,11 @@ from app.recordings.markers import END_MARKS, MarkerKind
 from app.recordings.recording import open_recording
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
-from tests.support.records.recordings_made import (
-    CLOSED,
-    LOST,
-    OPEN,
-    WAIT_S,
-    batch,
-    opened,
-    received,
-    recorder_in,
-    report,
-)
+from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
-from ui.pages.live.panel import device_at
 from ui.services.recording_jobs import RecordingJobs
 from ui.session.recording import SessionRecording
 from ui.shell.status_bar import RecordingSign
@@ -179,16 +168,6 @@ def _is_a_warning(sign: RecordingSign) -> bool:
 
 
 # In the window
-
-
-def test_where_a_recording_has_a_gap_nothing_is_said_of_the_module(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as made:
-        made.record(batch(1000.0, report(1000.0, active=True)), batch(1060.0, report(1060.0, active=True)))
-        made.finish()
-        recording = opened(made.path)
-        seen = [device_at(recording, at_s) for at_s in (1000.0, 1030.0)]
-    assert [one.fresh("active", 1000.0) for one in seen] == [True, None]
-    assert seen[1].values == {}
 
 
 def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -> None:

@@ -1,12 +1,11 @@
-"""Shows the proposal; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
+"""Says what is proposed; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QVBoxLayout, QWidget
 
 from app.flights.judging import Answer
 from app.flights.thresholds import (
@@ -26,136 +25,119 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.pages.flights.controller import GROUPS, FlightsWork
-from ui.pages.flights.lists import limits_text, short_name
+from ui.pages.logs.rows import limits_text, short_name
+from ui.pages.logs.work import LogsWork
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.style.icons import Icon
+from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import in_column, in_row, retain_size, stacked
+from ui.widgets.controls import named
+from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.notice_bar import NoticeBar
 
-SUFFIX: Final = ".toml"
-_ICON_PX: Final = 20
-_LINES: Final = 4
+_ICON_PX = 20
+_LINES = 5
 
 
 class ProposalBar(QFrame):
-    """A notice of the page stands in place of the proposal's text, so that it moves nothing."""
+    """A notice of the page stands in place of the proposal's text; what is longer scrolls, so that nothing moves."""
 
     settings_wanted = Signal()
 
-    def __init__(self, services: Services, work: FlightsWork, result: JobNotice) -> None:
+    def __init__(self, services: Services, work: LogsWork, result: JobNotice) -> None:
         super().__init__()
-        named(self, "flights_proposal", "card")
+        named(self, "logs_proposal", "card")
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
         self._work, self._result = work, result
         self._exchange, self._remembered = services.exchange, services.preferences
-        self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
-        self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
-        self.lines = [named(ElidedLabel(), f"flights_proposal_line_{number}", "small") for number in range(_LINES)]
-        self.take = control(
-            QPushButton(tr("Try proposal")), "flights_take", picture=Icon.CHECK, slot=self._use_proposal
-        )
-        self.use = control(
-            QPushButton(tr("Use in Settings")),
-            "flights_use",
-            tip=tr("Nothing is sent."),
-            picture=Icon.SETTINGS,
-            slot=self._use,
-        )
-        self._summary = named(QWidget(), "flights_proposal_said")
-        lines = in_column(self.head, *self.lines, spacing=0)
-        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._summary, spacing=Space.S, margins=0)
-        self.strip = named(NoticeBar(is_fitted=True), "flights_notice")
-        self.strip.changed.connect(self._share)
-        self._stack = stacked(named(QStackedWidget(), "flights_proposal_stack"), self._summary, self.strip)
-        self._buttons = named(QWidget(), "flights_proposal_buttons")
-        in_row(self.take, self.use, of=self._buttons, spacing=Space.S, margins=0)
-        self.row = in_row((self._stack, 1), self._buttons, of=self, spacing=Space.S, margins=(Space.M, Space.XS))
-        for label in self.lines:
-            retain_size(label)  # so that the lists do not move when a proposal comes
-
-    def show_proposal(self, *, is_wanted: bool) -> None:
-        """Without flights there is at most a notice."""
-        self._buttons.setVisible(is_wanted)
-        self.setVisible(is_wanted or self.strip.notice is not None)
-
-    def _share(self) -> None:
-        is_noticed = self.strip.notice is not None
-        self._stack.setCurrentWidget(self.strip if is_noticed else self._summary)
-        self.show_proposal(is_wanted=not self._buttons.isHidden())
+        self.picture = IconLabel("logs_proposal_icon", _ICON_PX)
+        self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
+        self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
+        self.strip = named(NoticeBar(), "logs_notice")
+        self.take = named(QPushButton(icon(Icon.CHECK), tr("Try proposal")), "logs_take")
+        self.take.clicked.connect(self._use_proposal)
+        self.use = named(QPushButton(icon(Icon.SETTINGS), tr("Use in Settings")), "logs_use")
+        self.use.setToolTip(tr("Nothing is sent."))
+        self.use.clicked.connect(self._use)
+        summary = QWidget()
+        texts = QVBoxLayout()
+        texts.setSpacing(0)
+        texts.addWidget(self.head)
+        texts.addWidget(self.lines)
+        texts.addStretch()
+        row = QHBoxLayout(summary)
+        row.setContentsMargins(Space.S, 0, 0, 0)
+        row.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(texts, 1)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(_scrolled(summary))
+        self._stack.addWidget(_scrolled(self.strip))
+        self._stack.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
+        self.strip.changed.connect(lambda: self._stack.setCurrentIndex(int(self.strip.notice is not None)))
+        buttons = QVBoxLayout()
+        buttons.addWidget(self.take)
+        buttons.addWidget(self.use)
+        whole = QHBoxLayout(self)
+        whole.setContentsMargins(Space.XS, Space.XS, Space.M, Space.XS)
+        whole.addWidget(self._stack, 1)
+        whole.addLayout(buttons)
 
     def refresh(self, *, is_mistyped: bool = False) -> None:
         """`is_mistyped`: a threshold is typed that cannot be used, so none is handed over."""
-        work = self._work
-        proposal, (must_not, must) = work.proposal, work.sorted_flights()
-        limits = None if proposal is None else proposal.limits
+        work, proposal = self._work, self._work.proposal
+        limits = None if proposal is None or work.unread() else proposal.limits
         if work.is_proposing:
             self._say(Icon.CLOCK, tr("Looking for thresholds…"))
-        elif proposal is None or not (must_not or must):
-            self._say(Icon.INFORMATION, tr("No proposal yet"))
+        elif proposal is None:
+            self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
         elif unread := work.unread():
-            limits = None
-            total = len(work.flights)
-            text = tr("No proposal: {count} of {total} not read", count=len(unread), total=total)
-            names = join_names(short_name(flight.name) for flight in unread)
-            self._say(Icon.WARNING, text, [tr("Read or remove: {names}", names=names)], Meaning.ATTENTION)
+            head = tr("No proposal: {count} of {total} not read", count=len(unread), total=work.wanted_count())
+            names = join_names(short_name(log.name) for log in unread)
+            self._say(Icon.WARNING, head, [tr("Read or remove: {names}", names=names)], Meaning.ATTENTION)
         elif proposal.defaults is not None:
             self._say_defaults(proposal.defaults)
         elif limits is None:
             lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
-            self._say(Icon.WARNING, tr("No thresholds separate the lists"), lines, Meaning.ATTENTION)
+            self._say(Icon.WARNING, tr("No thresholds separate the sides"), lines, Meaning.ATTENTION)
         else:
-            lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest.get(group)) is not None]
+            lines = [_margin_text(margin) for group in FlightGroup if (margin := proposal.nearest.get(group))]
+            must_not = work.sides()[FlightGroup.MUST_NOT]
             doubtful = [flight.name for flight in must_not if flight.answer(limits) is Answer.NOT_JUDGED]
             if doubtful:
                 lines.append(tr("Not judged: {names}", names=join_names(map(short_name, doubtful))))
-            lines += bounds_lines()
-            self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
+            self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), [*lines, *bounds_lines()])
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use() and not is_mistyped)
 
     def _say_defaults(self, defaults: DefaultsResult) -> None:
-        """With flights on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
+        """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
         count, total = len(defaults.unexpected), defaults.total
         names = join_names(short_name(name) for name in defaults.unexpected)
         lines: list[str] = []
+        if defaults.not_judged:
+            lines.append(tr("Not judged: {names}", names=join_names(map(short_name, defaults.not_judged))))
         if defaults.group is FlightGroup.MUST:
+            head = tr("The vendor's defaults fire in all {total}", total=total)
             if count:
                 head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
                 lines.append(labelled(tr("Missed"), names))
-            else:
-                head = tr("The vendor's defaults fire in all {total}", total=total)
-            lines.append(tr("No proposal: no flight is on the side “must not fire”."))
+            lines.append(tr("No proposal: no log is on the side “must not fire”."))
         else:
+            head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
             if count:
                 head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
                 lines.append(tr("{names}: did it crash? Then it must fire.", names=names))
             elif defaults.not_judged:
                 head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
-            else:
-                head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
-            lines.append(tr("No proposal: no flight is on the side “must fire”."))
-        if defaults.not_judged:
-            unknown = join_names(short_name(name) for name in defaults.not_judged)
-            lines.insert(0, tr("Not judged: {names}", names=unknown))
-        picture = Icon.WARNING if count else Icon.CHECK
-        self._say(picture, head, lines, Meaning.ATTENTION if count else None)
+            lines.append(tr("No proposal: no log is on the side “must fire”."))
+        is_bad = count > 0
+        self._say(Icon.WARNING if is_bad else Icon.CHECK, head, lines, Meaning.ATTENTION if is_bad else None)
 
     def _say(self, picture: Icon, head: str, lines: Sequence[str] = (), meaning: Meaning | None = None) -> None:
         self.picture.show_icon(picture, meaning, is_muted=meaning is None)
         self.head.setText(head)
-        shown, more = list(lines[:_LINES]), len(lines) - _LINES
-        if more > 0:
-            shown[-1] = tr("and {count} more", count=more + 1)
-        for number, label in enumerate(self.lines):
-            label.setText(shown[number] if number < len(shown) else "")
-            label.setVisible(number < len(shown))
-        self.setToolTip("\n".join(lines) if more > 0 else "")
+        self.lines.setText("\n".join(lines))
 
     def _use_proposal(self) -> None:
         proposal = self._work.proposal
@@ -166,9 +148,11 @@ class ProposalBar(QFrame):
         self._exchange.used.emit(self._work.settings())
         self.settings_wanted.emit()
 
+    # Profiles
+
     def save_profile(self) -> None:
         """Saves a new profile with the three thresholds."""
-        settings, suggested = self._work.settings(), self._remembered.profile_folder / f"profile{SUFFIX}"
+        settings, suggested = self._work.settings(), self._remembered.profile_folder / "profile.toml"
 
         def write(path: Path) -> None:
             self._write(path, Profile(name=path.stem or tr("Profile"), settings=settings))
@@ -196,20 +180,31 @@ class ProposalBar(QFrame):
             self._result.notify(Meaning.DANGER, fault.translated())
             return
         self._remembered.add_profile(path)
-
         note = tr("Its approved settings code was removed.") if loses_approval else ""
         self._result.notify(Meaning.GOOD, join_sentences([tr("Saved to {path}.", path=path), note]))
 
 
+def _scrolled(content: QWidget) -> QScrollArea:
+    area = QScrollArea()
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setWidgetResizable(True)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setWidget(content)
+    area.viewport().setAutoFillBackground(False)
+    content.setAutoFillBackground(False)
+    return area
+
+
 def _margin_text(margin: FlightMargin) -> str:
-    """Smallest margin of a list."""
+    """Smallest margin of a side."""
     parts: list[str] = []
     if margin.attitude_deg is not None and margin.attitude_deg >= 0:
         parts.append(f"{margin.attitude_deg}°")
     if margin.freefall_s is not None and margin.freefall_s >= 0:
         parts.append(f"{margin.freefall_s:.2f} s")
-    return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
-              name=short_name(margin.name))  # fmt: skip
+    group, what = capitalised(tr(margin.group.value)), " · ".join(parts)
+    return tr("{group}: {what} to spare ({name})", group=group, what=what, name=short_name(margin.name))
 
 
 def bounds_lines() -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""The chosen thresholds: sliders with the reading of the vendor's rule, and the map of false and missing triggers."""
+"""The chosen thresholds: sliders and the reading of the vendor's rule, and the map of false and missing triggers."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -18,12 +18,11 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.pages.flights.lists import READING_WORDS, THRESHOLD_KEYS
+from ui.pages.logs.rows import READING_WORDS, THRESHOLD_KEYS
 from ui.plots.static_plot import StaticPlot
 from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
-from ui.widgets.controls import control, named
-from ui.widgets.layouts import in_row
+from ui.widgets.controls import named
 from ui.widgets.sliders import Dial, WheelGuard, label_for
 
 
@@ -37,14 +36,15 @@ class ThresholdPanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setObjectName("flights_thresholds")
+        self.setObjectName("logs_thresholds")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._limits = TriggerLimits()
         # What a module can have; above 1.5 g all would be a fall.
-        self.tilt = Dial("flights_tilt", minimum=0, maximum=180, step=1, unit="°")
-        self.acceleration = Dial("flights_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
-        self.time = Dial("flights_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
-        self.reading = control(QComboBox(), "flights_reading", says=tr("Interpretation"))
+        self.tilt = Dial("logs_tilt", minimum=0, maximum=180, step=1, unit="°")
+        self.acceleration = Dial("logs_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
+        self.time = Dial("logs_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
+        self.reading = named(QComboBox(), "logs_reading")
+        self.reading.setAccessibleName(tr("Interpretation"))
         for row, reading in enumerate(RuleReading):
             self.reading.addItem(tr(READING_WORDS[reading]), reading)
             self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
@@ -63,13 +63,14 @@ class ThresholdPanel(QWidget):
             grid.addWidget(label_for(dial, tr(title)), row, 0)
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
+        grid.addWidget(label_for(self.reading, tr("Interpretation")), len(rows), 0)
+        grid.addWidget(self.reading, len(rows), 1)
         grid.setColumnStretch(1, 1)
         self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
         self.acceleration.turned.connect(
             lambda value: self._choose(self._limits._replace(freefall_acceleration_g=round(value, 1)))
         )
         self.time.turned.connect(lambda value: self._choose(self._limits._replace(freefall_time_s=round(value, 2))))
-        self.reading.currentTextChanged.connect(self.reading.setToolTip)  # the header may elide the text
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
 
     @property
@@ -103,8 +104,15 @@ _HATCH_PX: Final = 8
 _DOT_PX: Final = 6
 _MIN_SHADE: Final = 0.35
 _HANDLE_PX: Final = 11
-_FAST: Final = 10
-"""Degrees for Page Up and Page Down."""
+# Steps of tilt and of time.
+_KEYS: Final = {
+    Qt.Key.Key_Up: (1, 0),
+    Qt.Key.Key_Down: (-1, 0),
+    Qt.Key.Key_Right: (0, 1),
+    Qt.Key.Key_Left: (0, -1),
+    Qt.Key.Key_PageUp: (10, 0),
+    Qt.Key.Key_PageDown: (-10, 0),
+}
 _TIME_STEP_S: Final = 0.05
 _EDGE_DEG: Final = 0.5
 Cells = NDArray[np.float64]
@@ -180,7 +188,7 @@ class FireMapView(StaticPlot):
     least: ClassVar = QSize(240, 200)
 
     def __init__(self) -> None:
-        super().__init__("flights_map")
+        super().__init__("logs_map")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
         self._map: FireMap | None = None
@@ -191,13 +199,16 @@ class FireMapView(StaticPlot):
         """Outlines and lines, so that they contrast with every cell."""
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
         self.numbers = pg.TextItem()
-        self._legend = {
-            word: (QWidget(), named(QLabel(), "flights_map_swatch"), named(QLabel(), "flights_map_word", "small"))
-            for word in _LEGEND
-        }
-        for key, swatch, label in self._legend.values():
-            in_row(swatch, label, of=key, spacing=Space.XS, margins=0)
-        self.column.addLayout(in_row(*(key for key, _swatch, _label in self._legend.values()), 1, spacing=Space.S))
+        self._legend = {word: QLabel() for word in _LEGEND}
+        keys = QGridLayout()
+        keys.setColumnStretch(1, 1)
+        keys.setColumnStretch(3, 1)
+        for place, (word, swatch) in enumerate(self._legend.items()):
+            row, column = divmod(place, 2)
+            swatch.setObjectName("logs_map_swatch")
+            keys.addWidget(swatch, row, 2 * column)
+            keys.addWidget(named(QLabel(tr(word)), "logs_map_word", "small"), row, 2 * column + 1)
+        self.column.addLayout(keys)
 
     def show_maps(self, shown: FireMap, other: FireMap) -> None:
         if shown is not self._map:
@@ -254,24 +265,18 @@ class FireMapView(StaticPlot):
         colour, width = (theme.information.ink, 2) if self.hasFocus() else (theme.border, theme.border_px)
         self.view.setBorder(pg.mkPen(colour, width=width))
 
-    @property
-    def _has_must(self) -> bool:
-        return self._map is not None and self._map.must_count > 0
-
     def fit_to_view(self) -> None:
         ratio = self.devicePixelRatioF()
         size = (self.view.size() * ratio).toSize()
-        if self._cells is not None and not size.isEmpty():
-            pixels = map_pixels(self._cells, current(), size, ratio, has_must=self._has_must)
+        if self._map is not None and self._cells is not None and not size.isEmpty():
+            pixels = map_pixels(self._cells, current(), size, ratio, has_must=self._map.must_count > 0)
             self.image.setImage(pixels, autoLevels=False)
             (first, last), (low, high) = self._edges()
             self.image.setRect(QRectF(first, low, last - first, high - low))
 
     def _draw_legend(self, theme: Theme) -> None:
-        """The entries that apply to this map."""
         ratio = self.devicePixelRatioF()
         side = round(scaled(_SWATCH_PX) * ratio)
-        any_differs = self._cells is not None and bool(self._cells.differs.any())
         for word, (wrong, missed, differs) in _LEGEND.items():
             cell = np.ones((1, 1))
             cells = MapCells(cell * wrong, cell * missed, cell * differs > 0)
@@ -279,10 +284,7 @@ class FireMapView(StaticPlot):
             pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
             picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))
             picture.setDevicePixelRatio(ratio)
-            key, swatch, label = self._legend[word]
-            swatch.setPixmap(picture)
-            label.setText(tr(word))
-            key.setVisible((self._has_must or wrong > 0) and any_differs >= differs)
+            self._legend[word].setPixmap(picture)
 
     def _move_cross(self) -> None:
         tilt, time_s = self._bounded(self._limits.attitude_threshold_deg, self._limits.freefall_time_s)
@@ -296,10 +298,6 @@ class FireMapView(StaticPlot):
         self.numbers.setAnchor((1.1 if time_s > (first + last) / 2 else -0.1, -0.2 if tilt > (low + high) / 2 else 1.2))
 
     # Mouse and keyboard
-
-    def hasHeightForWidth(self) -> bool:
-        """The lines of the legend are taken from the map, whose size hint would grow with each size it gets."""
-        return False
 
     def event(self, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
@@ -316,10 +314,7 @@ class FireMapView(StaticPlot):
             self.chosen.emit(*self.thresholds_at(event.position()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        steps = {
-            Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
-            Qt.Key.Key_PageUp: (_FAST, 0), Qt.Key.Key_PageDown: (-_FAST, 0),
-        }.get(Qt.Key(event.key()))  # fmt: skip
+        steps = _KEYS.get(Qt.Key(event.key()))
         if steps is not None:
             tilt = self._limits.attitude_threshold_deg + steps[0]
             self.chosen.emit(*self._bounded(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))

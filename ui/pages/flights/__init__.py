@@ -1,1 +1,0 @@
-"""Thresholds from flight logs: map, lists, proposal."""

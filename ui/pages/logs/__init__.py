@@ -1,0 +1,1 @@
+"""Recordings and flight logs in one list: would it have fired, thresholds, map, proposal."""

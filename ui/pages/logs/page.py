@@ -1,0 +1,454 @@
+"""Logs page: recordings and flight logs, and which thresholds would have fired in them. It never sends anything.
+
+`LogsWork` has the logs and reads them. The list stands beside `ThresholdPanel` and `FireMapView`, above a
+`ProposalBar`; `LogView` shows one log in their place.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QStackedWidget,
+    QToolBar,
+    QToolButton,
+    QVBoxLayout,
+    QWhatsThis,
+    QWidget,
+)
+
+from app.flights.columns import CsvColumns
+from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
+from app.flights.read_log import SUFFIXES
+from app.flights.thresholds import FlightGroup
+from app.recordings.entry_texts import entry_text, size_text, when_text
+from app.recordings.library import RecordingEntry
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.sentences import in_brackets, join_names, join_sentences, labelled
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
+from ui.forms.rows_table import RowsTable, SearchedRows
+from ui.pages.logs.proposal import ProposalBar, bounds_lines
+from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, assumed_text, limits_text, row_text, sides_text
+from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
+from ui.pages.logs.viewer import LogView
+from ui.pages.logs.work import LoadEnded, LogRow, LogsWork, Settle
+from ui.services.context import Services
+from ui.services.job_notice import JobNotice
+from ui.services.page import Page, WaysBack
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space, is_text_large
+from ui.widgets.controls import Shortcut, named
+from ui.widgets.layouts import scroll_area
+from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.visibility_timer import VisibilityTimer
+
+_POLL_MS: Final = 200
+"""For progress of reading, while the page is visible; each tenth time the recordings are listed again."""
+_ROW_PX: Final = 28
+_MAP_PX: Final = 300
+_REASONS_SHOWN: Final = 20
+"""Of files that cannot be read; the reason of each is in its row, too."""
+
+
+class LogsPage(Page):
+    suffixes = SUFFIXES
+
+    def __init__(self, services: Services) -> None:
+        super().__init__("logs")
+        self._services = services
+        self.jobs = services.storage.recordings
+        self.work = LogsWork(self.jobs, self)
+        self.ask_files: AskMany = ask_flight_logs
+        self.ask_folder: AskMany = ask_folder
+        self.ask_path: AskPath = ask_path
+        self._folder = Path.home()
+        self.result = JobNotice(self, is_of_module=False)
+        self.table: RowsTable[LogRow] = RowsTable(
+            "logs_table",
+            tr("Logs"),
+            COLUMNS,
+            lambda row: row.name,
+            row_text,
+            row_px=_ROW_PX,
+            sorted_by=LogColumn.WHEN,
+            searches_sentence=True,
+        )
+        self.table.setAlternatingRowColors(True)
+        self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
+        words = tr("No logs yet"), tr("Every session is recorded. Open or drop logs of PX4, ArduPilot, or CSV.")
+        self.list = SearchedRows("logs", self.table, Icon.MAP, *words)
+        self.counts = named(QLabel(), "logs_counts", "small")
+        self.thresholds = ThresholdPanel()
+        self.map = FireMapView()
+        self.proposal = ProposalBar(services, self.work, self.result)
+        self.strip = self.proposal.strip
+        self.view = LogView(services.in_use)
+        self._are_kept_read = False
+        self._polls = 0
+        # Recordings whose deletion was asked for.
+        self._to_delete: tuple[RecordingEntry, ...] = ()
+        # What is to be chosen in the list once it is read, and whether it is to be opened, too.
+        self._wanted: tuple[str, bool] = ("", False)
+        # The thresholds that were tried last, and the settings that they are of.
+        self._tried_with: tuple[TriggerLimits, Mapping[str, Value]] | None = None
+        self._make_actions()
+        self._lay_out()
+        self._wire()
+        VisibilityTimer(self, self._tick, every_ms=_POLL_MS)
+        self.refresh_list()
+
+    # Opening
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """The logs of the last start are read when the page is first seen."""
+        super().showEvent(event)
+        self.jobs.refresh()
+        if not self._are_kept_read:
+            self._are_kept_read = True
+            self.work.restore(self._services.preferences.flight_lists)
+
+    def choose_files(self) -> None:
+        self.ask_files(self, self._folder, self.open_files)
+
+    def choose_folder(self) -> None:
+        self.ask_folder(self, self._folder, self.open_files)
+
+    def open_file(self, path: Path) -> None:
+        self.open_files([path])
+
+    def open_files(self, paths: Sequence[Path], columns: CsvColumns | None = None) -> None:
+        """Reads all of them, and says of each that cannot be read why; a single one is shown."""
+        if paths:
+            self._folder = paths[0].parent
+            self.result.dismiss()
+            self._show_list()
+            self._wanted = (str(paths[0]), True) if len(paths) == 1 else ("", False)
+            self.work.open(paths, columns)
+            self.refresh_list()
+
+    def _try(self, values: Mapping[str, Value], path: Path | None, settle: Settle) -> None:
+        """These thresholds, on the logs that are there and on what was recorded."""
+        self.work.choose(self.thresholds.nearest(values))
+        self._tried_with = self.work.limits, values
+        self.result.set_notice_of_now(self._assumed_notice)
+        self._show_list()
+        if path is not None:
+            self._wanted = str(path), False
+            self.work.read_again(path, settle)
+        self.refresh_list()
+
+    def _forget_tried(self) -> None:
+        """What was tried is of a former module: where nobody chose otherwise since, the thresholds are too."""
+        tried, self._tried_with = self._tried_with, None
+        if tried is not None and tried[0] == self.work.limits:
+            self.work.choose(TriggerLimits())
+        self._refresh_notice()
+
+    def open_row(self, row: LogRow) -> None:
+        """Shows a log, or why it could not be read."""
+        if row.entry is not None and row.entry.trouble is None and (row.log is None or row.log.is_waiting):
+            self.work.open([row.entry.path])
+        self.view.show_log(row, self.work.limits)
+        self._stack.setCurrentWidget(self.view)
+        self.view.back.setFocus()
+
+    def _show_list(self) -> None:
+        self.view.clear()
+        self._stack.setCurrentWidget(self._overview)
+
+    def _read_with(self, name: str, columns: CsvColumns) -> None:
+        """Reads every table that has the same columns."""
+        unread = self.work.unread()
+        heads = {log.name: log.head for log in unread}
+        self.open_files([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
+
+    def _end_loading(self, ended: LoadEnded) -> None:
+        self.result.set_notice_of_now(partial(self._ended_notice, ended))
+        self.refresh_list()
+        (wanted, is_shown), self._wanted = self._wanted, ("", False)
+        names = {wanted} if wanted else set(ended.names)
+        self.table.choose(lambda row: row.name in names)
+        chosen = self.table.chosen()
+        if chosen:
+            self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
+        if is_shown and len(chosen) == 1 and not ended.was_cancelled:
+            self.open_row(chosen[0])
+
+    # Showing
+
+    def refresh_list(self) -> None:
+        work, rows = self.work, self.work.rows()
+        self.list.show_rows(rows)
+        text, meaning = sides_text(rows)
+        self.counts.setText(text)
+        self.counts.setProperty("role", "danger" if meaning is Meaning.DANGER else "small")
+        self.counts.style().polish(self.counts)
+        self.map.show_maps(*work.maps())
+        self.map.show_limits(work.limits, labelled(limits_text(work.limits), text))
+        self.thresholds.show_limits(work.limits, work.reading)
+        self._refresh_proposal()
+        self._refresh_notice()
+        self._refresh_actions()
+
+    def _refresh_proposal(self) -> None:
+        self.proposal.refresh(is_mistyped=self.thresholds.is_wrong)
+
+    def _refresh_notice(self) -> None:
+        self.strip.show_notice(self._notice())
+
+    def _notice(self) -> Notice | None:
+        loading = self.work.loading
+        if self.work.is_loading:
+            text = tr("Reading logs…")
+            if loading.total is not None:
+                text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
+            return Notice(Meaning.INFORMATION, text, (Choice("cancel_logs", tr("Cancel"), self.work.cancel),))
+        if self._to_delete and not self.jobs.is_busy:
+            return self._question(self._to_delete)
+        return self.jobs.result_notice() or self.result.result_notice()
+
+    def _question(self, entries: tuple[RecordingEntry, ...]) -> Notice:
+        what = entry_text(entries[0])
+        if len(entries) > 1:
+            size = size_text(sum(entry.size_bytes for entry in entries))
+            what = join_names((labelled(tr("Recordings"), len(entries)), size))
+        choices = (
+            Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
+            Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
+        )
+        return Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices)
+
+    def _ended_notice(self, ended: LoadEnded) -> Notice | None:
+        """None where everything was read."""
+        if ended.why:
+            return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why))
+        if ended.was_cancelled:
+            read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
+            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)))
+        unread = [log for log in self.work.unread() if log.name in ended.names]
+        if not ended.names:
+            return Notice(Meaning.INFORMATION, tr("No logs found."))
+        if not unread:
+            return self._assumed_notice()
+        reasons = [
+            labelled(clean(Path(log.name).name, longest=80), clean(log.why_not.translated(), longest=400))
+            for log in unread[:_REASONS_SHOWN]
+            if log.why_not is not None
+        ]
+        text = tr("{count} of {total} not read.", count=len(unread), total=len(ended.names))
+        return Notice(Meaning.ATTENTION, "\n".join([text, *reasons]), dismiss=self.result.dismiss)
+
+    def _assumed_notice(self) -> Notice | None:
+        """As long as these thresholds are the chosen ones."""
+        limits, values = self._tried_with or (None, {})
+        text = assumed_text(values) if limits == self.work.limits else ""
+        return Notice(Meaning.ATTENTION, text, dismiss=self.result.dismiss) if text else None
+
+    def _explain(self) -> None:
+        library = self.jobs.library
+        used = size_text(sum(entry.size_bytes for entry in self.jobs.entries if not entry.is_pinned))
+        kept = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size_text(library.max_bytes))
+        rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
+        sentences = (*map(tr, rules), *bounds_lines(), labelled(tr("Recordings"), kept))
+        text = "".join(f"<p>{sentence}</p>" for sentence in sentences)
+        QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
+
+    def _tick(self) -> None:
+        self.work.poll()
+        if self._polls % 10 == 0:
+            self.jobs.refresh()
+            self.work.judge_recordings()
+        self._polls += 1
+        self._refresh_notice()
+
+    # What is done with the chosen ones
+
+    def _entries(self) -> tuple[RecordingEntry, ...]:
+        return tuple(row.entry for row in self.table.chosen() if row.entry is not None)
+
+    def _refresh_actions(self) -> None:
+        rows, entries = self.table.chosen(), self._entries()
+        is_idle = not self.jobs.is_busy
+        self.opening.setEnabled(len(rows) == 1)
+        for action in self.moving:
+            action.setEnabled(bool(rows))
+        is_one = len(entries) == 1 == len(rows) and entries[0].trouble is None
+        self.exporting_action.setEnabled(is_idle and is_one)
+        self.pinning.setEnabled(is_idle and bool(entries))
+        self.pinning.setText(tr("Unpin" if entries and all(entry.is_pinned for entry in entries) else "Pin"))
+        self.removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
+        self.removing.setText(tr("Delete…") if entries else tr("Remove"))
+
+    def _open_chosen(self) -> None:
+        rows = self.table.chosen()
+        if len(rows) == 1:
+            self.open_row(rows[0])
+
+    def _move(self, group: FlightGroup) -> None:
+        self.work.move([row.name for row in self.table.chosen()], group)
+
+    def _export(self) -> None:
+        (entry,) = self._entries()
+        name = default_name(entry.module or entry.port, ".csv", entry.started_at.astimezone())
+
+        def export(path: Path) -> None:
+            self._folder = path.parent
+            self.jobs.export(entry, path)
+
+        self.ask_path(
+            self, tr("Recording of {time}", time=when_text(entry)), self._folder / name, "*.csv;;*.mcap", export
+        )
+
+    def _toggle_pin(self) -> None:
+        entries = self._entries()
+        self.jobs.set_pinned(entries, is_pinned=not all(entry.is_pinned for entry in entries))
+
+    def _remove(self) -> None:
+        """Logs leave the list, and recordings are deleted, once that is confirmed."""
+        self.work.remove([row.name for row in self.table.chosen() if row.entry is None])
+        self._to_delete = self._entries()
+        self._refresh_notice()
+        button = self.strip.button("keep_recordings")
+        if button is not None:
+            button.setFocus()
+
+    def _delete(self) -> None:
+        entries, self._to_delete = self._to_delete, ()
+        self.jobs.delete(entries)
+        self.work.remove([str(entry.path) for entry in entries])
+        self.table.setFocus()
+
+    def _cancel_deletion(self) -> None:
+        self._to_delete = ()
+        self._refresh_notice()
+        self.table.setFocus()
+
+    def _on_selection_changed(self) -> None:
+        """Cancels the question when other recordings are selected."""
+        if self._to_delete and self.table.chosen() and self._entries() != self._to_delete:
+            self._to_delete = ()
+        self._refresh_notice()
+        self._refresh_actions()
+
+    def _keep_lists(self) -> None:
+        if self._are_kept_read:
+            self._services.preferences.flight_lists = self.work.kept
+
+    # Making
+
+    def _make_actions(self) -> None:
+        """For the chosen logs, in a bar above the list and in its menu."""
+        self.bar = named(QToolBar(), "logs_actions")
+        self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
+        self.moving = []
+        for group, side in SIDES.items():
+            name = f"to_{group.name.lower()}"
+            action = self._action(name, tr(side.word), side.picture, side.key, partial(self._move, group))
+            action.setToolTip(tr(side.tip) + in_brackets(side.key))
+            button = self.bar.widgetForAction(action)
+            if isinstance(button, QToolButton):
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            self.moving.append(action)
+        self.exporting_action = self._action("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export)
+        self.pinning = self._action("pin", tr("Pin"), Icon.BOOKMARK, "", self._toggle_pin)
+        self.pinning.setToolTip(tr("Never delete automatically"))
+        self.removing = self._action("remove", tr("Remove"), Icon.ERASE, "Del", self._remove)
+        button = self.bar.widgetForAction(self.exporting_action)
+        self.exporting = button if isinstance(button, QToolButton) else None
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def _action(self, name: str, text: str, picture: Icon, key: str, slot: Callable[[], None]) -> QAction:
+        action = named(QAction(icon(picture), text, self), f"logs_{name}")
+        action.setShortcut(key)
+        action.setAutoRepeat(False)
+        action.setToolTip(text + (in_brackets(key) if key else ""))
+        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        action.triggered.connect(slot)
+        self.table.addAction(action)
+        self.bar.addAction(action)
+        return action
+
+    def _lay_out(self) -> None:
+        opening = named(QPushButton(icon(Icon.FOLDER, is_on_primary=True), tr("Open…")), "logs_open", "primary")
+        opening.clicked.connect(self.choose_files)
+        Shortcut(opening, "Ctrl+O")
+        self.header = self.make_header(tr("Logs"), self.list.search, opening)
+        folder = self.header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
+        folder.setShortcut("Ctrl+Shift+O")
+        folder.setAutoRepeat(False)
+        self.addAction(folder)
+        self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
+        self.header.add_rare("logs_profile_save", tr("Save as profile…"), self.proposal.save_profile)
+        self.header.add_rare("logs_profile_put", tr("Add to a profile…"), self.proposal.add_to_profile)
+        left, right = QVBoxLayout(), QVBoxLayout()
+        for widget in (self.bar, self.counts):
+            left.addWidget(widget)
+        left.addWidget(self.list, 1)
+        right.addWidget(self.thresholds)
+        right.addWidget(self.map, 1)
+        self.map.setMinimumWidth(_MAP_PX)
+        content = named(QWidget(), "logs_content")
+        both = QHBoxLayout(content)
+        both.setContentsMargins(0, 0, 0, 0)
+        if is_text_large():
+            both.setDirection(QBoxLayout.Direction.TopToBottom)
+        both.addLayout(left, 5)
+        both.addLayout(right, 3)
+        self._overview = QWidget()
+        overview = QVBoxLayout(self._overview)
+        overview.setContentsMargins(0, 0, 0, 0)
+        overview.addWidget(self.header)
+        overview.addWidget(scroll_area(content, "logs_scroll", tr("Logs"), is_vertical=True), 1)
+        overview.addWidget(self.proposal)
+        self._stack = named(QStackedWidget(), "logs_stack")
+        self._stack.addWidget(self._overview)
+        self._stack.addWidget(self.view)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, 0, Space.M, Space.S)
+        whole.addWidget(self._stack)
+
+    def _wire(self) -> None:
+        work = self.work
+        work.changed.connect(self.refresh_list)
+        work.changed.connect(self._keep_lists)
+        work.loading_ended.connect(self._end_loading)
+        self.jobs.changed.connect(VisibilityTimer(self, self.refresh_list).refresh_seen)
+        self.thresholds.chosen.connect(work.choose)
+        self.thresholds.judged.connect(self._refresh_proposal)
+        self.thresholds.reading_chosen.connect(work.choose_reading)
+        self.map.chosen.connect(
+            lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
+        )
+        self.table.opened.connect(self._open_chosen)
+        self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
+        self.view.closed.connect(self._show_list)
+        self.view.columns_chosen.connect(self._read_with)
+        self.result.changed.connect(self._refresh_notice)
+        self._services.exchange.tried.connect(self._try)
+        self._services.exchange.forgotten.connect(self._forget_tried)
+        self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+
+    # Qt
+
+    def notices(self) -> list[JobNotice]:
+        return [self.jobs, *super().notices()]
+
+    def ways_back(self) -> WaysBack:
+        return (
+            (self._stack.currentWidget() is self.view, self.view.close_log),
+            (self.work.is_loading, self.work.cancel),
+            (self._to_delete, self._cancel_deletion),
+            (self.jobs.is_busy, self.jobs.cancel_files),
+            (self.jobs.result_notice(), self.jobs.dismiss),
+            (self.result.result_notice(), self.result.dismiss),
+        )

@@ -1,0 +1,324 @@
+"""The list's columns, and the verdicts on logs in words."""
+
+import math
+from collections.abc import Mapping
+from datetime import datetime
+from enum import Enum, IntEnum
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from PySide6.QtGui import QFontMetrics, QIcon
+
+from app.flights.judge import TriggerLimits
+from app.flights.judging import Answer, RuleReading
+from app.flights.summary import FirstFire, moment_text
+from app.flights.thresholds import FlightGroup, FlightOutcome
+from app.recordings.entry_texts import entry_text
+from app.settings.profiles import SETTINGS_BY_KEY
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.sentences import capitalised, in_brackets, join_names, join_sentences, labelled
+from protocol.fields import Value
+from protocol.messages import Source
+from protocol.translatable import marked
+from ui.forms.table_kit import TableColumn
+from ui.pages.logs.work import LogRow
+from ui.style.icons import Icon, StateStyle, icon
+from ui.style.theme import Meaning, font
+
+READING_WORDS: Final = {
+    RuleReading.DIRECT: marked("Triggers at once"),
+    RuleReading.DAMPED: marked("Triggers after 0.2 s"),
+}
+THRESHOLD_KEYS: Final = TriggerLimits._fields[:3]
+"""Of the settings, in the order of the sliders."""
+_TRIGGER_KEYS: Final = ("attitude_trigger", "freefall_trigger")
+
+
+class Side(NamedTuple):
+    """How a person puts logs on a side."""
+
+    word: str
+    tip: str
+    key: str
+    picture: Icon
+
+
+SIDES: Final = {
+    FlightGroup.MUST_NOT: Side(
+        marked("Must not fire"), marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED
+    ),
+    FlightGroup.MUST: Side(marked("Must fire"), marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
+    FlightGroup.UNSORTED: Side(marked("Not sorted"), marked("On neither side"), "U", Icon.UNKNOWN),
+}
+
+
+def assumed_text(values: Mapping[str, Value]) -> str:
+    """Of a module's settings, by key, that are tried: what is judged without them, or against them."""
+    unknown = [tr(SETTINGS_BY_KEY[key].title) for key in THRESHOLD_KEYS if key not in values]
+    disabled = [tr(SETTINGS_BY_KEY[key].title) for key in _TRIGGER_KEYS if values.get(key) is False]
+    parts = []
+    if unknown:
+        parts.append(tr("Vendor defaults, not of a module: {names}.", names=join_names(unknown)))
+    if disabled:
+        parts.append(tr("Judged as enabled: {names}.", names=join_names(disabled)))
+    return join_sentences(parts)
+
+
+# Verdicts
+
+
+class Verdict(Enum):
+    """On a log with the chosen thresholds; the value is its word, marked."""
+
+    UNREAD = marked("not read")
+    # The two readings of the vendor's rule disagree.
+    DIFFERS = marked("unclear")
+    # Only after the impact.
+    LATE = marked("too late")
+    FIRES = marked("fires")
+    HOLDS = marked("no")
+    # It does not fire, but the log holds too little to say so.
+    NOT_JUDGED = marked("not judged")
+
+
+def verdict_of(outcome: FlightOutcome | None) -> Verdict:
+    if outcome is None:
+        return Verdict.UNREAD
+    if outcome.is_different:
+        return Verdict.DIFFERS
+    if outcome.answer is Answer.NOT_JUDGED:
+        return Verdict.NOT_JUDGED
+    if not outcome.direct.sources:
+        return Verdict.HOLDS
+    return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
+
+
+def appearance_of(group: FlightGroup, verdict: Verdict) -> StateStyle:
+    """Only what is not as expected has a meaning."""
+    match verdict:
+        case Verdict.UNREAD:
+            return StateStyle(Icon.WARNING, Meaning.ATTENTION)
+        case Verdict.DIFFERS | Verdict.NOT_JUDGED:
+            return StateStyle(Icon.UNKNOWN, Meaning.ATTENTION)
+        case Verdict.LATE:
+            return StateStyle(Icon.CLOCK, Meaning.DANGER)
+        case Verdict.FIRES:
+            return StateStyle(Icon.PARACHUTE, Meaning.DANGER if group is FlightGroup.MUST_NOT else None)
+        case Verdict.HOLDS if group is FlightGroup.MUST:
+            return StateStyle(Icon.CROSS, Meaning.DANGER)
+        case _:
+            return StateStyle(Icon.NOT_TRIGGERED, None)
+
+
+def short_name(name: str) -> str:
+    return clean(Path(name).stem or name, longest=80)
+
+
+def fire_text(fire: FirstFire) -> str:
+    """When and why it fires under one reading, how late and how much lower."""
+    if not fire.sources:
+        return capitalised(tr("no trigger"))
+    words = {Source.ATTITUDE: tr("attitude"), Source.FREEFALL: tr("free fall")}
+    why = " · ".join(word for source, word in words.items() if source in fire.sources)
+    text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=why)
+    late = fire.late_text if fire.is_in_time else tr("after the impact")
+    return join_names(filter(None, (text, late)))
+
+
+def outcome_lines(outcome: FlightOutcome) -> list[str]:
+    """One line, or one per reading where they disagree."""
+    if outcome.is_different:
+        fires = {RuleReading.DIRECT: outcome.direct, RuleReading.DAMPED: outcome.damped}
+        lines = [labelled(tr(READING_WORDS[reading]), fire_text(fire)) for reading, fire in fires.items()]
+        return [tr("The readings of the rule differ:"), *lines]
+    if outcome.answer is Answer.NOT_JUDGED and outcome.why_not_judged is not None:
+        return [labelled(capitalised(tr("not judged")), outcome.why_not_judged.translated())]
+    return [fire_text(outcome.direct)]
+
+
+def row_text(row: LogRow) -> str:
+    """The row as text, for the tooltip, search and screen readers."""
+    lines = [clean(row.name, longest=200) + in_brackets(tr(row.group.value))]
+    if row.entry is not None:
+        lines.append(entry_text(row.entry))
+    elif row.log is not None and row.log.changed_at is not None:
+        lines.append(tr("File of {time}", time=_time_text(row.log.changed_at)))
+    if row.why_not is not None:
+        lines.append(row.why_not.translated())
+    if row.outcome is not None:
+        flight = row.outcome.flight
+        lines += outcome_lines(row.outcome)
+        if not math.isnan(flight.tilt_max_deg):
+            lines.append(labelled(tr("Tilt"), f"{flight.tilt_max_deg:.0f}°"))
+        lines += [problem.translated() for problem in flight.problems]
+    return "\n".join(lines)
+
+
+def sides_text(rows: list[LogRow]) -> tuple[str, Meaning | None]:
+    """How many fire on each side; where the readings disagree, the worse one counts."""
+    texts, is_bad = [], False
+    for group in (FlightGroup.MUST_NOT, FlightGroup.MUST):
+        outcomes = [row.outcome for row in rows if row.outcome is not None and row.group is group]
+        total = len(outcomes)
+        if not total:
+            continue
+        if group is FlightGroup.MUST:
+            count = sum(outcome.direct.is_in_time and outcome.damped.is_in_time for outcome in outcomes)
+            text = tr("{count} of {total} fire in time", count=count, total=total)
+            is_bad = is_bad or count < total
+        else:
+            count = sum(bool(outcome.direct.sources or outcome.damped.sources) for outcome in outcomes)
+            text = tr("{count} of {total} fire", count=count, total=total)
+            is_bad = is_bad or count > 0
+        texts.append(labelled(capitalised(tr(group.value)), text))
+    return " · ".join(texts), Meaning.DANGER if is_bad else None
+
+
+def limits_text(limits: TriggerLimits) -> str:
+    angle, force_g, time_s = limits.attitude_threshold_deg, limits.freefall_acceleration_g, limits.freefall_time_s
+    return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
+
+
+# Columns
+
+
+class LogColumn(IntEnum):
+    NAME = 0
+    KIND = 1
+    WHEN = 2
+    LENGTH = 3
+    MODULE = 4
+    ANSWER = 5
+    SIDE = 6
+
+
+def _time_text(when: datetime) -> str:
+    return f"{when.astimezone():%Y-%m-%d %H:%M}"
+
+
+def _short_time(row: LogRow) -> str:
+    """Without the year where it is this one."""
+    when = _when(row)
+    if when is None:
+        return "—"
+    is_this_year = when.astimezone().year == datetime.now().astimezone().year
+    return _time_text(when)[5 if is_this_year else 0 :]
+
+
+def _when(row: LogRow) -> datetime | None:
+    if row.entry is not None:
+        return row.entry.started_at
+    return None if row.log is None else row.log.changed_at
+
+
+def _length_s(row: LogRow) -> float:
+    """-1 where it is unknown."""
+    if row.outcome is not None:
+        return row.outcome.flight.duration_s
+    return -1.0 if row.entry is None or row.entry.trouble is not None else row.entry.duration_s
+
+
+def _kind(row: LogRow) -> str:
+    suffix = Path(row.name).suffix.lower()
+    return tr("Recording") if row.entry is not None or suffix == ".mcap" else suffix.lstrip(".").upper() or "—"
+
+
+def _kind_icon(row: LogRow) -> QIcon | None:
+    """A recording, or a flight log; what a recording is besides."""
+    entry = row.entry
+    if entry is None:
+        return icon(Icon.MAP)
+    if entry.trouble is not None or entry.was_cut_off:
+        return icon(Icon.WARNING, Meaning.ATTENTION)
+    if entry.is_running:
+        return icon(Icon.RECORD)
+    if entry.is_pinned:
+        return icon(Icon.BOOKMARK)
+    return icon(Icon.SIMULATOR if entry.is_simulated else Icon.RECORDINGS)
+
+
+def _answer(row: LogRow) -> str:
+    """Nothing is said of a recording that was not read yet."""
+    if row.outcome is None and row.why_not is None:
+        return ""
+    verdict = verdict_of(row.outcome)
+    if row.outcome is not None and verdict is Verdict.FIRES:
+        return moment_text(row.outcome.direct.at_s)
+    return tr(verdict.value)
+
+
+def _style(row: LogRow) -> StateStyle | None:
+    if row.outcome is None and row.why_not is None:
+        return None
+    return appearance_of(row.group, verdict_of(row.outcome))
+
+
+def _answer_icon(row: LogRow) -> QIcon | None:
+    style = _style(row)
+    return None if style is None else icon(style.icon, style.meaning)
+
+
+def _answer_ink(row: LogRow) -> Meaning | None:
+    style = _style(row)
+    return None if style is None else style.meaning
+
+
+def _answer_order(row: LogRow) -> float:
+    """What is not as expected first, then by time; what is not known last."""
+    style, at_s = _style(row), 1e8
+    if row.outcome is not None:
+        at_s = min(row.outcome.direct.at_s, row.outcome.damped.at_s, at_s)
+    if style is None:
+        return 1e10
+    return at_s if style.meaning is not None else 1e9 + at_s
+
+
+def _widest_answer() -> str:
+    words = (tr(verdict.value) for verdict in Verdict)
+    return max((*words, "8:88:88.8"), key=QFontMetrics(font()).horizontalAdvance)
+
+
+COLUMNS: Final = (
+    TableColumn[LogRow](
+        marked("Log"),
+        lambda row: clean(row.label, longest=80),
+        picture=_kind_icon,
+        widest=lambda: "survey-00",
+        stretches=True,
+    ),
+    TableColumn[LogRow](marked("Kind"), _kind, widest=lambda: tr("Recording"), is_spare=True),
+    TableColumn[LogRow](
+        marked("Time"),
+        _short_time,
+        lambda row: 0.0 if (when := _when(row)) is None else when.timestamp(),
+        widest=lambda: "00-00 00:00",
+    ),
+    TableColumn[LogRow](
+        marked("Duration"),
+        lambda row: "—" if _length_s(row) < 0 else stopwatch(_length_s(row)),
+        _length_s,
+        is_right=True,
+        widest=lambda: "88:88",
+    ),
+    TableColumn[LogRow](
+        marked("Module"),
+        lambda row: "—" if row.entry is None else clean(row.entry.module, longest=80) or "—",
+        widest=lambda: "M-00",
+    ),
+    TableColumn[LogRow](
+        marked("Fires"),
+        _answer,
+        _answer_order,
+        picture=_answer_icon,
+        ink=_answer_ink,
+        widest=_widest_answer,
+    ),
+    TableColumn[LogRow](
+        marked("Side"),
+        lambda row: "" if row.group is FlightGroup.UNSORTED else tr(SIDES[row.group].word),
+        picture=lambda row: None if row.group is FlightGroup.UNSORTED else icon(SIDES[row.group].picture),
+        widest=lambda: tr("Must not fire"),
+    ),
+)

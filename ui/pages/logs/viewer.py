@@ -1,0 +1,358 @@
+"""One log in place of the list: its verdict, its plots with the thresholds and marks; or why it could not be read."""
+
+import math
+import shlex
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+
+from app.flights.columns import CsvColumns, parse_line, role_words
+from app.flights.flight_log import FlightLog
+from app.flights.judge import MAX_GAP_S, TriggerLimits
+from app.flights.raw_log import Floats
+from app.flights.read_log import flight_of_recording, read_flight_log
+from app.flights.summary import summarise
+from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
+from app.limits.out_of_limits import LimitsInUse
+from app.recordings.entry_texts import entry_text
+from app.recordings.excerpt import LimitSteps, csv_parts, part_count
+from app.recordings.library import entry_of
+from app.recordings.markers import ModuleLimits
+from app.recordings.recording import Recording, open_recording
+from app.samples.ring_buffers import Readable
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.sentences import error_text
+from app.text.user_error import UserError
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.files.save_bar import SaveNote
+from ui.pages.logs.rows import appearance_of, outcome_lines, row_text, short_name, verdict_of
+from ui.pages.logs.work import LogFile, LogRow
+from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
+from ui.plots.time_plot import TimePlot
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, named
+from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+
+_ICON_PX: Final = 20
+_WINDOW_S: Final = 10.0
+_MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
+"""Makes the plots, which show the time of day, show the time since the log began."""
+_SAME_S: Final = 0.05
+"""Closer marks are shown as one."""
+
+
+class Opened(NamedTuple):
+    """What was read of a log; one of the two may be missing."""
+
+    recording: Recording | None
+    log: FlightLog | None
+
+
+def read(path: Path, columns: CsvColumns | None) -> Opened:
+    """Raises `UserError`."""
+    if path.suffix.lower() != ".mcap":
+        return Opened(None, read_flight_log(path, columns))
+    recording = open_recording(entry_of(path))
+    try:
+        return Opened(recording, flight_of_recording(recording))
+    except UserError:  # it holds nothing to judge
+        return Opened(recording, None)
+
+
+class LogView(QWidget):
+    """`columns_chosen` has the name of a table and its `CsvColumns`."""
+
+    closed = Signal()
+    columns_chosen = Signal(str, object)
+
+    def __init__(self, in_use: LimitsInUse) -> None:
+        super().__init__()
+        self.setObjectName("log_view")
+        self._in_use = in_use
+        self._row: LogRow | None = None
+        self._limits = TriggerLimits()
+        self.plot: TimePlot | None = None
+        self._reading: BackgroundTask[Opened] = BackgroundTask("dps-s log", self)
+        self.back = named(QPushButton(icon(Icon.CHEVRON_LEFT), tr("All logs")), "log_back")
+        self.back.setToolTip("Esc")
+        self.back.clicked.connect(self.close_log)
+        self.name = named(ElidedLabel(), "log_name", "title")
+        self.picture = IconLabel("log_icon", _ICON_PX)
+        self.verdict = text_label("log_verdict", "strong", is_selectable=True)
+        self.details = text_label("log_details", "small", is_selectable=True)
+        self.saved = SaveNote("log_saved", is_of_module=False)
+        self.columns = QWidget()
+        self.line = named(QLineEdit(), "log_columns")
+        self.line.setAccessibleName(tr("Columns"))
+        self.line.returnPressed.connect(self._choose_columns)
+        self.read = named(QPushButton(tr("Read")), "log_read", "primary")
+        self.read.clicked.connect(self._choose_columns)
+        self.fault = text_label("log_fault", "danger")
+        self.values = named(QPushButton(icon(Icon.TABLE), tr("Save values…")), "log_save_values")
+        self.image = named(QPushButton(icon(Icon.CAMERA), tr("Save picture…")), "log_save_picture")
+        self.values.clicked.connect(self._save_values)
+        self.image.clicked.connect(self._save_picture)
+        Shortcut(self.values, "Ctrl+S")
+        Shortcut(self.image, "Ctrl+Shift+S")
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.name, 1)
+        for button in (self.values, self.image, self.back):
+            head.addWidget(button)
+        verdict = QHBoxLayout()
+        verdict.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        verdict.addWidget(self.verdict, 1)
+        line = QHBoxLayout(self.columns)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(self.line, 1)
+        line.addWidget(self.read)
+        self._card = named(QFrame(), "log_card", "card")
+        self._room = QVBoxLayout(self._card)
+        self._room.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, Space.S, 0, 0)
+        column.addLayout(head)
+        column.addLayout(verdict)
+        for widget in (self.details, self.columns, self.fault, self.saved):
+            column.addWidget(widget)
+        column.addWidget(self._card, 1)
+        column.addStretch()
+
+    def show_log(self, row: LogRow, limits: TriggerLimits) -> None:
+        """Reads the file in the background; of one that could not be read, says why, and asks for columns."""
+        self.clear()
+        self._row, self._limits = row, limits
+        self.name.setText(short_name(row.name) if row.entry is None else row.entry.module or row.label)
+        self.details.setText("" if row.entry is None else clean(entry_text(row.entry), longest=1000))
+        log = row.log
+        if log is not None and log.why_not is not None:
+            self._say(Icon.WARNING, clean(log.why_not.translated(), longest=2000), Meaning.ATTENTION)
+            if log.head:
+                self._ask_columns(log)
+            return
+        self._say(Icon.CLOCK, tr("Reading logs…"))
+        path, columns = Path(row.name), None if log is None else log.columns
+        self._reading.run(lambda _running: read(path, columns), self._show, self._fail)
+
+    def clear(self) -> None:
+        self._reading.cancel()
+        self.saved.job.end(is_page_left=True)
+        self._row = None
+        self.fault.clear()
+        for widget in (self.columns, self.fault, self._card, self.values, self.image):
+            widget.hide()
+        if self.plot is not None:
+            self._room.removeWidget(self.plot)
+            self.plot.deleteLater()
+            self.plot = None
+
+    def close_log(self) -> None:
+        self.clear()
+        self.closed.emit()
+
+    def _say(self, picture: Icon, text: str, meaning: Meaning | None = None) -> None:
+        self.picture.show_icon(picture, meaning, is_muted=meaning is None)
+        self.verdict.setText(text)
+
+    def _fail(self, error: Exception) -> None:
+        self._say(Icon.WARNING, clean(error_text(error), longest=2000), Meaning.ATTENTION)
+        if not isinstance(error, UserError):
+            raise error
+
+    def _show(self, opened: Opened) -> None:
+        row = self._row
+        if row is None:
+            return
+        recording, log = opened
+        details = [self.details.text()]
+        outcome = None
+        if recording is not None:
+            details.append(_held_text(recording))
+            details.append("" if recording.damage is None else recording.damage.translated())
+        if log is None:
+            self._say(Icon.UNKNOWN, tr("no status reports"), Meaning.ATTENTION)
+        else:
+            outcome = outcome_of(summarise(log), row.group, self._limits)
+            look = appearance_of(row.group, verdict_of(outcome))
+            group = "" if row.group is FlightGroup.UNSORTED else f" · {tr(row.group.value)}"
+            self._say(look.icon, "\n".join(outcome_lines(outcome)) + group, look.meaning)
+            details += [clean(problem.translated()) for problem in log.problems]
+        self.details.setText("\n".join(dict.fromkeys(filter(None, details))))
+        self.details.setToolTip(row_text(row))
+        self._make_plot(opened, outcome)
+
+    def _make_plot(self, opened: Opened, outcome: FlightOutcome | None) -> None:
+        recording, log = opened
+        start_s = 0.0
+        if recording is not None:
+            start_s = 0.0 if log is None else log.start_s
+            bounds, offset_s = Span(recording.start_s, recording.end_s), recording.wall_offset_s
+            lanes = _recorded_lanes(recording, self._limits, self._in_use)
+        elif log is not None:
+            bounds, offset_s = Span(0.0, max(log.duration_s, float(log.time_s[-1]))), _MIDNIGHT_S
+            lanes = _flight_lanes(log, self._limits)
+        plot = self.plot = TimePlot(lanes, wall_offset_s=offset_s, bounds=bounds)
+        if recording is not None:
+            plot.add_marks([mark_of(marker) for marker in recording.markers])
+        elif log is not None:
+            plot.add_marks([mark_of(reset) for reset in log.resets])
+        if outcome is not None:
+            plot.add_marks([mark._replace(time_s=mark.time_s + start_s) for mark in marks_of(outcome)])
+        self._opened = opened
+        plot.save_values_wanted.connect(self._save_values)
+        plot.save_picture_wanted.connect(self._save_picture)
+        self._room.addWidget(plot)
+        for widget in (self._card, self.values, self.image):
+            widget.show()
+        fires = () if outcome is None else (outcome.direct, outcome.damped)
+        moment_s = min((fire.at_s for fire in fires if fire.sources), default=None)
+        if moment_s is None and outcome is not None:
+            moment_s = outcome.flight.loss_s
+        if moment_s is not None:
+            plot.time_range.choose_length(_WINDOW_S)
+            plot.time_range.show_instant(moment_s + start_s)
+        plot.draw(bounds.end_s)
+
+    # Saving
+
+    def _save_values(self) -> None:
+        if self.plot is None or self._row is None:
+            return
+        span, (recording, log) = self.plot.time_range.span, self._opened
+        if recording is not None:
+            excerpt = recording.excerpt(*span)
+            parts = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
+            self.saved.save_values(self._place(".csv"), parts, part_count(excerpt))
+        elif log is not None:
+            self.saved.save_values(self._place(".csv"), values_csv(log, span))
+
+    def _save_picture(self) -> None:
+        if self.plot is not None:
+            canvas = self.plot.canvas
+            self.saved.save_picture(self._place(".png"), canvas.grab().toImage(), canvas.svg())
+
+    def _place(self, suffix: str) -> Path:
+        path = Path("" if self._row is None else self._row.name)
+        return path.with_name(f"{path.stem}-plot{suffix}")
+
+    # Columns of a table
+
+    def _ask_columns(self, log: LogFile) -> None:
+        """What was said before and what is proposed stand in the line already."""
+        cure = "" if log.why_not is None else str(dict(log.why_not.values).get("cure", ""))
+        words = map(shlex.quote, role_words(log.columns or {}))
+        self.line.setText(" ".join([*words, cure.replace("--column ", "")]).strip())
+        self.columns.show()
+        self.line.setFocus()
+
+    def _choose_columns(self) -> None:
+        try:
+            columns = parse_line(self.line.text())
+        except UserError as error:
+            self.fault.setText(error.sentence)
+            self.fault.show()
+            return
+        if self._row is not None:
+            self.columns_chosen.emit(self._row.name, columns)
+
+
+def marks_of(outcome: FlightOutcome) -> list[Mark]:
+    """Where it fires, control was lost, and it hit the ground, in times of the log."""
+    flight = outcome.flight
+    meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
+    marks = []
+    direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
+    is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
+    if outcome.direct.sources:
+        word = marked("fires") if is_one else marked("Triggers at once")
+        marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
+    if outcome.damped.sources and not is_one:
+        marks.append(Mark(damped_s, marked("Triggers after 0.2 s"), Icon.PARACHUTE, meaning))
+    if flight.loss_s is not None:
+        marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
+    if flight.impact_s is not None:
+        marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
+    return marks
+
+
+def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
+    """All samples of a span as a table; empty cells are unknown."""
+    in_sight = (log.time_s >= span.start_s) & (log.time_s <= span.end_s)
+    columns = [("time_s", log.time_s), ("tilt_deg", log.tilt_deg), ("acceleration_g", log.specific_force_g)]
+    if log.altitude_m is not None:
+        columns.append(("altitude_m", log.altitude_m))
+    rows = zip(*(values[in_sight].tolist() for _, values in columns), strict=True)
+    cells = ([round(value, 6) if math.isfinite(value) else None for value in row] for row in rows)
+    yield BYTE_ORDER_MARK + csv_text([name for name, _ in columns], cells).encode()
+
+
+def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
+    """The thresholds that are tried, all the time."""
+    steps = LimitSteps()
+    steps.put(
+        start_s,
+        ModuleLimits(
+            limits.attitude_threshold_deg,
+            limits.reset_angle_deg,
+            limits.freefall_acceleration_g,
+            limits.freefall_time_s,
+            None,
+        ),
+    )
+    return steps
+
+
+def _recorded_lanes(recording: Recording, limits: TriggerLimits, in_use: LimitsInUse) -> Sequence[Lane]:
+    """With the thresholds that are tried; the module's own ones are in the text above."""
+    chosen = _chosen(limits, recording.start_s)
+    chosen.lights = recording.lights
+    return measured_lanes(recording, in_use, chosen, LimitSteps())
+
+
+def _held_text(recording: Recording) -> str:
+    """The thresholds that the module had, as far as they were read."""
+    held = recording.last()
+    parts = (
+        "" if held.fires_deg is None else f"{held.fires_deg:g}°",
+        "" if held.free_fall_g is None else f"{held.free_fall_g:g} g",
+        "" if held.free_fall_s is None else f"{held.free_fall_s:.2f} s",
+    )
+    known = " · ".join(filter(None, parts))
+    return tr("On the module: {value}", value=known) if known else ""
+
+
+def _flight_lanes(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
+    chosen = _chosen(limits, float(log.time_s[0]))
+    tilt, force = _series(log.time_s, log.tilt_deg), _series(log.time_s, log.specific_force_g)
+    lanes = [
+        tilt_lane(tilt, (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S),
+        acceleration_lane(force, (chosen.falls, None), gap_s=MAX_GAP_S),
+    ]
+    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
+        altitude = _series(log.time_s, log.altitude_m)
+        lanes.append(Lane(marked("Altitude"), "m", altitude, (_scale_of(log.altitude_m),), weight=1.2, gap_s=1.0))
+    return lanes
+
+
+def _series(time_s: Floats, values: Floats) -> Readable:
+    is_known = np.isfinite(values)
+    times, known = time_s[is_known], values[is_known].astype(np.float32)
+    return Readable(times, known)
+
+
+def _scale_of(values: Floats) -> Scale:
+    """With some room around all values."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    room = max(0.5, (high - low) * 0.1)
+    return Scale(low - room, high + room, 0.0)

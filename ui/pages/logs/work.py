@@ -1,0 +1,350 @@
+"""What the Logs page works on: recordings and flight logs, read in the background, thresholds, map and proposal.
+
+It never sends anything to a module.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.flights.columns import CsvColumns
+from app.flights.judge import TriggerLimits
+from app.flights.judging import RuleReading
+from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.read_log import distinct_names, find_logs
+from app.flights.summary import FlightSummary
+from app.flights.thresholds import (
+    FireMap,
+    FlightGroup,
+    FlightOutcome,
+    ThresholdProposal,
+    fire_map,
+    outcome_of,
+    propose,
+    settings_of,
+)
+from app.recordings.library import RecordingEntry
+from app.text.messages import UserMessage
+from app.text.sentences import error_text
+from protocol.fields import Value
+from ui.core.background_task import BackgroundTask, Running
+from ui.services.recording_jobs import RecordingJobs
+
+Settle = Callable[[], object]
+# So many of the newest recordings are judged without being asked.
+MOST_JUDGED: Final = 100
+
+
+class LogFile(NamedTuple):
+    """A file that was opened, or is to be."""
+
+    # Its path.
+    name: str
+    group: FlightGroup = FlightGroup.UNSORTED
+    # With which a table was read; None: recognised by name.
+    columns: CsvColumns | None = None
+    summary: FlightSummary | None = None
+    # Why it could not be read.
+    why_not: UserMessage | None = None
+    # Column names of a table that could not be read.
+    head: tuple[str, ...] = ()
+    # When the file was last changed.
+    changed_at: datetime | None = None
+    # Of a recording in the library, how many it had when it was read; a running one grows.
+    samples: int = -1
+
+    @property
+    def is_waiting(self) -> bool:
+        return self.summary is None and self.why_not is None
+
+
+class LogRow(NamedTuple):
+    """A line of the list. `log` is None while a recording was not read."""
+
+    name: str
+    # By which it can be told from the others.
+    label: str
+    log: LogFile | None
+    # Of a recording in the library.
+    entry: RecordingEntry | None
+    # None where it was not read.
+    outcome: FlightOutcome | None
+
+    @property
+    def group(self) -> FlightGroup:
+        return FlightGroup.UNSORTED if self.log is None else self.log.group
+
+    @property
+    def why_not(self) -> UserMessage | None:
+        """Why it could not be read."""
+        if self.log is not None and self.log.why_not is not None:
+            return self.log.why_not
+        return None if self.entry is None else self.entry.trouble
+
+
+class LoadEnded(NamedTuple):
+    """`total` is None where it was cancelled before the files were counted."""
+
+    # What a person opened, in their order.
+    names: tuple[str, ...]
+    read: int
+    total: int | None
+    was_cancelled: bool = False
+    # An error of the operating system.
+    why: str = ""
+
+
+class Reading:
+    """Files and folders to read; `total`, `names` and `done` are written by the reading thread.
+
+    `skipped`: what is already read. `settle` is called by that thread before it reads. `is_asked`: by a person.
+    """
+
+    def __init__(
+        self,
+        paths: Iterable[Path] = (),
+        columns: CsvColumns | None = None,
+        skipped: Iterable[str] = (),
+        settle: Settle = bool,
+        *,
+        is_asked: bool = True,
+    ) -> None:
+        self._paths, self._columns, self._skipped, self._settle = tuple(paths), columns, frozenset(skipped), settle
+        self.is_asked = is_asked
+        # None until they are counted.
+        self.total: int | None = None
+        self.names: tuple[str, ...] = ()
+        self.done: deque[LogFile] = deque()
+        # Of `done`, what was taken over.
+        self.read = 0
+
+    def run(self, running: Running) -> None:
+        self._settle()
+        found = list(find_logs(self._paths))
+        self.names = tuple(map(str, found))
+        paths = [path for path in found if str(path) not in self._skipped]
+        self.total = len(paths)
+        for log in summarise_logs(paths, LogOrder(self._columns), is_cancelled=running.is_cancelled):
+            name, changed_at = str(log.path), _changed_at(log.path)
+            read = LogFile(name, FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, log.head, changed_at)
+            self.done.append(read)
+
+
+def _changed_at(path: Path) -> datetime | None:
+    try:
+        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    except (OSError, ValueError):  # it is in an archive, or gone
+        return None
+
+
+class LogsWork(QObject):
+    """Reads orders one after another, and keeps what was read."""
+
+    changed = Signal()
+    loading_ended = Signal(object)
+    """`LoadEnded`, of what a person opened."""
+
+    def __init__(self, recordings: RecordingJobs, parent: QObject) -> None:
+        super().__init__(parent)
+        self.recordings = recordings
+        self.logs: dict[str, LogFile] = {}
+        self.limits = TriggerLimits()
+        # Of the map; list and proposal use both.
+        self.reading = RuleReading.DIRECT
+        self.proposal: ThresholdProposal | None = None
+        # The present one, or the last.
+        self.loading = Reading()
+        self._waiting: deque[Reading] = deque()
+        self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
+        self._maps: tuple[FireMap, FireMap] | None = None
+        self._maps_of: tuple[float, RuleReading] | None = None
+        self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
+
+    # What there is
+
+    @property
+    def is_proposing(self) -> bool:
+        return self._proposing.is_running
+
+    @property
+    def is_loading(self) -> bool:
+        """What a person opened."""
+        return self.task.is_running and self.loading.is_asked
+
+    def sides(self) -> dict[FlightGroup, list[FlightSummary]]:
+        """Without what could not be read."""
+        sides: dict[FlightGroup, list[FlightSummary]] = {group: [] for group in FlightGroup}
+        for log in self.logs.values():
+            if log.summary is not None:
+                sides[log.group].append(log.summary)
+        return sides
+
+    def unread(self) -> list[LogFile]:
+        """What a person wanted to have judged, and what could not be read."""
+        return [log for log in self.logs.values() if log.why_not is not None and self._is_wanted(log)]
+
+    def wanted_count(self) -> int:
+        return sum(map(self._is_wanted, self.logs.values()))
+
+    def _is_wanted(self, log: LogFile) -> bool:
+        """A recording of the library is nobody's choice before it is on a side."""
+        return log.group is not FlightGroup.UNSORTED or Path(log.name).parent != self.recordings.library.folder
+
+    def rows(self) -> list[LogRow]:
+        entries = {str(entry.path): entry for entry in self.recordings.entries}
+        # One of the library that was judged and is gone was deleted.
+        logs = (log for log in self.logs.values() if not log.is_waiting)
+        opened = [log.name for log in logs if log.samples < 0 or self._is_wanted(log)]
+        names = list(dict.fromkeys((*entries, *opened)))
+        rows = []
+        for name, label in zip(names, distinct_names([Path(name) for name in names]), strict=True):
+            log, entry = self.logs.get(name), entries.get(name)
+            summary = None if log is None else log.summary
+            outcome = None if log is None or summary is None else outcome_of(summary, log.group, self.limits)
+            port = "" if entry is None else entry.port.removeprefix("/dev/")
+            rows.append(LogRow(name, port or label, log, entry, outcome))
+        return rows
+
+    def maps(self) -> tuple[FireMap, FireMap]:
+        """Maps of the chosen reading and of the other one, kept until something changes."""
+        key = (self.limits.freefall_acceleration_g, self.reading)
+        if self._maps is None or self._maps_of != key:
+            other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
+            sides = self.sides()
+            flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
+            self._maps = fire_map(*flights, self.limits, self.reading), fire_map(*flights, self.limits, other)
+            self._maps_of = key
+        return self._maps
+
+    def settings(self) -> Mapping[str, Value]:
+        """The chosen thresholds by key of the setting."""
+        return settings_of(self.limits)
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """For the next start: side and path of each log."""
+        return tuple(f"{log.group.name} {log.name}" for log in self.logs.values() if self._is_wanted(log))
+
+    # Reading
+
+    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None, settle: Settle = bool) -> None:
+        """Reads files and folders, without logs that are already there."""
+        read = [log.name for log in self.logs.values() if log.summary is not None]
+        self._waiting.append(Reading(paths, columns, read, settle))
+        if self.task.is_running and not self.loading.is_asked:
+            self.poll()
+            self.task.cancel()
+        if not self.task.is_running:
+            self._begin(self._waiting.popleft())
+
+    def read_again(self, path: Path, settle: Settle) -> None:
+        """Reads a recording that may have grown, and grows to its present end by `settle`; it stays on its side."""
+        known = self.logs.get(str(path), LogFile(str(path)))
+        self.logs[known.name] = LogFile(known.name, known.group)
+        self.open([path], settle=settle)
+
+    def restore(self, kept: Iterable[str]) -> None:
+        """Reads the logs of the last start."""
+        for line in kept:
+            word, _, name = line.partition(" ")
+            self.logs[name] = LogFile(name, FlightGroup.__members__.get(word, FlightGroup.UNSORTED))
+        if self.logs:
+            self.open(map(Path, self.logs))
+
+    def judge_recordings(self) -> None:
+        """Reads the newest recordings that are not judged yet; whatever a person opens goes first."""
+        if not self.task.is_running:
+            missing = [entry.path for entry in self.recordings.entries[:MOST_JUDGED] if self._is_to_judge(entry)]
+            if missing:
+                self._begin(Reading(missing, is_asked=False))
+
+    def _is_to_judge(self, entry: RecordingEntry) -> bool:
+        log = self.logs.get(str(entry.path))
+        is_old = log is None or (not log.is_waiting and log.samples != entry.sample_count)
+        return is_old and entry.trouble is None and entry.sample_count > 0 and not entry.is_running
+
+    def poll(self) -> None:
+        """Takes over the logs that were read since."""
+        done = self.loading.done
+        if not done:
+            return
+        samples = {str(one.path): one.sample_count for one in self.recordings.entries if not one.is_running}
+        while done:
+            log = done.popleft()
+            known = self.logs.get(log.name, log)
+            self.logs[log.name] = log._replace(group=known.group, samples=samples.get(log.name, -1))
+            self.loading.read += 1
+        self._maps = None
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Returns at once; logs already read stay, logs being read are dropped."""
+        if self.task.is_running:
+            self._waiting.clear()
+            self.task.cancel()
+            self._end(was_cancelled=True)
+            self.loading = Reading()  # discards what the thread still reads
+
+    def _begin(self, reading: Reading) -> None:
+        self.loading = reading
+        self.task.run(reading.run, lambda _none: self._end(), lambda error: self._end(error=error))
+
+    def _end(self, *, was_cancelled: bool = False, error: Exception | None = None) -> None:
+        self.poll()
+        self._change()
+        loading = self.loading
+        if loading.is_asked:
+            why = "" if error is None else error_text(error)
+            self.loading_ended.emit(LoadEnded(loading.names, loading.read, loading.total, was_cancelled, why))
+        if self._waiting:
+            self._begin(self._waiting.popleft())
+        if error is not None and not isinstance(error, OSError):
+            raise error
+
+    # What a person chooses
+
+    def choose(self, limits: TriggerLimits) -> None:
+        if limits != self.limits:
+            self.limits = limits
+            self.changed.emit()
+
+    def choose_reading(self, reading: RuleReading) -> None:
+        if reading is not self.reading:
+            self.reading = reading
+            self.changed.emit()
+
+    def move(self, names: Iterable[str], group: FlightGroup) -> None:
+        """Puts logs on a side; a recording that was not read yet is read for it."""
+        unread = []
+        for name in names:
+            log = self.logs.get(name, LogFile(name))
+            self.logs[name] = log._replace(group=group)
+            if log.is_waiting:
+                unread.append(Path(name))
+        self._change()
+        if unread:
+            self.open(unread)
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Removes logs from the list; the files stay."""
+        for name in names:
+            self.logs.pop(name, None)
+        self._change()
+
+    def _change(self) -> None:
+        self._maps = self.proposal = None
+        sides = self.sides()
+        if sides[FlightGroup.MUST_NOT] or sides[FlightGroup.MUST]:
+            flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
+            self._proposing.run(lambda _running: propose(*flights), self._on_proposal)
+        else:
+            self._proposing.cancel()
+        self.changed.emit()
+
+    def _on_proposal(self, proposal: ThresholdProposal) -> None:
+        self.proposal = proposal
+        self.changed.emit()
