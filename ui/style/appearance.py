@@ -45,6 +45,7 @@ def style_sheet(theme: Theme) -> str:
         danger_fill=theme.danger.fill,
         on_danger=theme.danger.on_fill,
         danger_wash=theme.danger.wash,
+        good_ink=theme.tint(Meaning.GOOD).ink,
         good_fill=theme.tint(Meaning.GOOD).fill,
         on_good=theme.tint(Meaning.GOOD).on_fill,
         information_fill=theme.information.fill,

@@ -9,18 +9,7 @@ from typing import ClassVar, Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QRectF, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QApplication,
-    QCheckBox,
-    QFrame,
-    QGridLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QSizePolicy,
-    QStackedLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QListWidgetItem, QSizePolicy, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
@@ -34,7 +23,6 @@ from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import message
 from app.text.sentences import capitalised
-from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
@@ -44,19 +32,18 @@ from ui.pages.preflight.form import PreflightForm
 from ui.services.context import Services
 from ui.session.guided import FAILED, Guided, Stage
 from ui.session.shown_module import ShownModule
-from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size, themed_svg
+from ui.style.icons import MEANING_ICONS, icon, set_icon_size, themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
 from ui.widgets.controls import named, set_role
-from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 100
 _MARK_PX: Final = 18
-_MAX_STEPS: Final = 6
 _ROW_PX: Final = 28
 _STEPS: Final = Path(__file__).parent / "steps.svg"
 _MEANINGS: Final = {
@@ -108,46 +95,6 @@ class GuidedPicture(PaintedWidget):
         painter.end()
 
 
-class StepList(QWidget):
-    """Numbered steps, marked as done, current or still to do."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        named(self, "guided_steps")
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setColumnStretch(1, 1)
-        grid.setRowStretch(_MAX_STEPS, 1)
-        self.rows: list[tuple[IconLabel, QLabel]] = []
-        for number in range(_MAX_STEPS):
-            mark = IconLabel(f"guided_step_{number}_mark", _MARK_PX, keeps_place=True)
-            text = text_label(f"guided_step_{number}")
-            grid.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
-            grid.addWidget(text, number, 1)
-            self.rows.append((mark, text))
-
-    def show_steps(self, steps: tuple[str, ...], step: int, *, is_running: bool) -> None:
-        """`steps`: translated; those before `step` are done."""
-        for number, (mark, label) in enumerate(self.rows):
-            is_there = number < len(steps)
-            mark.setVisible(is_there)
-            label.setVisible(is_there)
-            if not is_there:
-                continue
-            is_done, is_now = number < step, is_running and number == step
-            state = tr("done") if is_done else tr("now") if is_now else tr("to do")
-            text = f"{number + 1}. {steps[number]}"
-            label.setText(text)
-            label.setAccessibleName(f"{text} ({state})")
-            set_role(label, "strong" if is_now else "" if is_done else "muted")
-            if is_done:
-                mark.show_icon(Icon.CHECK)  # over, however it ended
-            elif is_now:
-                mark.show_icon(Icon.CHEVRON_RIGHT, Meaning.INFORMATION)
-            else:
-                mark.clear_icon()
-
-
 _COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
     TableColumn(marked("Quantity"), lambda row: row.name.translated()),
     TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
@@ -159,44 +106,6 @@ _COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
         ink=lambda row: _MEANINGS[row.verdict],
     ),
 )
-
-
-class ResultView(QWidget):
-    def __init__(self) -> None:
-        super().__init__()
-        named(self, "guided_result")
-        self.mark, self.verdict = IconLabel("guided_verdict_mark", 24), text_label("guided_verdict", "heading")
-        self.advice = text_label("guided_advice")
-        self.table = RowsTable(
-            "guided_table",
-            tr("Measured values"),
-            _COLUMNS,
-            lambda row: row.name,
-            lambda row: ", ".join(column.text(row) for column in _COLUMNS),
-            row_px=_ROW_PX,
-            is_single=True,
-        )
-        self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
-        in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
-
-    def show_outcome(self, outcome: GuidedResult | UserError | None) -> None:
-        meaning, role, text, measured, advice = Meaning.ATTENTION, "title", "", tuple[MeasuredValue, ...](), ""
-        if isinstance(outcome, GuidedResult):
-            meaning, role = _MEANINGS[outcome.verdict], "heading"
-            text, measured = capitalised(tr(VERDICT_WORDS[outcome.verdict])), outcome.measured
-            advice = "" if outcome.advice is None else outcome.advice.translated()
-        elif outcome is not None:
-            text = outcome.message.translated()
-        self.mark.show_icon(MEANING_ICONS[meaning], meaning)
-        set_role(self.verdict, role)
-        self.verdict.setText(text)
-        self.table.show_rows(measured)
-        self.table.setVisible(bool(measured))
-        rows_px = self.table.verticalHeader().defaultSectionSize() * len(measured)
-        self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + rows_px + 4)
-        self.advice.setText(advice)
-        self.advice.setVisible(bool(advice))
 
 
 class _Watched(NamedTuple):
@@ -257,14 +166,23 @@ class GuidedPanel(QWidget):
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.addItems([tr(TITLES[test.kind]) for test in GUIDED_TESTS])
         set_icon_size(self.list, _MARK_PX)
-        self.picture, self.steps, self.result = GuidedPicture(), StepList(), ResultView()
         self.title = text_label("guided_title", "title")
-        self.safety_mark, self.safety = IconLabel("guided_safety_mark", 20), text_label("guided_safety")
+        self.safety, self.notice_bar = named(NoticeBar(), "guided_safety"), named(NoticeBar(), "guided_said")
         self.made_safe = named(QCheckBox(), "guided_made_safe")
         self.made_safe.setWhatsThis(tr("The test makes the module fire."))
         self.activate = ActRow(services, Act.ACTIVATE, place="guided")
-        self.live = text_label("guided_live", "heading")
-        self.notice_bar = named(NoticeBar(), "guided_said")
+        self.live, self.steps = text_label("guided_live", "heading"), text_label("guided_steps")
+        self.picture, self.verdict = GuidedPicture(), text_label("guided_verdict", "heading")
+        self.advice = text_label("guided_advice")
+        self.table = RowsTable(
+            "guided_table",
+            tr("Measured values"),
+            _COLUMNS,
+            lambda row: row.name,
+            lambda row: ", ".join(column.text(row) for column in _COLUMNS),
+            row_px=_ROW_PX,
+            is_single=True,
+        )
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "guided_cancel")
         self.cancel.setToolTip(tr("Locks an activated module"))
         self.primary = named(StepButton(tr("Start"), is_safe=True), "guided_run", "primary")
@@ -296,15 +214,12 @@ class GuidedPanel(QWidget):
         module.guided.load_last()
         self._on_work()
 
-    def _cancel(self) -> None:
-        if self._module is not None:
-            self._module.guided.cancel()
-
     # Display
 
     def refresh(self) -> None:
         self._show_list()
         self._show_stage()
+        self._show_outcome()
         self.tick()
 
     def tick(self) -> None:
@@ -315,13 +230,8 @@ class GuidedPanel(QWidget):
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
         self.notice_bar.show_notice(self._notice())
-        self.primary.setEnabled(self._can_go_on)
-
-    @property
-    def _can_go_on(self) -> bool:
-        work = self.work
         is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
-        return work.can_start or bool(work.confirm_words) or is_asked_again
+        self.primary.setEnabled(work.can_start or bool(work.confirm_words) or is_asked_again)
 
     def _show_list(self) -> None:
         for row, test in enumerate(GUIDED_TESTS):
@@ -337,55 +247,63 @@ class GuidedPanel(QWidget):
         self.list.setEnabled(not self.work.is_running)
 
     def _show_stage(self) -> None:
-        work, test = self.work, self.work.test
-        steps = tuple(step.translated() for step in test.steps)
+        work, test, stage = self.work, self.work.test, self.work.stage
+        steps = [step.translated() for step in test.steps]
         number, text = min(work.step, len(steps) - 1), self._instruction()
-        is_level = work.stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
+        is_level = stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
         self.picture.show_step(work.kind, 0 if is_level else number, text if is_level else steps[number])
-        self.steps.show_steps(steps, work.step, is_running=work.is_running)
+        self.steps.setText("\n".join(self._step_line(one, step) for one, step in enumerate(steps)))
         self.title.setText(text or tr(TITLES[test.kind]))
-        self.safety.setText(test.precautions)
         meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
-        self.safety_mark.show_icon(MEANING_ICONS[meaning], meaning)
-        self.made_safe.setVisible(bool(test.statement))
+        self.safety.show_notice(Notice(meaning, test.precautions) if stage is Stage.READY else None)
+        self.made_safe.setVisible(stage is Stage.READY and bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
         with QSignalBlocker(self.made_safe):
             self.made_safe.setChecked(work.is_stated_safe)
-        places = {Stage.PREPARING: self.live, Stage.CONFIRMING: self._act_corner, Stage.MEASURING: self.live}
-        place = places.get(work.stage, self._ready)
-        if place is self._act_corner and self._region.currentWidget() is not place:
+        is_asked = stage is Stage.CONFIRMING
+        if is_asked and self._act_corner.isHidden():
             QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
-        self._region.setCurrentWidget(place)
-        self._doing.setVisible(work.stage is not Stage.DONE)
-        self.result.setVisible(work.stage is Stage.DONE)
-        self.result.show_outcome(work.outcome)
-        words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
+        self._act_corner.setVisible(is_asked)
+        self.live.setVisible(work.is_running and not is_asked)
+        for part in (self.picture, self.steps):
+            part.setVisible(stage is not Stage.DONE)
+        words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(stage, marked("Next"))
         words = work.confirm_words or words
         self.primary.setText(tr(words))
         self.cancel.setEnabled(work.is_running)
-        self.primary.setEnabled(self._can_go_on)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
             self.primary.setFocus()
+
+    def _show_outcome(self) -> None:
+        outcome = self.work.outcome
+        measured, advice, role = tuple[MeasuredValue, ...](), "", "title"
+        if isinstance(outcome, GuidedResult):
+            role, measured = f"verdict-of-{outcome.verdict.value}", outcome.measured
+            self.verdict.setText(capitalised(tr(VERDICT_WORDS[outcome.verdict])))
+            advice = "" if outcome.advice is None else outcome.advice.translated()
+        elif outcome is not None:
+            self.verdict.setText(outcome.message.translated())
+        set_role(self.verdict, role)
+        self.advice.setText(advice)
+        self.table.show_rows(measured)
+        rows_px = self.table.verticalHeader().defaultSectionSize() * (len(measured) + 1)
+        self.table.setFixedHeight(rows_px + self.table.horizontalHeader().sizeHint().height())
+        self.verdict.setVisible(self.work.stage is Stage.DONE)
+        self.advice.setVisible(bool(advice))
+        self.table.setVisible(bool(measured))
+
+    def _step_line(self, number: int, step: str) -> str:
+        mark = "✓" if number < self.work.step else "▸" if self.work.is_running and number == self.work.step else "·"
+        return f"{mark} {number + 1}. {step}"
 
     def _instruction(self) -> str:
         """What to do now; empty while no test runs."""
         work = self.work
         if work.stage in (Stage.PREPARING, Stage.MEASURING):
-            report = work.report
-            return (
-                tr("Asking the module…")
-                if report is None
-                else message(report.doing, **dict(report.values)).translated()
-            )
+            if work.report is None:
+                return tr("Asking the module…")
+            return message(work.report.doing, **dict(work.report.values)).translated()
         return work.test.steps[work.step].translated() if work.stage is Stage.CONFIRMING else ""
-
-    def _on_work(self) -> None:
-        if self.work.stage is Stage.CONFIRMING:
-            self._guard.begin()
-        elif not self.work.is_running:
-            self._guard.end()
-        if self.isVisible():
-            self.refresh()
 
     def _notice(self) -> Notice | None:
         work, lock = self.work, self._ports.current.lock
@@ -425,6 +343,10 @@ class GuidedPanel(QWidget):
     def _act_ended(self, done: Performed | None) -> None:
         self.work.act_ended(done)
 
+    def _cancel(self) -> None:
+        if self._module is not None:
+            self._module.guided.cancel()
+
     def go_on(self) -> None:
         """What the main button does: start, confirm a step, or test again."""
         if self.work.stage is Stage.DONE and self.work.test.statement:
@@ -435,7 +357,20 @@ class GuidedPanel(QWidget):
             self._form.commit_edits()
             self.work.start(self._form.committed[0])
 
-    # Leaving
+    # What happens
+
+    def _on_work(self) -> None:
+        if self.work.stage is Stage.CONFIRMING:
+            self._guard.begin()
+        elif not self.work.is_running:
+            self._guard.end()
+        if self.isVisible():
+            self.refresh()
+
+    def _on_broken(self, why: Input) -> None:
+        """Only a program error ends a test; another window in front does not, as the hands are on the module."""
+        if why is Input.FAILED:
+            self.work.cancel(FAILED)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -451,25 +386,15 @@ class GuidedPanel(QWidget):
             self._cancel()
         return False
 
-    def _on_broken(self, why: Input) -> None:
-        """Only a program error ends a test; another window in front does not, as the hands are on the module."""
-        if why is Input.FAILED:
-            self.work.cancel(FAILED)
-
     def _lay_out(self) -> None:
-        """What the stage needs, first of all what makes it safe; below it picture and steps."""
-        self._ready = named(QFrame(), "guided_ready", "card")
-        words = in_column(self.safety, self.made_safe, 1, spacing=Space.S)
-        mark = (self.safety_mark, Qt.AlignmentFlag.AlignTop)
-        in_row(mark, (words, 1), of=self._ready, spacing=Space.S, margins=Space.M)
         self._act_corner = named(QFrame(), "guided_act", "danger-corner")
         in_column(self.activate, of=self._act_corner, margins=2)
         set_role(self.activate, "")  # no line below it
-        self._region = stacked(QStackedLayout(), self._ready, self.live, self._act_corner)
-        top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
-        self._doing, content = named(QWidget(), "guided_doing"), named(QWidget(), "guided_content")
-        in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)
-        in_column(self._doing, self.result, of=content, spacing=0, margins=0)
+        doing = in_row(self.picture, (self.steps, 1), spacing=Space.M)
+        result = in_column(self.verdict, self.advice, self.table, spacing=Space.S)
+        content = named(QWidget(), "guided_content")
+        parts = (self.safety, self.made_safe, self._act_corner, self.live, doing, result)
+        in_column(*parts, 1, of=content, spacing=Space.M, margins=0)
         self._scroll = scroll_area(content, "guided_scroll", tr("Guided tests"))
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, (self._scroll, 1), self.notice_bar, foot, spacing=Space.S)

@@ -7,16 +7,25 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEdit, QPushButton, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
 from app.preflight.verdict import CHECKS
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_or_say_why_not
-from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
+from app.settings.profiles import (
+    LIMITS,
+    MAX_ITEMS,
+    MAX_NAME_LENGTH,
+    MAX_TEST_DAYS,
+    ActivatedBy,
+    CheckLimit,
+    ManualLine,
+    Profile,
+)
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from app.text.sentences import in_brackets, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
@@ -30,44 +39,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 _STEP: Final = 0.0001
 """The finest that a profile's number may be."""
-_USUAL_TEST_DAYS: Final = 180
 _ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
-
-
-class _Number:
-    """A row of the grid: a check box and a number, which is None while it is not checked or cannot be used."""
-
-    def __init__(self, name: str, title: str, why: str, kind: NumberKind, default: float) -> None:
-        self._default = default
-        self.tick = named(QCheckBox(title), f"{name}_tick")
-        self.tick.setToolTip(why)
-        self.box = named(NumberLine(kind, start=default), f"{name}_value")
-        self.box.setAccessibleName(title)
-        self.box.setToolTip(why)
-        self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
-        self.tick.toggled.connect(self._on_tick)
-        self.show_value(None)
-
-    @property
-    def value(self) -> float | int | None:
-        number = self.box.number if self.tick.isChecked() else None
-        return int(number) if number is not None and number.is_integer() else number
-
-    @property
-    def is_wrong(self) -> bool:
-        return self.tick.isChecked() and self.box.is_wrong
-
-    def show_value(self, value: float | None) -> None:
-        with QSignalBlocker(self.tick):
-            self.tick.setChecked(value is not None)
-        self.box.show_number(self._default if value is None else value)
-        self.box.setEnabled(value is not None)
-
-    def _on_tick(self, is_on: bool) -> None:
-        self.box.setEnabled(is_on)
-        if not is_on:
-            self.box.show_number(self._default)
-        self.box.edited.emit()
 
 
 class ManualEditor(QWidget):
@@ -119,22 +91,10 @@ class ProfileEditor(QWidget):
         self.activated_by.activated.connect(self.refresh)
         self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
         self.service.toggled.connect(self.refresh)
-        titles = {check.id: tr(check.title) for check in CHECKS}
-        self.limits = {
-            name: _Number(
-                f"profile_limit_{name}",
-                f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}",
-                tr(limit.why),
-                NumberKind.of(limit.low, limit.high, _STEP, limit.shown.partition("}")[2].strip()),
-                limit.usual,
-            )
-            for name, limit in LIMITS.items()
-        }
+        self.limits = {name: _limit_field(name, limit) for name, limit in LIMITS.items()}
         days = NumberKind.of(1, MAX_TEST_DAYS, 1, tr("days"))
         self.tests = {
-            test.kind: _Number(
-                f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days, _USUAL_TEST_DAYS
-            )
+            test.kind: _field(f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days)
             for test in GUIDED_TESTS
         }
         self.manual: list[ManualEditor] = []
@@ -163,10 +123,10 @@ class ProfileEditor(QWidget):
         self.airframe.setText(original.airframe)
         self.activated_by.setCurrentIndex(self.activated_by.findData(original.activated_by))
         self.service.setChecked(original.is_service_required)
-        for name, number in self.limits.items():
-            number.show_value(original.limits.get(name))
-        for kind, number in self.tests.items():
-            number.show_value(original.tests_within_days.get(kind))
+        for name, field in self.limits.items():
+            field.show_number(original.limits.get(name))
+        for kind, field in self.tests.items():
+            field.show_number(original.tests_within_days.get(kind))
         for row in self.manual:
             row.hide()
             row.deleteLater()
@@ -180,8 +140,8 @@ class ProfileEditor(QWidget):
 
     @property
     def profile(self) -> Profile:
-        limits = {name: value for name, number in self.limits.items() if (value := number.value) is not None}
-        tests = {kind: int(value) for kind, number in self.tests.items() if (value := number.value) is not None}
+        limits = {name: _plain(field.number) for name, field in self.limits.items() if field.number is not None}
+        tests = {kind: int(field.number) for kind, field in self.tests.items() if field.number is not None}
         return self._original._replace(
             name=self.name.text().strip(),
             airframe=self.airframe.text().strip(),
@@ -200,15 +160,15 @@ class ProfileEditor(QWidget):
         """Why a file with this content would be refused, or would not hold what is typed."""
         wrong = self._wrong_numbers()
         if wrong:
-            return tuple(labelled(number.tick.text(), number.box.kind.range_text) for number in wrong)
+            return tuple(labelled(field.accessibleName(), field.kind.range_text) for field in wrong)
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
             return refusal.sentences
         return ()
 
-    def _wrong_numbers(self) -> list[_Number]:
-        return [number for number in (*self.limits.values(), *self.tests.values()) if number.is_wrong]
+    def _wrong_numbers(self) -> list[NumberLine]:
+        return [field for field in (*self.limits.values(), *self.tests.values()) if field.is_wrong]
 
     def refresh(self) -> None:
         if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):
@@ -258,27 +218,47 @@ class ProfileEditor(QWidget):
         self._manual_rows.addWidget(row)
 
     def _lay_out(self) -> None:
-        head = QFormLayout()
-        head.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.ExpandingFieldsGrow)
-        rows = ((tr("Name"), self.name), (tr("Airframe"), self.airframe), (tr("Activated by"), self.activated_by))
-        for title, field in rows:
-            head.addRow(title, field)
-            field.setAccessibleName(title)
-        numbers = QGridLayout()
-        numbers.setColumnStretch(3, 1)
-        numbers.setHorizontalSpacing(Space.M)
+        form = QFormLayout()
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
+        for title, line in (
+            (tr("Name"), self.name),
+            (tr("Airframe"), self.airframe),
+            (tr("Activated by"), self.activated_by),
+        ):
+            form.addRow(title, line)
+            line.setAccessibleName(title)
         for title, group in ((tr("Limits"), self.limits.values()), (tr("Guided tests"), self.tests.values())):
-            numbers.addWidget(named(QLabel(title), "profile_caption", "caption"), numbers.rowCount(), 0, 1, 4)
-            for number in group:
-                number.box.edited.connect(self.refresh)
-                row = numbers.rowCount()
-                for column, part in enumerate((number.tick, number.box, number.unit)):
-                    numbers.addWidget(part, row, column)
+            form.addRow(named(QLabel(title), "profile_caption", "caption"))
+            for field in group:
+                field.edited.connect(self.refresh)
+                form.addRow(field.accessibleName(), field)
         manual, content = QWidget(), named(QWidget(), "profile_editor_content")
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
         caption = named(QLabel(tr("Manual checks")), "profile_manual_caption", "caption")
-        in_column(head, numbers, self.service, caption, manual, 1, of=content, spacing=Space.S, margins=(Space.M, 0))
+        in_column(form, self.service, caption, manual, 1, of=content, spacing=Space.S, margins=(Space.M, 0))
         scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"), is_vertical=True)
         foot = in_row(1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.S))
         heading = in_row(named(QLabel(tr("Profile")), "profile_title", "title"), margins=(Space.M, 0, 0, Space.S))
         in_column(heading, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
+
+
+def _limit_field(name: str, limit: CheckLimit) -> NumberLine:
+    """Empty, the program's own limit holds, which stands there in grey."""
+    title = next(tr(check.title) for check in CHECKS if check.id == limit.check)
+    kind = NumberKind.of(limit.low, limit.high, _STEP, limit.shown.partition("}")[2].strip())
+    sign = "≤" if limit.is_maximum else "≥"
+    field = _field(f"profile_limit_{name}", f"{title} {sign}", tr(limit.why), kind)
+    field.setPlaceholderText(kind.with_unit(limit.usual))
+    return field
+
+
+def _field(name: str, title: str, why: str, kind: NumberKind) -> NumberLine:
+    field = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
+    field.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
+    field.setToolTip(why)
+    return field
+
+
+def _plain(number: float) -> float | int:
+    return int(number) if number.is_integer() else number

@@ -192,6 +192,12 @@ required = true
 """
 
 
+def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
+    field.selectAll()
+    qtbot.keyClick(field, Qt.Key.Key_Delete)
+    qtbot.keyClicks(field, text)
+
+
 def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / "hexa.toml"
     path.write_text(PROFILE, encoding="utf-8")
@@ -207,19 +213,16 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         assert editor.isVisible()
         assert editor.profile == before  # what is only looked at is not changed
         assert not editor.save.isEnabled()
-        assert editor.limits["cell_voltage_min_v"].box.text() == "3.85"
-        assert editor.limits["round_trip_max_ms"].value is None
-        number = editor.limits["cell_voltage_min_v"].box
-        number.selectAll()
-        qtbot.keyClicks(number, "2.0")  # below the bound that no profile goes beyond
+        number = editor.limits["cell_voltage_min_v"]
+        assert (number.text(), editor.limits["round_trip_max_ms"].text()) == ("3.85", "")
+        _type(qtbot, number, "2.0")  # below the bound that no profile goes beyond
         assert number.text() == "2.0"
         assert "3.5 V to 4.2 V" in notice_text(editor.strip)
         assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.is_edited) == (False, False, True)
-        number.selectAll()
-        qtbot.keyClicks(number, "3.5")
-        editor.limits["tilt_max_deg"].tick.setChecked(False)
-        editor.limits["round_trip_max_ms"].tick.setChecked(True)
-        editor.tests[GuidedKind.BAY].tick.setChecked(True)
+        _type(qtbot, number, "3.5")
+        _type(qtbot, editor.limits["tilt_max_deg"], "")
+        _type(qtbot, editor.limits["round_trip_max_ms"], "100")
+        _type(qtbot, editor.tests[GuidedKind.BAY], "180")
         editor.activated_by.setCurrentIndex(1)
         qtbot.keyClicks(editor.manual[1].text, "Pack date")
         assert len(editor.manual) == 3  # a line for one more
