@@ -4698,10 +4698,6 @@
         <translation>倾斜超过 {threshold}</translation>
     </message>
     <message>
-        <source>to do</source>
-        <translation>待完成</translation>
-    </message>
-    <message>
         <source>too high</source>
         <translation>过高</translation>
     </message>

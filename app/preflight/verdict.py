@@ -12,7 +12,7 @@ from typing import NamedTuple
 from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
-from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, UNREAD, StateReading, Void, changed, void_of_end
+from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.line_checks import LINE_CHECKS
 from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
@@ -193,12 +193,6 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
     if what is not None:
         return changed(what)
     return None if 0.0 <= now - evidence.ended_at <= VALID_FOR_S else TOO_OLD
-
-
-def void_of_reading(state: StateReading | None) -> Void | None:
-    """Why a verdict does not hold after everything was read again; None while it does. A value that changed has ended
-    the conversation."""
-    return None if state is not None and state.is_complete else UNREAD
 
 
 def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> UserMessage | None:

@@ -114,7 +114,6 @@ def always_ready(patch: pytest.MonkeyPatch) -> None:
 def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
     patch.setattr("protocol.contradictions.ToldValues.contradicted", lambda *_args, **_more: None)
     patch.setattr("ui.session.check.void_reason", lambda *_args, **_more: None)
-    patch.setattr("ui.session.check.void_of_reading", lambda *_args: None)
 
 
 def one_pass(patch: pytest.MonkeyPatch) -> None:

@@ -15,19 +15,10 @@ from app.engine.procedure import Job, Report
 from app.engine.worker import Batch
 from app.fleet.card import HeldVerdict
 from app.limits.past import Past
-from app.preflight.evidence import Evidence, StateReading, Void, changed, read_state, void_of_end
+from app.preflight.evidence import UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
 from app.preflight.findings import CheckResult, Person
 from app.preflight.run import STEPS, run_preflight
-from app.preflight.verdict import (
-    REREAD_EVERY_S,
-    VALID_FOR_S,
-    Assessment,
-    Verdict,
-    assess,
-    void_of_news,
-    void_of_reading,
-    void_reason,
-)
+from app.preflight.verdict import REREAD_EVERY_S, VALID_FOR_S, Assessment, Verdict, void_of_news, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
 from app.settings.profiles import Profile
@@ -92,8 +83,6 @@ class ModuleCheck(QObject):
         self._rereading: Job[StateReading] | None = None
         self._is_stated_anew = False
         """What a person entered differs from what is being filed."""
-        self._by_verdict: dict[Verdict, Filed] = {}
-        """Records of this check: activated, READY becomes GO; locked again, READY."""
         self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
         self._timer.timeout.connect(self.read_again)
         module.changed.connect(self.poll)
@@ -168,7 +157,6 @@ class ModuleCheck(QObject):
             return
         if self.filed is None:
             return  # it is filed with this when it ends
-        self._by_verdict.clear()
         self._file(self.evidence, None if is_named_now else self.filed.assessment.case.past)
         self.changed.emit()
 
@@ -269,22 +257,16 @@ class ModuleCheck(QObject):
         if self.standing not in PASSED:
             return
         state = job.outcome() if job.error is None else None
-        void = void_of_reading(state)
-        if void is not None:
-            self.set_void(void)
-        elif state is not None and state.status is not None and state.status.active is not self.evidence.is_active:
+        if state is None or not state.is_complete:
+            self.set_void(UNREAD)
+        elif state.status is not None and state.status.active is not self.evidence.is_active:
             self._judge_again(replace(self.evidence, status=state.status))
 
     def _judge_again(self, evidence: Evidence) -> None:
         """Judge the same check with the activation that is reported now."""
         if self.filed is None or self._filing.is_running:
             return
-        case = self.filed.assessment.case
-        earlier = self._by_verdict.get(assess(replace(case, evidence=evidence)).verdict)
-        if earlier is None:
-            self._file(evidence, case.past)
-        else:
-            self._use(earlier)
+        self._file(evidence, self.filed.assessment.case.past)
 
     def _end(self, job: Job[Any]) -> None:
         if job is not self._job:
@@ -317,16 +299,11 @@ class ModuleCheck(QObject):
         self.trouble = trouble or filed.trouble
         if self._is_stated_anew:
             self._is_stated_anew = False
-            self._by_verdict.clear()
             self._file(filed.assessment.case.evidence)
             return
-        self._by_verdict[filed.assessment.verdict] = filed
         is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
             self._module.keep()
-        self._use(filed)
-
-    def _use(self, filed: Filed) -> None:
         self.filed, self.evidence = filed, filed.assessment.case.evidence
         if self.standing in PASSED and not self._timer.isActive():
             self._timer.start()

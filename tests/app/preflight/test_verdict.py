@@ -9,31 +9,11 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
-from app.preflight.evidence import (
-    FIRED,
-    OVER,
-    TOO_OLD,
-    UNFINISHED,
-    UNREAD,
-    Evidence,
-    FrameLog,
-    TriggerFlag,
-    Void,
-    read_state,
-)
+from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void, read_state
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.reading_object import SETTING_KEYS, reading_object
 from app.preflight.run import TRIGGERS
-from app.preflight.verdict import (
-    VALID_FOR_S,
-    Assessment,
-    Verdict,
-    assess,
-    blocks_go,
-    void_of_news,
-    void_of_reading,
-    void_reason,
-)
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, assess, blocks_go, void_of_news, void_reason
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
@@ -239,10 +219,9 @@ def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, is_void: bool
 
 def test_what_could_not_be_read_again_voids() -> None:
     rig = settled_rig()
-    assert void_of_reading(rig.run(read_state())) is None
+    assert rig.run(read_state()).is_complete
     rig.bench.change(mute_codes=frozenset((BY_NAME["freefall_time"].code,)))
-    assert void_of_reading(rig.run(read_state())) == UNREAD
-    assert void_of_reading(None) == UNREAD
+    assert not rig.run(read_state()).is_complete
 
 
 # From READY to GO

@@ -247,7 +247,7 @@ def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterato
 def stand(check: ModuleCheck, filed: Filed) -> None:
     """This is what came of a check that runs on a fake port."""
     check._job = None
-    check._use(filed)
+    check._end_filing(filed)
 
 
 def show_alone(qtbot: QtBot, services: Services, page: QWidget, width: int, height: int) -> None:

@@ -44,8 +44,6 @@ class PreflightForm(QWidget):
         self.profile: Profile | None = None
         self.path: Path | None = None
         """Of the profile."""
-        self._aircraft_of: dict[str, str] = {}
-        """What was last entered for a module, by its name."""
         self.who = named(QLineEdit(services.preferences.who), "preflight_who")
         self.who.setAccessibleName(tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
@@ -106,24 +104,20 @@ class PreflightForm(QWidget):
 
     # The aircraft
 
-    def clear_aircraft(self, module: str) -> None:
-        """`module`: the name of that for which it was entered, or ""; a named one may come back."""
-        if module:
-            self._aircraft_of[module] = self.aircraft.currentText()
+    def clear_aircraft(self) -> None:
+        """Another module is shown."""
         self.aircraft.clearEditText()
         self.commit()
 
     def enter_aircraft(self) -> None:
-        """What was entered for the module before, else that of its last check."""
+        """That of the module's last check."""
         store, module = self._services.storage.store, self._services.ports.module.name
         if not module or self.aircraft.currentText():
             return
-        aircraft = self._aircraft_of.pop(module, "")
-        if not aircraft and isinstance(store, Store):
+        if isinstance(store, Store):
             with suppress(StoreTrouble):
-                aircraft = store.read(lambda facts: aircraft_of(facts, module))
-        self.aircraft.setEditText(aircraft)
-        self.commit()
+                self.aircraft.setEditText(store.read(lambda facts: aircraft_of(facts, module)))
+                self.commit()
 
     def _read_aircraft(self) -> None:
         """Once the store is open."""

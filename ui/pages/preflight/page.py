@@ -287,7 +287,7 @@ class PreflightPage(Page):
             self._module.named.disconnect(self._on_named)
             self._module.check_changed.disconnect(self._on_work)
         self.list.clear_ticks()
-        self.form.clear_aircraft(self._named)
+        self.form.clear_aircraft()
         self._named = ""
         self._announced = Standing.NOT_CHECKED
         module.named.connect(self._on_named)
@@ -298,7 +298,7 @@ class PreflightPage(Page):
     def _on_named(self) -> None:
         if self._named:
             self.list.clear_ticks()
-            self.form.clear_aircraft(self._named)
+            self.form.clear_aircraft()
         self._named = self.module.name
         self.form.enter_aircraft()
 

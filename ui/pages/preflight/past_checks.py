@@ -11,13 +11,11 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.checks import CheckLine, aircraft_in, checks_in, measuring
-from app.stations.station import fingerprint_of, own_station
 from app.store.fact_store import Facts, Store
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
-from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.forms.rows_table import RowsTable
@@ -28,7 +26,6 @@ from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, Theme, scaled
 from ui.widgets.controls import named
-from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
 
@@ -136,20 +133,17 @@ class PastChecks(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._enable)
         self.trend = VoltageTrend()
         self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
-        self.station = text_label("past_checks_station", "muted", is_selectable=True)
         self.export = named(QPushButton(icon(Icon.SAVE), tr("Export report…")), "past_checks_export")
         self.export.clicked.connect(self._export)
         head = in_row(self.filter, 1, self.count, spacing=Space.M)
-        foot = in_row((self.station, 1), self.export, spacing=Space.M)
-        in_column(
-            head, (self.table, 1), self.trend, foot, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S)
-        )
+        foot = in_row(1, self.export)
+        parts = (head, (self.table, 1), self.trend, foot)
+        in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     def open(self) -> None:
         """Reload everything and select the named module."""
         ports = self._services.ports
         name = ports.module.name
-        self._show_station()
         self._reload(("module", name if name in ports.known_names() else None))
 
     def _reload(self, chosen: tuple[str, str | None]) -> None:
@@ -193,15 +187,6 @@ class PastChecks(QWidget):
         voltages = [check.cell_voltage_v for check in reversed(measuring(checks))]
         self.trend.show_values([voltage for voltage in voltages if voltage is not None])
         self.trend.setVisible(is_of_module)
-
-    def _show_station(self) -> None:
-        """By what `dps-s verify` names it on another computer."""
-        try:
-            fingerprint = fingerprint_of(own_station(self._services.storage.folder).public)
-        except UserError as trouble:
-            self.station.setText(trouble.sentence)
-        else:
-            self.station.setText(tr("This station: {fingerprint}", fingerprint=fingerprint))
 
     def _enable(self) -> None:
         self.export.setEnabled(any(not check.is_void for check in self.table.chosen()))
