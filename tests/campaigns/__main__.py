@@ -2,24 +2,36 @@
 
     python -m tests.campaigns exchanges --step 3
     python -m tests.campaigns lines --seconds 3600
+    python -m tests.campaigns commands --runs 1000 --first 1
 
-All of it is in virtual time: an hour on a line takes a minute. Exit code 1 for anything that must not be.
+The first two are in virtual time: an hour takes a minute. `commands` runs the program at random modules, eight
+at once, a few seconds each. Exit code 1 for anything that must not be.
 """
 
 import argparse
 import sys
+import tempfile
+from pathlib import Path
 
-from tests.campaigns import exchanges, lines
+from tests.campaigns import commands, exchanges, lines
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.campaigns", description=__doc__.partition("\n")[0])
-    parser.add_argument("what", choices=("exchanges", "lines"))
+    parser.add_argument("what", choices=("commands", "exchanges", "lines"))
     parser.add_argument("--step", type=int, default=1, help="only every so many frames of a job")
     parser.add_argument("--job", action="append", choices=tuple(exchanges.JOBS), help="only this one")
     parser.add_argument("--seconds", type=float, default=3600.0, help="on each line (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=1, help="how often each line is tried")
+    parser.add_argument("--runs", type=int, default=1000, help="of commands (default: %(default)s)")
+    parser.add_argument("--first", type=int, default=1, help="seed of the first of them; the same seed, the same run")
     args = parser.parse_args()
+    if args.what == "commands":
+        with tempfile.TemporaryDirectory() as folder:
+            seeds = range(args.first, args.first + args.runs)
+            texts, broken = commands.told(commands.campaign(seeds, Path(folder)))
+        print("\n".join(texts))
+        return int(broken > 0)
     if args.what == "lines":
         for text in lines.table(args.seconds, args.seeds):
             print(text, flush=True)
