@@ -3,15 +3,17 @@ PYTHON ?= python3
 ARGS ?=
 CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
 
-.PHONY: demo test check setup translations package bench soak gestures adversary readers nightly
+.PHONY: demo test check setup translations package bench soak gestures commands exchanges readers nightly
 demo test check setup translations package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
 # Campaigns, which take minutes to hours.
 bench: setup
 	$(CAMPAIGN) tests.benchmarks $(ARGS)
-soak gestures adversary readers: setup
+soak gestures readers: setup
 	$(CAMPAIGN) tests.$@ $(ARGS)
+commands exchanges: setup
+	$(CAMPAIGN) tests.campaigns $@ $(ARGS)
 
 # All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
 nightly: setup
@@ -20,7 +22,8 @@ nightly: setup
 	$(CAMPAIGN) tests.soak --seconds 1800 || failed=1; \
 	$(CAMPAIGN) tests.gestures --every 28 || failed=1; \
 	$(CAMPAIGN) tests.gestures --sequences 200 || failed=1; \
-	$(CAMPAIGN) tests.adversary || failed=1; \
+	$(CAMPAIGN) tests.campaigns commands --runs 1500 || failed=1; \
+	$(CAMPAIGN) tests.campaigns exchanges --step 7 || failed=1; \
 	$(CAMPAIGN) tests.readers || failed=1; \
 	$(CAMPAIGN) tests.benchmarks || failed=1; \
 	exit $$failed

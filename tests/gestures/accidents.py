@@ -6,16 +6,19 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
+from app.preflight.verdict import REREAD_EVERY_S
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.settings.form import FormRow, RowState
 from app.simulator.setup import parse_options
-from tests.adversary.campaign import latency_s
-from tests.adversary.faults import DIALECTS, LIES, LINE
-from tests.adversary.window import SURE, Session
+from protocol.catalogue import BY_CODE, SERIAL_OUTPUT
+from protocol.fields import Value
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.lies import lies_of, lying
-from tests.support.line.odd_module import end_faults, forget_settings
-from tests.support.line.truth import Moment
+from tests.support.line.odd_module import end_faults, forget_settings, odd
+from tests.support.line.troubles import DIALECTS, LIES, LINE
+from tests.support.line.truth import Moment, flag_in, settings_keys
+from ui.session.check import Standing
 
 SEEN_WITHIN_S: Final = 0.5
 """Within this time a restart on a good line is known."""
@@ -24,11 +27,18 @@ TOLD_AFTER_S: Final = 1.0
 CALM_S: Final = 4.0
 """Nothing late arrives after this time without a fault."""
 ONLINE_WITHIN_S: Final = 8.0
-OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
-_OF_MODULE: Final = tuple(lie.options for lie in LIES.values() if lie.options and not lie.forges)
+OF_LINE: Final = tuple(LINE.values())
+_OF_MODULE: Final = tuple(LIES.values())
 _LIES_OF_LINE: Final = ("min_gap_ms", "half_duplex")
 BASIS: Final = {"uptime": "60", "noise": "0"}
 CONFIRMED_WITHIN_S: Final = 3.0
+STEP_S: Final = 0.06
+"""The greatest age of an answer that the program accepts on a perfect line."""
+SURE: Final = (RowState.READ, RowState.ACKNOWLEDGED, RowState.VERIFIED)
+LOOKS_IN_A_ROW: Final = 40
+"""Count of answers that reading everything again may take; it takes longer on a slow line."""
+VOID_WITHIN_S: Final = REREAD_EVERY_S + 2.0
+"""Time within which a change must end a verdict."""
 _HOLDS: Final[Mapping[Act, Callable[[Moment], bool]]] = {
     Act.ACTIVATE: lambda moment: moment.is_active,
     Act.LOCK: lambda moment: not moment.is_active,
@@ -43,7 +53,8 @@ class Accidents:
 
     def __init__(self, bench: GestureBench, dice: random.Random) -> None:
         self.bench, self._dice = bench, dice
-        self._session = Session(bench, 0.0)
+        self._latency_s = 0.0
+        """Delay that the line adds to a reply."""
         self._judged = set[int]()
         self._note_latency()
         self._is_honest, self._calm_since = True, -math.inf
@@ -83,7 +94,10 @@ class Accidents:
         self._note_latency()
 
     def _note_latency(self) -> None:
-        self._session.latency_s = max(self._session.latency_s, latency_s(self.bench.bench) + TOLD_AFTER_S)
+        faults = odd(self.bench.bench.module)
+        added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
+        added_ms += lying(self.bench.bench).lies.latest_ms
+        self._latency_s = max(self._latency_s, STEP_S + added_ms / 1000 + TOLD_AFTER_S)
 
     def _end_faults(self) -> None:
         module = lying(self.bench.bench)
@@ -118,7 +132,7 @@ class Accidents:
         }
         self.bench.disconnect()
         self.bench.exchange(options)
-        self._session.latency_s = 0.0
+        self._latency_s = 0.0
         self._note_latency()
         self.bench.connect()
 
@@ -138,25 +152,83 @@ class Accidents:
             wait(0.4)
 
     def look(self) -> Iterator[str]:
-        self._session.look()
-        found, self._session.findings = self._session.findings, []
-        yield from (f"{one.breach.value}: {one.text}" for one in found)
+        self.bench.truth.end()
+        yield from self._wrong_values()
+        yield from self._wrong_verdict()
         yield from self._kept_over_a_restart()
         yield from self._false_outcomes()
+
+    def _rows(self) -> tuple[FormRow, ...]:
+        return self.bench.settings.work.form.rows(self.bench.device, self.bench.clock())
+
+    def _wrong_values(self) -> Iterator[str]:
+        """What is shown as certain was so when it was last reported; what is verified was set and read twice since."""
+        view, truth = self.bench.device, self.bench.truth
+        is_linked = self.bench.assembly.ports.current.is_open and view.is_going
+        for row in self._rows():
+            if row.state not in SURE or row.module_value is None:
+                continue
+            command, value = row.command, row.module_value.value
+            if not is_linked:
+                yield f"{command.key} is shown as certain without a link"
+            elif command is not SERIAL_OUTPUT:  # a stream proves it, too
+                yield from self._wrong_value(command.key, value)
+            if row.state is RowState.VERIFIED:
+                set_at = truth.sent_since(command.set(value), truth.opened_at)
+                if not set_at or len(truth.sent_since(command.query(), set_at[-1])) < 2:
+                    yield f"{command.key} = {value} is called verified and was not set and read twice on this line"
+        for key in ("active", "triggered", "boot_count"):
+            known = view.fresh(key, self.bench.clock())
+            if known is not None:
+                yield from self._wrong_value(key, known)
+
+    def _wrong_value(self, key: str, value: Value) -> Iterator[str]:
+        truth = self.bench.truth
+        last = truth.last_heard(key)
+        if last is None:
+            yield f"{key} is shown as {value}, and the module never said it"
+            return
+        was_so = any(truth.value(key, moment) == value for moment in truth.since(last.at - self._latency_s))
+        if not was_so and not self._says(key, last.raw, value):
+            yield f"{key} is shown as {value}, and it is {truth.value(key, truth.now)}"
+
+    def _says(self, key: str, raw: bytes, value: Value) -> bool:
+        """Whether a line that turns bits brought a reply with this value, which nobody can notice."""
+        if not odd(self.bench.bench.module).corrupt:
+            return False
+        if key in ("active", "triggered"):
+            return flag_in(key, raw) is value
+        command = next(one for one in BY_CODE.values() if one.key == key)
+        return command.reply is not None and command.reply.decode(raw[4]) == value
+
+    def _wrong_verdict(self) -> Iterator[str]:
+        """A verdict that stands rests on what is still so, or was a short while ago."""
+        work, truth = self.bench.preflight.work, self.bench.truth
+        if work.standing not in (Standing.GO, Standing.READY) or work.assessment is None:
+            return
+        values = work.assessment.case.evidence.values
+        said = {key: values.get(key) for key in (*settings_keys(), "boot_count")}
+        said |= {"active": work.standing is Standing.GO, "triggered": False}
+        for key, value in said.items():
+            changed_at = truth.changed_at(key)
+            limit_s = VOID_WITHIN_S + LOOKS_IN_A_ROW * self._latency_s
+            is_news = changed_at is not None and self.bench.clock() - changed_at <= limit_s
+            if truth.value(key, truth.now) != value and not is_news:
+                yield f"{work.standing.value} stands: {key} = {value}, and it is {truth.value(key, truth.now)}"
 
     def _kept_over_a_restart(self) -> Iterator[str]:
         """On a good line the two heartbeats of a restart make every value from before it stale."""
         bench, at, now = self.bench, self.bench.truth.restarted_at(), self.bench.clock()
         is_seen = self.is_reachable and at > bench.truth.opened_at and now - at > SEEN_WITHIN_S
         if self._is_honest and is_seen and self._calm_since + CALM_S < at:
-            for row in self._session.rows():
+            for row in self._rows():
                 if row.state in SURE and row.module_value is not None and row.module_value.at < at:
                     yield f"{row.command.key} is kept over a restart"
 
     def _false_outcomes(self) -> Iterator[str]:
         """What the log says was confirmed was so when the module last reported it."""
         journal, truth = self.bench.journal, self.bench.truth
-        moments = list(truth.since(self.bench.clock() - CONFIRMED_WITHIN_S - self._session.latency_s))
+        moments = list(truth.since(self.bench.clock() - CONFIRMED_WITHIN_S - self._latency_s))
         for number, outcome in journal.outcomes.items():
             holds = _HOLDS.get(journal.intents[number][0])
             is_news = number not in self._judged and outcome is Outcome.CONFIRMED and holds is not None

@@ -1,7 +1,7 @@
 """A clumsy person at the real window: pointer and keys at random, on a simulated module to which accidents happen.
 
 Beside it stand a second account of what the hands did (`tests.gestures.observer`): a dangerous frame without a whole
-gesture of its own is a fault; and the truth (`tests.adversary.window`): so is what is shown as certain and is not so.
+gesture of its own is a fault; and the truth (`tests.gestures.accidents`): so is what is shown as certain and is not so.
 """
 
 import random

@@ -10,13 +10,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
-from tests.adversary.faults import LINE
 from tests.benchmarks.module import StreamingModule
 from tests.support.line.odd_module import OddSetup
+from tests.support.line.troubles import LINE
 
 _NAMES: Final = {option.name for option in fields(OddSetup)}
-_FAULTS: Final = tuple(sorted({(name, value) for trouble in LINE.values() for name, value in trouble.options.items()
-                               if name in _NAMES}))  # fmt: skip
+_FAULTS: Final = tuple(
+    sorted({(name, value) for options in LINE.values() for name, value in options.items() if name in _NAMES})
+)
 """Of the simulated module; lies of the line are not among its options."""
 _CALM_S: Final = (0.5, 2.5)
 """Between two troubles."""

@@ -27,12 +27,12 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from protocol.catalogue import BY_NAME, SETTINGS, Request
 from protocol.fields import Value, ValueRefused
-from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
+from tests.support.line.troubles import DIALECTS, LIES, LINE
 from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
@@ -380,11 +380,7 @@ SETTLED_S = 1.0
 """Time after the report within which these modules make their late changes."""
 _TOO_LATE: Final = ("changes after three reads", "silent restart at 1.6 s", "mute")
 """What happens after the last reading, which ends the report; and where nothing is written."""
-WRITE_LIES: Final = {
-    name: one.options
-    for name, one in TROUBLES.items()
-    if one.accident is None and not one.forges and name not in _TOO_LATE
-}
+WRITE_LIES: Final = {name: options for name, options in {**LINE, **LIES}.items() if name not in _TOO_LATE}
 WANTED: tuple[dict[str, Value], ...] = (
     {"freefall_time": 1.2},
     {"attitude_threshold": 130},
