@@ -1,14 +1,12 @@
 """What the simulated module held when, and which frames went over the line: what every judge compares with."""
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.memory import record_frame
 from app.simulator.module import SimulatedModule
-from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE, Hazard, Layout, Request
+from protocol.catalogue import BY_CODE, BY_NAME, STATUS_CODE, Layout, Request
 from protocol.fields import Value
 from protocol.frame import Direction, Frame, decode_request
 from protocol.stream import StreamParser
@@ -150,12 +148,6 @@ class Truth:
         """Return when this frame was sent since then."""
         return [when for one, when in zip(self.sent, self.sent_at, strict=True) if one == request and when >= at]
 
-    @property
-    def last_act_at(self) -> float:
-        """Return when it was last set; minus infinity if never."""
-        acts = [at for request, at in zip(self.sent, self.sent_at, strict=True) if request.hazard is not Hazard.NONE]
-        return max(acts, default=-math.inf)
-
     def last_heard(self, key: str) -> Heard | None:
         """Return the last answer for this key that arrived."""
         if key in ("active", "triggered"):
@@ -170,17 +162,6 @@ class Truth:
             code = {"boot_count": 0x23, "light_v": 0x14, "charging": 0x33}.get(key) or KEYS[key]
         codes = BY_CODE[code].reply_codes if code in KEYS.values() else (code,)
         return max((self.heard[code][-1] for code in codes if code in self.heard), default=None)
-
-    @property
-    def records_arrived(self) -> set[bytes]:
-        """Return the complete records that arrived and that the module holds."""
-        own = {record_frame(data) for moment in self.moments for data in moment.records}
-        return {one.raw for one in self.heard.get(RECORD_CODE, []) if one.raw in own}
-
-    @property
-    def acts_sent(self) -> "Counter[bytes]":
-        """Return every frame sent that was not a query."""
-        return Counter(one.encode() for one in self.sent if one.hazard is not Hazard.NONE)
 
 
 def settings_keys() -> list[str]:
