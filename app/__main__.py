@@ -12,35 +12,26 @@ import os
 import sys
 from collections.abc import Sequence
 from itertools import takewhile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
+from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.arguments import Parser
-from app.terminal.left_active import say_left_active
+from app.terminal.interruption import discard_output
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import ErrorCode, UserError
 
 if TYPE_CHECKING:
-    from app.engine.transport import PortError
     from app.modules.labels import Paper
 
+# With 1, errors show their traceback and the log goes to standard error.
 DEBUG = "DPS_S_DEBUG"
-"""Environment variable: with 1, errors show their traceback and the log goes to standard error."""
+# The port if --port is missing.
 PORT = "DPS_S_PORT"
-"""Environment variable: the port if --port is missing."""
+# Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start.
 _OBJECTS_PER_COLLECTION = 10_000
-"""Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
-
-
-_JUDGING = {
-    "set", "diff", "activate", "lock", "zero", "shutdown", "preflight", "provision", "verify", "fired",
-}  # fmt: skip
-"""Exit code 0 is their answer, so it is not given where nobody read what they print."""
+# Options that may also stand before the command.
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
-"""Options that may also stand before the command."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -51,65 +42,30 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
-    if not _has_home():
-        os.environ["HOME"] = os.devnull  # nothing can be made below it, and says so in its own words
-        console.notify(tr("This user has no home folder (HOME), so nothing can be kept there."))
+    console.start(argparse.Namespace())
     try:
-        code = _run_or_refuse(words)
+        code = _run(words)
         console.write("")  # flushes what argparse printed
+    except SystemExit as end:  # from argparse, which printed the help
+        code = end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
-        _say_interrupted(words)
-    except BrokenPipeError:
-        console.discard_output()  # the reader has ended
-        command = next((word for word in words if word in BY_NAME), WINDOW)
-        code = console.PARTIAL if command in _JUDGING else console.SUCCESS
+        if "--json" in words:  # else nothing is said: who pressed Ctrl-C knows
+            _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
     except console.OutputLost as error:
-        console.discard_output()
-        console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
+        discard_output()
+        if str(error):
+            console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTIAL
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
         code = _explain(words, error)
     return code
 
 
-def _has_home() -> bool:
-    """A container's user may have neither HOME nor an entry among the system's users; LOCK and all else go on."""
-    try:
-        return Path.home().is_absolute()
-    except RuntimeError:
-        return False
-
-
-def _run_or_refuse(words: list[str]) -> int:
-    console.set_verbosity(argparse.Namespace())
-    console.expect_result()
-    try:
-        return _run(words)
-    except SystemExit as end:  # from argparse, which printed the help
-        return end.code if isinstance(end.code, int) else console.USAGE_ERROR
-    except UserError as error:
-        if error.code is ErrorCode.INTERRUPTED:
-            return _explain(words, error)  # with what to do next
-        return _fail(words, error.code, error.sentence, what=error.what, hint=error.hint)
-
-
-def _fail(words: Sequence[str], code: ErrorCode, sentence: str, *, what: str = "", hint: str = "") -> int:
-    """Say why there is no result, with --json also as an object; returns the exit code. `what`: the sentence without
-    its hint, where it has one."""
-    console.notify(sentence)
-    if "--json" in words and not console.has_result():
-        from app.cli.results import ErrorJson, FailureJson
-
-        failure = FailureJson(code=code, message=what or sentence, hint=hint)
-        console.write_lines([console.as_json(ErrorJson(error=failure))])
-    return code.exit_code
-
-
 def _run(words: list[str]) -> int:
     if words[:1] in (["-h"], ["--help"]):
-        _whole_parser().print_help()
+        whole_parser().print_help()
         return console.SUCCESS
     if words[:1] == ["--version"]:
         from app import version
@@ -125,29 +81,41 @@ def _run(words: list[str]) -> int:
     if entry is None:
         raise console.Refused(_why_no_command(words[0]))
     args = entry.parse_words(words[1:])
-    console.set_verbosity(args)
+    console.start(args)
     is_window = entry.name == WINDOW
-    _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
-    is_open = getattr(args, "port", "") is None and getattr(args, "other", None) is None
-    is_done = getattr(args, "yes", True) or getattr(args, "activate", None) is False  # else refused, whatever the port
-    if not is_window and is_open and is_done:
-        args.port = _choose_port()
-    port = getattr(args, "port", None) or ()
-    ports = (port,) if isinstance(port, str) else port
-    for address in ports:
-        _refuse_unknown_address(address)
+    _prepare_log(is_window=is_window)
     if is_window:
         args.open_window = _open_window
         return entry.run(args)
-    if getattr(args, "json", False):
-        _write_utf8()
+    if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
+        # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
+        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
     args.printer = _print_pages
-    if entry.name != "lock":  # which waits for no file
-        say_left_active(ports, getattr(args, "module", None) or "")
+    if hasattr(args, "port"):
+        _choose_ports(args)
+        if entry.name != "lock":  # which waits for no file
+            _say_left_active(args)
     return entry.run(args)
 
 
-def _choose_port() -> str:
+def _choose_ports(args: argparse.Namespace) -> None:
+    """Set `port`, and `ports` where the command takes several. Raises `Refused`."""
+    from app.engine.transport import refuse_unsupported
+
+    ports = list(dict.fromkeys(args.port or ()))
+    if len(args.port or ()) > 1 and not hasattr(args, "takes_several"):
+        # Who locks two ports with one command would find only the last one locked.
+        raise console.Refused("--port is given twice")
+    # Without --yes the command is refused, whatever the port; `diff FILE FILE` has none.
+    is_done = getattr(args, "yes", True) or getattr(args, "activate", None) is False
+    if not ports and is_done and getattr(args, "other", None) is None:
+        ports = [_usual_port()]
+    for port in ports:
+        refuse_unsupported(port)
+    args.ports, args.port = ports, ports[0] if ports else None
+
+
+def _usual_port() -> str:
     """Choose and print the port. Raises `Refused`."""
     from app.engine.ports import list_ports
 
@@ -169,17 +137,15 @@ def _choose_port() -> str:
     return adapter.device
 
 
-def _refuse_unknown_address(port: str) -> None:
-    """Raises `Refused` for a URL that no port is opened by, such as that of a file."""
-    if "://" not in port:
-        return
-    from app.diagnosis.causes import explain
-    from app.engine.transport import PortError, refuse_unsupported
+def _say_left_active(args: argparse.Namespace) -> None:
+    from app.engine.target import is_simulated
+    from app.system.folders import data_folder
 
-    try:
-        refuse_unsupported(port)
-    except PortError as error:
-        raise console.Refused(explain(error).terminal_sentence) from error
+    real = [port for port in args.ports if not is_simulated(port)]
+    if real and os.access(data_folder(), os.F_OK):  # else nothing of the store is loaded
+        from app.terminal.records import say_left_active
+
+        say_left_active(real, getattr(args, "module", None) or "")
 
 
 def _why_no_command(word: str) -> str:
@@ -187,20 +153,6 @@ def _why_no_command(word: str) -> str:
         return tr("Deploying is possible in the window only.")
     named = tr("There is no command {name}.", name=word + console.did_you_mean(word, BY_NAME))
     return "\n".join((named, tr("Help: {command}", command="dps-s -h")))
-
-
-def _whole_parser() -> Parser:
-    """A parser whose help lists all commands in their groups, without importing them."""
-    about = "Configures, tests and watches a DPS-S parachute module."
-    parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.description = f"{about}\n\n{grouped_summaries()}"
-    parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
-    parser.epilog = (
-        "Help on a command: dps-s COMMAND -h\n"
-        "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
-    )
-    parser.add_argument("--version", action="store_true")
-    return parser
 
 
 def _open_window(args: argparse.Namespace) -> int:
@@ -222,17 +174,22 @@ def _open_window(args: argparse.Namespace) -> int:
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
     """Passed to the command, which does not import Qt."""
-    from app.terminal.interruption import Interruption
+    from app.terminal.interruption import signals_noted
 
-    with Interruption() as interruption:
-        interruption.ignore_from_now()  # an exception in the middle of Qt, or of its import, aborts the process
+    with signals_noted():  # an exception in the middle of Qt, or of its import, aborts the process
         from ui.files.report_printer import print_pages
 
         return print_pages(bodies, paper, attachment)
 
 
 def _prepare_output() -> None:
-    _replace_closed_streams()
+    if sys.platform != "win32":  # there windowed programs have none
+        for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+            if (
+                getattr(sys, name) is None
+            ):  # it was closed: the port or a file would get its number, and what is printed
+                nowhere = os.open(os.devnull, os.O_RDWR)
+                setattr(sys, name, open(nowhere, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # "?" for characters that the console lacks
@@ -240,57 +197,21 @@ def _prepare_output() -> None:
                 stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
 
 
-def _replace_closed_streams() -> None:
-    """Else the port or a file would get the number of the closed stream, and what is written there. Python replaces a
-    closed standard error by standard output."""
-    # The null device opened for reading cannot be written, as a closed output.
-    for name, mode, flags in (
-        ("stdin", "r", os.O_RDONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY),
-    ):  # fmt: skip
-        if getattr(sys, name) is None and sys.platform != "win32":  # there windowed programs have none
-            number = os.open(os.devnull, flags)  # the lowest free one, which is the stream's
-            os.set_inheritable(number, True)
-            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
-
-
-def _write_utf8() -> None:
-    """JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
-
-
-def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
+def _prepare_log(*, is_window: bool) -> None:
     """Commands log on request only; the window configures its own log."""
-    if is_wanted or os.environ.get(DEBUG) == "1":
+    if os.environ.get(DEBUG) == "1" or console.verbosity() > (0 if is_window else 1):
         logging.basicConfig(level=logging.DEBUG)
     elif not is_window:
         logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
 
 
-def _say_interrupted(words: Sequence[str]) -> None:
-    """Only where an object is expected: who pressed Ctrl-C knows."""
-    if "--json" not in words or console.has_result():
-        return
-    from app.terminal.interruption import print_after_signal
-
-    with print_after_signal():
-        _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
-
-
-def _code_of(error: "PortError") -> ErrorCode:
-    from app.engine.transport import PortTrouble
-
-    match error.trouble:
-        case PortTrouble.MISSING | PortTrouble.UNUSABLE:
-            return ErrorCode.NO_PORT
-        case PortTrouble.BUSY:
-            return ErrorCode.BUSY
-        case PortTrouble.NOT_ALLOWED:
-            return ErrorCode.NO_PERMISSION
-        case PortTrouble.UNSUPPORTED:
-            return ErrorCode.USAGE
-        case _:
-            return ErrorCode.NO_LINK
+def _fail(words: Sequence[str], code: ErrorCode, sentence: str, *, what: str = "", hint: str = "") -> int:
+    """Say why there is no result, with --json also as an object; returns the exit code. `what`: the sentence without
+    its hint, where it has one."""
+    console.notify(sentence)
+    if "--json" in words and not console.has_result():
+        console.write_failure(code, what or sentence, hint)
+    return code.exit_code
 
 
 def _explain(words: Sequence[str], error: Exception) -> int:
@@ -298,18 +219,30 @@ def _explain(words: Sequence[str], error: Exception) -> int:
         import traceback
 
         traceback.print_exception(error)
-    if isinstance(error, ImportError):
-        sentence = _why_not_loaded(error)
-        if sentence is not None:
-            return _fail(words, ErrorCode.INTERNAL, sentence)
+    if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
+        return _fail(words, error.code, error.sentence, what=error.what, hint=error.hint)
+    sentence = _why_not_loaded(error) if isinstance(error, ImportError) else None
+    if sentence is not None:
+        return _fail(words, ErrorCode.INTERNAL, sentence)
     from app.diagnosis.causes import explain
-    from app.engine.transport import PortError
 
-    explanation = explain(error)
-    code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
-    if isinstance(error, PortError):
-        code = _code_of(error)
-    return _fail(words, code, explanation.terminal_sentence, what=explanation.what, hint=explanation.next_step)
+    why = explain(error)
+    return _fail(words, _code_of(error), why.terminal_sentence, what=why.what, hint=why.next_step)
+
+
+def _code_of(error: Exception) -> ErrorCode:
+    from app.engine.transport import PortError, PortTrouble
+
+    if not isinstance(error, PortError):
+        return error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
+    codes = {
+        PortTrouble.MISSING: ErrorCode.NO_PORT,
+        PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
+        PortTrouble.BUSY: ErrorCode.BUSY,
+        PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
+        PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
+    }
+    return codes.get(error.trouble, ErrorCode.NO_LINK)
 
 
 def _why_not_loaded(error: ImportError) -> str | None:

@@ -43,8 +43,6 @@ ROOMS = (
     "app/port_urls",
     "app/terminal",
     "app/cli",
-    "app/cli/settings",
-    "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window
     "ui",
     "ui/style",

@@ -7,8 +7,8 @@ An activation that was interrupted after its frame had left is followed by LOCK,
 """
 
 import argparse
+from typing import Literal
 
-from app.cli.results import ActJson
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked
 from app.safety.acts import EFFECTS, Act
@@ -18,11 +18,20 @@ from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_yes
-from app.terminal.command_journal import records_of
 from app.terminal.connection import OpenPort, connected
-from app.terminal.interruption import Interruption
+from app.terminal.interruption import signals_noted
+from app.terminal.records import records_of
+from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+
+
+class ActJson(Result):
+    """`outcome`: what the module reported afterwards; "not sent" where a condition was not met."""
+
+    act: str
+    outcome: Literal["confirmed", "refused", "unknown", "not sent"]
+    sentence: str
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,15 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     act = Act(args.command)
-    if not args.yes:
-        if not args.json:
-            console.write_lines([tr(EFFECTS[act])])
-        console.refuse_without("--yes")
-    with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
-        with (
-            records_of(args.port) as records,
-            connected(args.port, args.baud, journal=records.journal) as opened,
-        ):
+    refuse_without_yes(args, act)
+    with signals_noted():  # after the last frame a signal no longer keeps the outcome from being printed
+        with records_of(args.port) as records, connected(args.port, args.baud, journal=records.journal) as opened:
             permit = Permit(act, Origin.COMMAND_LINE, steady_time(), opened.number)
             try:
                 done = opened.run(perform(act, records.journal, permit=permit))
@@ -49,7 +52,15 @@ def run(args: argparse.Namespace) -> int:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise
             pay_owed_lock(opened)
-        return tell(args, act, done)
+        return print_outcome(args, act, done)
+
+
+def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
+    """Say what the act would do, and raise `Refused`, where --yes is missing."""
+    if not args.yes:
+        if not args.json:
+            console.write_lines([tr(EFFECTS[act])])
+        console.refuse_without("--yes")
 
 
 def pay_owed_lock(opened: OpenPort) -> None:
@@ -63,14 +74,12 @@ def pay_owed_lock(opened: OpenPort) -> None:
         console.notify(tr("ACTIVE, not locked."))
 
 
-def tell(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
-    """Print the outcome; returns the exit code."""
+def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
+    """Returns the exit code."""
     code = exit_code(done)
-    is_done = code == console.SUCCESS
-    if args.json or is_done:
-        result = ActJson(act=act.value, outcome=done.outcome.value, sentence=done.sentence)
-        console.emit(args, result, [done.sentence])
-    if not is_done:
+    if args.json or code == console.SUCCESS:
+        console.emit(args, ActJson(act.value, done.outcome.value, done.sentence), [done.sentence])
+    if code != console.SUCCESS:
         console.notify(done.sentence)
     return code
 

@@ -5,31 +5,20 @@ Exit code 0 done; 1 there is no such module; 2 no archive file, or an invalid ad
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from typing import Any
+
+from msgspec import field
 
 from app.archive.archive import Archive
-from app.archive.module_history import HistoryEvent, module_history
+from app.archive.due import DueKind
+from app.archive.module_history import module_history
 from app.archive.postgres import is_server, server_url, store_server, stored_server
 from app.archive.report import CHECK_DAYS, TEST_DAYS, ModuleToday, report
 from app.archive.sync import Synced, sync
-from app.cli.results import (
-    ArchiveCheckJson,
-    ArchiveDueJson,
-    ArchiveEventJson,
-    ArchiveModuleJson,
-    ArchiveReportJson,
-    ArchiveStationJson,
-    ArchiveStatusJson,
-    ArchiveTestJson,
-    LeftOutJson,
-    ModuleHistoryJson,
-    ServicedJson,
-    SyncJson,
-)
 from app.modules.service import ServiceKind, service_summary, serviced
-from app.records.checks import CheckLine
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of
 from app.store.fact_store import Store
@@ -38,7 +27,8 @@ from app.system.folders import data_folder
 from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
 from app.terminal.arguments import add_json, add_verbosity, any_name, day, module_name, whole_days
-from app.terminal.command_journal import opened_store
+from app.terminal.records import opened_store
+from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
@@ -46,10 +36,106 @@ from app.text.user_error import ErrorCode
 
 SERVER = "postgresql://USER@HOST/DATABASE"
 REPORT_HEAD = (
-    "module", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft", "settings_code",
-    "checks", "trigger_records", "not_judged", "due",
-)  # fmt: skip
-HISTORY_HEAD = ("at", "station", "kind", "told", "cell_voltage_v")
+    *("module", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft"),
+    *("settings_code", "checks", "trigger_records", "not_judged", "due"),
+)
+
+
+class ArchiveStationJson(Result):
+    """`name`: what the station calls itself, which is no trust."""
+
+    station: str
+    name: str
+
+
+class ArchiveStatusJson(Result):
+    """`own`: facts of this station; `not_shared`: of these the ones that are not known to be on the server."""
+
+    station: str
+    facts: Count
+    own: Count
+    stations: list[ArchiveStationJson]
+    server: str | None
+    not_shared: Count
+    last_sync_at: Time | None
+    stations_ahead: list[str]
+
+
+class LeftOutJson(Result):
+    id: str
+    why: str
+
+
+class SyncJson(Result):
+    """`left_out`: rows of the other side that are no facts, where they are met for the first time that day."""
+
+    place: str
+    sent: Count
+    received: Count
+    left_out: list[LeftOutJson]
+    left_out_count: Count
+
+
+class ArchiveCheckJson(Result):
+    at: Time
+    station: str
+    verdict: str
+    void: bool
+    is_simulated: bool = field(name="simulated")
+    who: str
+    aircraft: str
+    code: str | None = field(name="settings_code")
+
+
+class ArchiveTestJson(Result):
+    kind: str = field(name="test")
+    verdict: str
+    at: Time
+
+
+class ArchiveDueJson(Result):
+    kind: DueKind
+    text: str
+
+
+class ArchiveModuleJson(Result, tag_field="kind", tag="module"):
+    """`two_modules`: contradictions, as if two modules had this name."""
+
+    name: str = field(name="module")
+    last_at: Time | None
+    last_check: ArchiveCheckJson | None
+    checks: Count
+    trigger_records: Count
+    unjudged: Count = field(name="not_judged")
+    tests: list[ArchiveTestJson]
+    due: list[ArchiveDueJson]
+    two_modules: list[str]
+
+
+class ArchiveReportJson(Result, tag_field="kind", tag="report"):
+    at: Time
+    modules: list[ArchiveModuleJson]
+
+
+class ArchiveEventJson(Result):
+    """`content`: of the fact, by its kind."""
+
+    at: Time
+    station: str
+    kind: str
+    id: str
+    told: str
+    content: dict[str, Any]
+
+
+class ModuleHistoryJson(Result, tag_field="kind", tag="history"):
+    module: str
+    events: list[ArchiveEventJson]
+
+
+class ServicedJson(Result):
+    module: str
+    told: str
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,11 +159,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         reported.add_argument(
             name, type=whole_days, default=days, metavar="N", help=f"due after N days (default: {days})"
         )
-    for command in (history, reported):
-        form = command.add_mutually_exclusive_group()
-        add_json(form)
-        form.add_argument("--csv", action="store_true", help="print a table as CSV")
-    for command in (synced, status, service):
+    form = reported.add_mutually_exclusive_group()
+    add_json(form)
+    form.add_argument("--csv", action="store_true", help="print a table as CSV")
+    for command in (synced, status, history, service):
         add_json(command)
     runs = {synced: run_sync, status: run_status, history: run_module, service: run_service, reported: run_report}
     for command, function in runs.items():
@@ -103,7 +188,7 @@ def run_status(args: argparse.Namespace) -> int:
         status = archive.status()
         exchanged = archive.exchanged(place or "")
         own = archive.store.station
-    stations = [ArchiveStationJson(station=_shown(key), name=name) for key, name in sorted(status.stations.items())]
+    stations = [ArchiveStationJson(_shown(key), name) for key, name in sorted(status.stations.items())]
     answer = ArchiveStatusJson(
         station=_shown(own),
         facts=status.facts,
@@ -112,21 +197,20 @@ def run_status(args: argparse.Namespace) -> int:
         server=place,
         not_shared=exchanged.not_shared,
         last_sync_at=exchanged.last_at,
-        stations_ahead=[_shown(key) for key in status.ahead],
+        stations_ahead=list(map(_shown, status.ahead)),
     )
-    page = [
-        *console.columns((
-            (tr("Records"), f"{status.facts}"),
-            (tr("Stations"), f"{len(stations)}"),
-            (tr("Server"), place or "–"),
-        ), indent=2),
-        tr("This station: {fingerprint}", fingerprint=_shown(own))
-        + in_brackets(labelled(tr("Records"), f"{status.own}")),
-        tr("Not shared: {count}. Last: {time}.",
-           count=exchanged.not_shared, time=local_time(exchanged.last_at or "–")),
-        *(tr("{station} wrote with a clock that is ahead: that counts for nothing.", station=_shown(key))
-          for key in status.ahead),
-    ]  # fmt: skip
+    rows = (
+        (tr("Records"), f"{status.facts}"),
+        (tr("Stations"), f"{len(stations)}"),
+        (tr("Server"), place or "–"),
+    )
+    last = local_time(exchanged.last_at or "–")
+    records = in_brackets(labelled(tr("Records"), f"{status.own}"))
+    page = console.columns(rows, indent=2)
+    page.append(tr("This station: {fingerprint}", fingerprint=answer.station) + records)
+    page.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=last))
+    for station in answer.stations_ahead:
+        page.append(tr("{station} wrote with a clock that is ahead: that counts for nothing.", station=station))
     console.emit(args, answer, page)
     return console.SUCCESS
 
@@ -148,18 +232,12 @@ def run_sync(args: argparse.Namespace) -> int:
             done = sync(archive, address, on_page=lambda done: console.show_progress(_counts(done)))
         finally:
             console.clear_progress()
-    left_out = [LeftOutJson(id=one.id, why=one.why) for one in done.left_out]
-    answer = SyncJson(
-        place=shown,
-        sent=done.sent,
-        received=done.received,
-        left_out=left_out,
-        left_out_count=done.left_out_count,
-    )
+    left_out = [LeftOutJson.of(one) for one in done.left_out]
+    answer = SyncJson(shown, done.sent, done.received, left_out, done.left_out_count)
     console.emit(args, answer, [_counts(done)])
     if not done.left_out_count:
         return console.SUCCESS
-    named = (f"  {one.id}: {one.why}" for one in done.left_out)
+    named = (f"  {one.id}: {one.why}" for one in left_out)
     console.notify("\n".join((tr("Left out, unreadable or altered: {count}.", count=done.left_out_count), *named)))
     return console.PARTIAL
 
@@ -168,12 +246,17 @@ def run_report(args: argparse.Namespace) -> int:
     now = datetime.now(UTC)
     with opened_archive() as archive:
         modules = report(archive, now, check_days=args.check_days, test_days=args.test_days)
+    answer = ArchiveReportJson(now.isoformat(timespec="seconds"), list(map(_module_json, modules)))
     if args.csv:
-        console.write(csv_text(REPORT_HEAD, [_report_cells(state) for state in modules]))
+        rows = [_report_cells(module, state.due_words) for module, state in zip(answer.modules, modules, strict=True)]
+        console.write(csv_text(REPORT_HEAD, rows))
         return console.SUCCESS
-    answer = ArchiveReportJson(at=now.isoformat(timespec="seconds"), modules=[_module_json(state) for state in modules])
-    head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-    console.emit(args, answer, console.columns([head, *map(_report_row, modules)]))
+    lines = [(tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))]
+    for state in modules:
+        check = state.last_check
+        at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
+        lines.append((state.name, at, verdict, str(state.trigger_records), state.due_words))
+    console.emit(args, answer, console.columns(lines))
     return console.SUCCESS
 
 
@@ -183,13 +266,14 @@ def run_module(args: argparse.Namespace) -> int:
         events = module_history(archive, args.module)
     if not events:
         raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
-    if args.csv:
-        console.write(csv_text(HISTORY_HEAD, _history_rows(events)))
-        return console.SUCCESS
-    rows = [(local_time(event.row.made_at), _shown(event.row.station)[:9], event.text.translated()) for event in events]
-    page = [args.module, *console.columns([(tr("Time"), tr("Station"), ""), *rows])]
-    answer = ModuleHistoryJson(module=args.module, events=[_event_json(event) for event in events])
-    console.emit(args, answer, page)
+    lines = [(tr("Time"), tr("Station"), "")]
+    answer = ModuleHistoryJson(args.module, [])
+    for event in events:
+        row, station = event.row, _shown(event.row.station)
+        told = event.text.in_english()
+        answer.events.append(ArchiveEventJson(row.made_at, station, row.kind, row.id, told, event.content))
+        lines.append((local_time(row.made_at), station[:9], event.text.translated()))
+    console.emit(args, answer, [args.module, *console.columns(lines)])
     return console.SUCCESS
 
 
@@ -219,72 +303,36 @@ def _counts(done: Synced) -> str:
     return tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
 
 
-def _report_row(state: ModuleToday) -> tuple[str, ...]:
-    check = state.last_check
-    at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
-    return (state.name, at, verdict, str(state.trigger_records), state.due_words)
-
-
 def _module_json(state: ModuleToday) -> ArchiveModuleJson:
-    return ArchiveModuleJson(
-        module=state.name,
+    check = state.last_check
+    last_check = None
+    if check is not None:
+        void = check.is_void or check.is_fired_since
+        last_check = ArchiveCheckJson.of(check, station=_shown(check.station), void=void)
+    return ArchiveModuleJson.of(
+        state,
         last_at=state.last_at or None,
-        last_check=None if state.last_check is None else _check_json(state.last_check),
-        checks=state.checks,
-        trigger_records=state.trigger_records,
-        not_judged=state.unjudged,
-        tests=[ArchiveTestJson(test=test.kind.value, verdict=test.verdict.value, at=test.at) for test in state.tests],
-        due=[ArchiveDueJson(kind=due.kind, text=due.text.in_english()) for due in state.due],
+        last_check=last_check,
+        tests=[ArchiveTestJson(test.kind.value, test.verdict.value, test.at) for test in state.tests],
+        due=[ArchiveDueJson(due.kind, due.text.in_english()) for due in state.due],
         two_modules=[text.in_english() for text in state.two_modules],
     )
 
 
-def _check_json(check: CheckLine) -> ArchiveCheckJson:
-    return ArchiveCheckJson(
-        at=check.at,
-        station=_shown(check.station),
-        verdict=check.verdict,
-        void=check.is_void or check.is_fired_since,
-        simulated=check.is_simulated,
-        who=check.who,
-        aircraft=check.aircraft,
-        settings_code=check.code,
-    )
-
-
-def _report_cells(state: ModuleToday) -> tuple[object, ...]:
-    check = state.last_check
-    void = check is not None and (check.is_void or check.is_fired_since)
+def _report_cells(module: ArchiveModuleJson, due: str) -> tuple[object, ...]:
+    check = module.last_check
     return (
-        state.name,
-        utc_cell(state.last_at),
-        None if check is None else check.verdict,
-        void,
-        None if check is None else check.is_simulated,
-        None if check is None else utc_cell(check.at),
-        None if check is None else check.who,
-        None if check is None else check.aircraft,
-        None if check is None else check.code,
-        state.checks,
-        state.trigger_records,
-        state.unjudged,
-        state.due_words,
+        module.name,
+        utc_cell(module.last_at or ""),
+        check and check.verdict,
+        check is not None and check.void,
+        check and check.is_simulated,
+        check and utc_cell(check.at),
+        check and check.who,
+        check and check.aircraft,
+        check and check.code,
+        module.checks,
+        module.trigger_records,
+        module.unjudged,
+        due,
     )
-
-
-def _event_json(event: HistoryEvent) -> ArchiveEventJson:
-    return ArchiveEventJson(
-        at=event.row.made_at,
-        station=_shown(event.row.station),
-        kind=event.row.kind,
-        id=event.row.id,
-        told=event.text.in_english(),
-        content=event.content,
-    )
-
-
-def _history_rows(events: Sequence[HistoryEvent]) -> Iterator[tuple[object, ...]]:
-    for event in events:
-        row = event.row
-        voltage = event.content.get("cell_voltage_v")
-        yield utc_cell(row.made_at), _shown(row.station), row.kind, event.text.translated(), voltage

@@ -11,41 +11,41 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from app.terminal import console
-from app.terminal.arguments import Parser, add_verbosity, parse
+from app.terminal.arguments import Parser, add_verbosity
+from app.text.sentences import capitalised
 
 WINDOW: Final = "gui"
+# Commands with commands of their own, before whose words no option of theirs may stand.
+_HAVE_COMMANDS: Final = ("archive", "recordings")
 _SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 class SubCommand(NamedTuple):
-    """`module`: its path in this folder; `example`: its words after `dps-s`. `has_commands`: it has commands of its
-    own."""
+    """`module`: its file in this folder; `example`: its words after `dps-s`."""
 
     name: str
     module: str
     summary: str
     example: str
-    has_commands: bool = False
 
     def load(self) -> Any:
         return import_module(f"app.cli.{self.module}")
 
-    def parser(self) -> Parser:
-        parser = Parser(prog=f"dps-s {self.name}", formatter_class=argparse.RawDescriptionHelpFormatter)
-        self.describe(parser)
-        return parser
-
     def describe(self, parser: argparse.ArgumentParser) -> None:
         """Add its arguments, its summary and its example."""
-        parser.description = self.summary
+        module = self.load()
+        parser.formatter_class = argparse.RawDescriptionHelpFormatter
+        parser.description = capitalised(module.__doc__.partition(": ")[2].strip())
         parser.epilog = f"Example: dps-s {self.example}"
-        self.load().add_arguments(parser)
+        module.add_arguments(parser)
         add_verbosity(parser)
         parser.set_defaults(command=self.name)
 
     def parse_words(self, words: list[str]) -> argparse.Namespace:
-        """Raises `WrongUsage`; exits after --help."""
-        return parse(self.parser(), words, has_commands=self.has_commands)
+        """Raises `Refused`; exits after --help."""
+        parser = Parser(prog=f"dps-s {self.name}")
+        self.describe(parser)
+        return parser.parse_args(words) if self.name in _HAVE_COMMANDS else parser.parse_intermixed_args(words)
 
     def run(self, args: argparse.Namespace) -> int:
         code: int = self.load().run(args)
@@ -61,14 +61,9 @@ GROUPS: Final = {
         SubCommand("history", "history", "Read the trigger records", "history --csv records.csv"),
     ),
     "Settings": (
-        SubCommand("set", "settings.set", "Write and verify settings", "set freefall_time_s=1.4"),
-        SubCommand("save", "settings.save", "Save the settings as a profile", "save M-07.toml"),
-        SubCommand(
-            "diff",
-            "settings.diff",
-            "Compare settings; exit code 1: they differ",
-            "diff M-07.toml -p /dev/ttyUSB0",
-        ),
+        SubCommand("set", "set", "Write and verify settings", "set freefall_time_s=1.4"),
+        SubCommand("save", "save", "Save the settings as a profile", "save M-07.toml"),
+        SubCommand("diff", "diff", "Compare settings; exit code 1: they differ", "diff M-07.toml -p /dev/ttyUSB0"),
     ),
     "Commands": (
         SubCommand("activate", "act", "Activate the module", "activate --yes"),
@@ -85,12 +80,12 @@ GROUPS: Final = {
         ),
         SubCommand(
             "provision",
-            "settings.provision",
+            "provision",
             "Set up a batch of new modules",
             "provision --profile survey.toml --names M-001..M-050 --yes",
         ),
         SubCommand("verify", "verify", "Verify a pre-flight record", "verify M-07.pdf"),
-        SubCommand("archive", "archive", "Archive of all stations", "archive status", has_commands=True),
+        SubCommand("archive", "archive", "Archive of all stations", "archive status"),
     ),
     "Recordings and flights": (
         SubCommand("record", "record", "Record until Ctrl-C", "record --seconds 60 session.mcap"),
@@ -99,7 +94,6 @@ GROUPS: Final = {
             "recordings",
             "List, export and delete recordings",
             "recordings export latest session.csv",
-            has_commands=True,
         ),
         SubCommand(
             "fired",
@@ -112,8 +106,8 @@ GROUPS: Final = {
     "Program": (
         SubCommand(WINDOW, "gui", "Open the window", "gui --demo"),
         SubCommand("simulate", "simulate", "Run a simulated module until Ctrl-C", "simulate --tcp 127.0.0.1:7000"),
-        SubCommand("completion", "reference.completion", "Print a shell completion script", "completion bash"),
-        SubCommand("schema", "reference.schema", "Print the JSON Schema of an output", "schema read"),
+        SubCommand("completion", "completion", "Print a shell completion script", "completion bash"),
+        SubCommand("schema", "schema", "Print the JSON Schema of an output", "schema read"),
     ),
 }
 ENTRIES: Final = tuple(entry for entries in GROUPS.values() for entry in entries)
@@ -125,14 +119,21 @@ def is_file_name(word: str) -> bool:
     return word not in BY_NAME and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).is_file())
 
 
-def grouped_summaries() -> str:
-    """All commands with their summaries, under the titles of their groups."""
+def whole_parser() -> Parser:
+    """A parser whose help lists all commands in their groups, without importing them."""
     rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
-    lines: list[str] = []
+    about = "Configures, tests and watches a DPS-S parachute module.\n"
     for title, entries in GROUPS.items():
-        lines += [f"{title}:", *rows[: len(entries)], ""]
+        about += "\n".join(("", f"{title}:", *rows[: len(entries)], ""))
         del rows[: len(entries)]
-    return "\n".join(lines).rstrip()
+    parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter, description=about)
+    parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
+    parser.epilog = (
+        "Help on a command: dps-s COMMAND -h\n"
+        "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
+    )
+    parser.add_argument("--version", action="store_true")
+    return parser
 
 
 def complete_parser() -> Parser:

@@ -2,15 +2,22 @@
 
 import argparse
 
-from app.cli.results import FindJson
 from app.engine.target import sets_rate
 from app.procedures.find import find_rate
 from app.safety.interlocks import RATE_SET_ELSEWHERE
 from app.terminal import console
 from app.terminal.arguments import USUAL_RATE, add_json, add_port
 from app.terminal.connection import connected, no_module_found
+from app.terminal.results import Count, Result
 from app.text.i18n import tr
 from app.text.messages import message
+
+
+class FindJson(Result):
+    """`baud_rate` is null where nothing answers at any of the rates that were tried."""
+
+    baud_rate: Count | None
+    tried: list[Count]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,9 +31,9 @@ def run(args: argparse.Namespace) -> int:
         raise console.Refused(message(RATE_SET_ELSEWHERE))
     first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as opened:
-        result = opened.run(find_rate(first), outlives=True)
-    page = [] if result.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=result.baud_rate)]
-    console.emit(args, FindJson(baud_rate=result.baud_rate, tried=list(result.tried)), page)
+        search = opened.run(find_rate(first), outlives=True)
+    page = [] if search.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)]
+    console.emit(args, FindJson.of(search), page)
     if page:
         return console.SUCCESS
     console.notify(no_module_found(args.port))

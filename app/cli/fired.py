@@ -7,17 +7,20 @@ import argparse
 import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import Annotated, Literal
 
-from app.cli.results import FiredJson, FireJson
+from msgspec import Meta
+
 from app.flights.columns import parse_choice
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, LogFiring, RuleReading
+from app.flights.judging import Answer, RuleReading
 from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
+from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
@@ -37,6 +40,29 @@ SAME_WITHIN_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
+
+
+class FireJson(Result):
+    """`t_s`: seconds since the beginning of the log."""
+
+    t_s: float
+    source: Literal["attitude", "freefall"]
+    tilt_deg: Annotated[int, Meta(ge=0)] | None
+
+
+class FiredJson(Result):
+    """`fires` has the first firing of each trigger, and is null where nobody can know whether it fires.
+
+    `not_judged_s` covers the whole length of the log.
+    """
+
+    log: str
+    fires: list[FireJson] | None
+    tilt_max_deg: float | None
+    longest_fall_s: float | None
+    not_judged_s: float | None
+    problems: list[str]
+    answer: Literal["fires", "does_not_fire", "not_judged", "unreadable"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -144,37 +170,25 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
 def json_of(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> FiredJson:
     """Always in English. `fires` is null where nobody can know whether it fires."""
     fires: list[FireJson] | None = None
-    tilt_max_deg: float | None = None
-    longest_fall_s: float | None = None
-    not_judged_s: float | None = None
+    if log.flight is not None and answer is not Answer.NOT_JUDGED:
+        fires = []
+        for firing in log.firings:
+            tilt_deg = int(firing.tilt_deg) if math.isfinite(firing.tilt_deg) else None
+            if Source.ATTITUDE in firing.sources:
+                fires.append(FireJson(round(firing.at_s, 3), "attitude", tilt_deg))
+            if Source.FREEFALL in firing.sources:
+                fires.append(FireJson(round(firing.at_s, 3), "freefall", tilt_deg))
     flight = log.flight
-    if flight is not None:
-        if answer is not Answer.NOT_JUDGED:
-            fires = [fire for firing in log.firings for fire in _fires(firing)]
-        tilt_max_deg = _number(flight.tilt_max_deg, 1)
-        if flight.has_acceleration:
-            longest_fall_s = _number(max(0.0, flight.longest_fall_s(limits)), 2)
-        not_judged_s = _number(flight.not_judged_s, 2)
+    has_fall = flight is not None and flight.has_acceleration
     return FiredJson(
         log=str(log.path),
         fires=fires,
-        tilt_max_deg=tilt_max_deg,
-        longest_fall_s=longest_fall_s,
-        not_judged_s=not_judged_s,
+        tilt_max_deg=None if flight is None else _number(flight.tilt_max_deg, 1),
+        longest_fall_s=_number(max(0.0, flight.longest_fall_s(limits)), 2) if flight and has_fall else None,
+        not_judged_s=None if flight is None else _number(flight.not_judged_s, 2),
         problems=[problem.in_english() for problem in _problems(log, answer, limits)],
         answer=answer.value,
     )
-
-
-def _fires(firing: LogFiring) -> list[FireJson]:
-    tilt_deg = _number(firing.tilt_deg, 0)
-    shown_tilt_deg = None if tilt_deg is None else int(tilt_deg)
-    fires: list[FireJson] = []
-    if Source.ATTITUDE in firing.sources:
-        fires.append(FireJson(t_s=round(firing.at_s, 3), source="attitude", tilt_deg=shown_tilt_deg))
-    if Source.FREEFALL in firing.sources:
-        fires.append(FireJson(t_s=round(firing.at_s, 3), source="freefall", tilt_deg=shown_tilt_deg))
-    return fires
 
 
 def _number(value: float, digits: int) -> float | None:

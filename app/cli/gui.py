@@ -14,15 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "file", type=Path, nargs="?", metavar="FILE", help="profile, recording, flight log or record")
     parser.add_argument("--demo", action="store_true", help="connect to a built-in simulated module")
     parser.add_argument("-p", "--port", metavar="P", help="port to connect to")
-    parser.add_argument(
-        "-b",
-        "--baud",
-        type=int,
-        choices=RATES,
-        default=USUAL_RATE,
-        metavar="N",
-        help=f"baud rate: {', '.join(map(str, RATES))} (default: {USUAL_RATE})",
-    )
+    rates = f"baud rate: {', '.join(map(str, RATES))} (default: {USUAL_RATE})"
+    parser.add_argument("-b", "--baud", type=int, choices=RATES, default=USUAL_RATE, metavar="N", help=rates)
     parser.add_argument("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}")
     parser.add_argument("--offscreen-seconds", type=seconds, metavar="S", help="end after S seconds")
     add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")

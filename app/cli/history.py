@@ -9,32 +9,62 @@ nothing is kept.
 import argparse
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from app.cli.results import HistoryJson, TriggerRecordJson
+from msgspec import Meta
+
 from app.engine.conversation import Interrupted
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of
 from app.procedures.read import read_settings
+from app.store.fact_store import Facts
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module
-from app.terminal.command_journal import records_of
+from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_module, add_port, add_same_module
 from app.terminal.connection import connected
-from app.terminal.export_file import STANDARD_OUTPUT
-from app.terminal.module_name import name_given, refuse_another, store_visit
+from app.terminal.records import Records, name_given, other_module, records_of, refuse_another
+from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
-from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
-from app.trigger_records.filing import TriggersReading, read_triggers
+from app.text.user_error import UserError
+from app.trigger_records.fields import FIELDS, fields_of, source_message
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
 from app.trigger_records.history import cell_text, uptime_message
+from app.trigger_records.kept import Visit
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
 
 HEAD = (*FIELDS, "confirmed")
+
+
+class TriggerRecordJson(Result):
+    """`implausible` names the fields that cannot be right; `confirmed`: read twice."""
+
+    boot_count: Byte
+    uptime_s: Count
+    sources: list[Annotated[str, Meta(pattern="^(serial|attitude|pwm|freefall|bit[0-7])$")]]
+    attitude_threshold_deg: float
+    freefall_acceleration_g: float
+    freefall_time_s: float
+    serial_connected: bool
+    charging: bool
+    light_v: float
+    cell_voltage_v: float
+    implausible: list[str]
+    raw: Hex
+    confirmed: bool
+
+
+class HistoryJson(Result):
+    """`answered`: whether the module answered the query at all; `complete`: whether two readings agreed."""
+
+    records: list[TriggerRecordJson]
+    empty_slots: Count
+    answered: bool
+    complete: bool
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,8 +100,8 @@ def run(args: argparse.Namespace) -> int:
         return console.PARTIAL
     if name_given(args) and reading is not None:
         with records_of(args.port, module=name_given(args)) as records:
-            refuse_another(opened, records, args)
-            is_written &= store_visit(reading, records, args)
+            refuse_another(opened.conversation, records, args)
+            is_written &= _store_visit(reading, records, args)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
         return console.PARTIAL
@@ -106,16 +136,41 @@ class ReceivedRecords:
         return history_of([Pass(tuple(messages)) for messages in self._passes])
 
 
+def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:
+    """Store the records under the name; False if they do not follow those of its last visit, or the store cannot be
+    used. Errors are printed, never raised."""
+    name = name_given(args)
+
+    def keep(facts: Facts) -> Visit | PossiblyOther:
+        adapter = records.find_adapter()
+        return file_triggers(facts, reading, name, port=records.port, adapter=adapter, is_same_module=args.same_module)
+
+    try:
+        visit = records.store.write(keep).result()
+    except UserError:
+        console.notify(tr("Not kept."))  # why is said at the end
+        return False
+    if isinstance(visit, PossiblyOther):
+        console.notify(other_module((visit.why,)))
+        return False
+    new = visit.records if visit.new is None else visit.new
+    console.note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
+    return True
+
+
 def _print(history: History, args: argparse.Namespace) -> bool:
     """Print or write the records; whether that succeeded."""
     if args.csv is None:
-        console.emit(args, json_of(history), page_of(history))
+        records = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _with_fields(history)]
+        answer = HistoryJson(records, history.empty_slots, history.is_answered, history.is_confirmed)
+        console.emit(args, answer, page_of(history))
         return True
+    table = csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in _with_fields(history)))
     if args.csv == STANDARD_OUTPUT:
-        console.write(csv_of(history))
+        console.write(table)
         return True
     try:
-        write_whole(args.csv, csv_of(history).encode())
+        write_whole(args.csv, table.encode())
     except OSError as error:
         console.write_lines(page_of(history))  # so that no record is lost
         console.notify(not_written(args.csv, error))
@@ -124,53 +179,45 @@ def _print(history: History, args: argparse.Namespace) -> bool:
     return True
 
 
-def json_of(history: History) -> HistoryJson:
-    return HistoryJson(
-        records=[TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _marked(history)],
-        empty_slots=history.empty_slots,
-        answered=history.is_answered,
-        complete=history.is_confirmed,
-    )
-
-
-def _marked(history: History) -> list[tuple[TriggerRecord, dict[str, JsonValue]]]:
+def _with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:
     """Every record with its fields, and whether it is certain: seen in at least two readings."""
     certain = [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
     return [(record, fields_of(record) | {"confirmed": is_certain}) for record, is_certain in certain]
 
 
-def csv_of(history: History) -> str:
-    return csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in _marked(history)))
-
-
 def page_of(history: History) -> list[str]:
     """A table of the records in the order in which the module sent them, and remarks."""
+    rows: list[tuple[str, ...]] = [
+        (
+            tr("Boot count"),
+            tr("After power-on"),
+            tr("Source"),
+            tr("Attitude"),
+            tr("Free fall"),
+            tr("Serial"),
+            tr("Charging"),
+            tr("Light"),
+            tr("Cell voltage"),
+        )
+    ]
+    for record, fields in _with_fields(history):
+        rows.append(
+            (
+                f"{record.boot_count}{'' if fields['confirmed'] else in_brackets('?')}",
+                uptime_message(record).translated(),
+                join_names(source_message(source).translated() for source in record.sources) or tr("unknown"),
+                f"{record.attitude_threshold_deg}°",
+                f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
+                tr("yes") if record.serial_connected else tr("no"),
+                tr("yes") if record.charging else tr("no"),
+                f"{record.light_v:.1f} V",
+                cell_text(record),
+            )
+        )
+    lines = console.columns(rows)
     if not history.all:
         never, unknown = tr("It has never fired, or its memory was cleared."), tr("No answer: the records are unknown.")
-        return [never if history.is_confirmed else unknown, *_remarks(history)]
-    head = (
-        tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"),
-        tr("Charging"), tr("Light"), tr("Cell voltage"),
-    )  # fmt: skip
-    rows = [_row(record, is_certain=bool(fields["confirmed"])) for record, fields in _marked(history)]
-    return console.columns([head, *rows]) + _remarks(history)
-
-
-def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
-    return (
-        str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
-        uptime_message(record).translated(),
-        join_names(source_message(source).translated() for source in record.sources) or tr("unknown"),
-        f"{record.attitude_threshold_deg}°",
-        f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
-        tr("yes") if record.serial_connected else tr("no"),
-        tr("yes") if record.charging else tr("no"),
-        f"{record.light_v:.1f} V",
-        cell_text(record),
-    )
-
-
-def _remarks(history: History) -> list[str]:
+        lines = [never if history.is_confirmed else unknown]
     remarks = []
     if history.seen_once:
         remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
@@ -179,4 +226,4 @@ def _remarks(history: History) -> list[str]:
         remarks.append(f"{in_brackets(tr(low.fault.value)).strip()} < {low.limit}")
     if history.empty_slots:
         remarks.append(tr("Empty slots: {count}.", count=history.empty_slots))
-    return ["", *remarks] if remarks else []
+    return [*lines, "", *remarks] if remarks else lines

@@ -6,22 +6,20 @@ now reports that it is locked, at most for ten seconds. Exit code 0 it reports L
 
 import argparse
 
-from app.cli.act import tell
+from app.cli.act import print_outcome
 from app.engine.procedure import LOCKS_FOR_S
 from app.procedures.lock import lock
 from app.safety.acts import Act
 from app.terminal import console
-from app.terminal.arguments import add_json, add_module, add_port
-from app.terminal.command_journal import records_of
+from app.terminal.arguments import add_json, add_module, add_port, add_same_module
 from app.terminal.connection import connected
-from app.terminal.interruption import Interruption
-from app.terminal.left_active import conclude_lock
+from app.terminal.interruption import signals_noted
+from app.terminal.records import conclude_lock, records_of
 from app.text.i18n import tr
 
+# For the whole: LOCK is repeated for ten seconds, also at other baud rates, and the last answer is waited for.
 LIMIT_S = LOCKS_FOR_S + 1.0
-"""For the whole: LOCK is repeated for ten seconds, also at other baud rates, and the last answer is waited for."""
-STORE_LIMIT_S = 2.5
-"""How long the store may take once the module has been locked."""
+STORE_LIMIT_S = 2.5  # how long the store may take once the module has been locked
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,22 +27,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     # Whoever is in a hurry must not be told to type more.
     parser.add_argument("--yes", action="store_true", default=True, help="accepted, not needed")
     add_module(parser, "name of the module that is locked")
-    parser.add_argument("--same-module", action="store_true", help="it is the module that was left ACTIVE here")
+    add_same_module(parser, "it is the module that was left ACTIVE here")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """LOCK is sent before any file is opened, and its exit code does not depend on one."""
-    with Interruption(), records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
+    with signals_noted(), records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
         is_locked = False
         try:
             with connected(args.port, args.baud, is_greeted=False) as opened:
                 done = opened.run(lock(records.journal), outlives=True, limit_s=LIMIT_S)
                 is_locked = done.is_locked is True
-                code = tell(args, Act.LOCK, done)
+                code = print_outcome(args, Act.LOCK, done)
         except KeyboardInterrupt:
             console.notify(tr("Interrupted; may have been carried out."))
             raise
         finally:
-            conclude_lock(records, args, None if not is_locked else opened.conversation)
+            conclude_lock(records, args, opened.conversation if is_locked else None)
     return code

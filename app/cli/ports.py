@@ -1,13 +1,32 @@
 """`dps-s ports`: lists the serial ports. Opens none of them."""
 
 import argparse
+from typing import Annotated
 
-from app.cli.results import PortJson, PortsJson
+from msgspec import Meta
+
 from app.engine.ports import list_ports, scan
 from app.terminal import console
 from app.terminal.arguments import add_json
+from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.user_error import ErrorCode, UserError
+
+UsbNumber = Annotated[int, Meta(ge=0, le=65535)]
+
+
+class PortJson(Result):
+    device: str
+    description: str
+    maker: str
+    serial_number: str
+    vid: UsbNumber | None
+    pid: UsbNumber | None
+    location: str
+
+
+class PortsJson(Result):
+    ports: list[PortJson]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,23 +37,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     try:
-        ports = scan() if args.list_here else list_ports()
+        ports = [PortJson.of(port) for port in (scan() if args.list_here else list_ports())]
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.NO_PORT) from error
     if not ports and not args.json:
         console.note(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         return console.SUCCESS
-    head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
-    rows = [
-        (
-            port.device,
-            port.description,
-            port.maker,
-            port.serial_number,
-            f"{port.vid:04x}:{port.pid:04x}" if port.vid is not None and port.pid is not None else "",
-        )
-        for port in ports
-    ]
-    answer = PortsJson(ports=[PortJson(**port._asdict()) for port in ports])
-    console.emit(args, answer, console.columns([head, *rows]))
+    rows = [(tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")]
+    for port in ports:
+        usb = "" if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
+        rows.append((port.device, port.description, port.maker, port.serial_number, usb))
+    console.emit(args, PortsJson(ports), console.columns(rows))
     return console.SUCCESS

@@ -8,14 +8,15 @@ read again in the same conversation: GO, or NO-GO. The check is kept in the stor
 import argparse
 import threading
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from itertools import chain, repeat
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
-from app.cli.act import pay_owed_lock
-from app.cli.results import ErrorJson, FailureJson, PreflightJson
+from app.cli.act import pay_owed_lock, refuse_without_yes
 from app.engine.conversation import Interrupted
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
@@ -23,11 +24,12 @@ from app.preflight.activation import activate_ready
 from app.preflight.contract import contract_of
 from app.preflight.evidence import Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
+from app.preflight.reading_object import ReadJson
 from app.preflight.run import run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.filing import Filed, file_check
 from app.records.report_files import check_target, write_report
-from app.safety.acts import EFFECTS, Act
+from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import note_go
 from app.safety.permit import Origin, Permit
@@ -36,12 +38,21 @@ from app.settings.profiles import NO_PROFILE, Profile
 from app.store.fact_store import Store
 from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_module, add_port, add_same_module, add_yes, any_name
-from app.terminal.command_journal import Records, in_background, opened_store, records_on
+from app.terminal.arguments import (
+    add_file,
+    add_json,
+    add_module,
+    add_port,
+    add_reviewed,
+    add_same_module,
+    add_yes,
+    any_name,
+)
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
 from app.terminal.console import Colour, coloured
-from app.terminal.interruption import Interruption
-from app.terminal.module_name import name_given, refuse_another
+from app.terminal.interruption import check_signals, signals_noted
+from app.terminal.records import Records, name_given, opened_store, records_on, refuse_another
+from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
@@ -50,8 +61,26 @@ from app.text.user_error import ErrorCode, UserError
 _WAIT_S = 0.1
 
 
+class CheckJson(Result):
+    id: str
+    result: Literal["pass", "fail", "warn", "unknown"]
+    measured: Value
+    limit: str
+    why: str
+    do: str
+
+
+class PreflightJson(Result):
+    verdict: Literal["GO", "READY", "NO-GO"]
+    checks: list[CheckJson]
+    read: ReadJson
+    simulated: bool
+    softer_limits: list[str]
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_port(parser, takes_several=True)
+    add_port(parser)
+    parser.set_defaults(takes_several=True)
     add_file(parser, "--profile", type=Path, metavar="FILE", help="profile that says how the module should be set")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
     parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
@@ -60,24 +89,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_module(parser, "name of the module")
     parser.add_argument("--aircraft", type=any_name, default="", metavar="NAME", help="aircraft")
     parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
-    parser.add_argument(
-        "--done", type=int, action="append", default=[], metavar="N", help="manual item N of the profile is in order"
-    )
-    parser.add_argument(
-        "--records-reviewed",
-        action="store_true",
-        help="the trigger records were judged; a module that never answers their query is new",
-    )
+    text = "manual item N of the profile is in order"
+    parser.add_argument("--done", type=int, action="append", default=[], metavar="N", help=text)
+    add_reviewed(parser)
     add_same_module(parser)
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    if args.activate and not args.yes:
-        if not args.json:
-            console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
-        console.refuse_without("--yes")
-    ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
+    if args.activate:
+        refuse_without_yes(args, Act.ACTIVATE)
+    ports = args.ports
     if len(ports) > 1 and (args.activate or args.module is not None):
         option = "--module" if args.module is not None else "--activate"
         raise console.Refused(tr("{option} takes one port only.", option=option))
@@ -85,8 +107,10 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         (check_target if len(ports) == 1 else check_set_target)(args.report)
     with opened_store() as (store, troubles):
-        checks = [_PortCheck(args, profile, store, records_on(store, troubles, port, origin="preflight",
-                                                             module=name_given(args))) for port in ports]  # fmt: skip
+        checks: list[_PortCheck] = []
+        for port in ports:
+            records = records_on(store, troubles, port, origin="preflight", module=name_given(args))
+            checks.append(_PortCheck(args, profile, store, records))
         if len(checks) == 1:
             checks[0].gather()
         else:
@@ -119,7 +143,7 @@ class _PortCheck:
     def port(self) -> str:
         return self.records.port
 
-    def gather(self, interruption: Interruption | None = None) -> None:
+    def gather(self) -> None:
         """Run the check, and activate in the same conversation. Raises what keeps a conversation from beginning."""
         args, journal = self.args, self.records.journal
         self.evidence.port = self.port
@@ -127,10 +151,9 @@ class _PortCheck:
             self.port,
             args.baud,
             on_batch=lambda batch: self.evidence.listen(batch.events),
-            interruption=interruption,
             journal=journal if args.activate else None,
         ) as opened:
-            refuse_another(opened, self.records, args)
+            refuse_another(opened.conversation, self.records, args)
             is_enabling = args.enable_triggers or args.activate
             try:
                 opened.run(run_preflight(self.evidence, is_enabling=is_enabling, journal=journal))
@@ -171,10 +194,11 @@ class _PortCheck:
 
     def _activate(self, opened: OpenPort) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-        filing = in_background(self.file)
-        while not filing.done():
+        filing = threading.Thread(target=self.file, daemon=True)  # the store may be slow; the conversation goes on
+        filing.start()
+        while filing.is_alive():
             opened.wait()
-        ready = filing.result().assessment
+        ready = self.file().assessment
         if ready.verdict is not Verdict.READY:
             return
         permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, steady_time(), opened.number)
@@ -194,24 +218,21 @@ class _PortCheck:
 
 def _gather_all(checks: Sequence[_PortCheck]) -> None:
     """One thread for each port; the main thread waits for all, and for Ctrl-C."""
-    with Interruption() as interruption:
 
-        def gather(check: _PortCheck) -> None:
-            try:
-                check.gather(interruption)
-            except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
-                check.error = error
+    def gather(check: _PortCheck) -> None:
+        try:
+            check.gather()
+        except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
+            check.error = error
 
-        threads = [
-            threading.Thread(target=gather, args=(check,), name=f"dps-s {check.port}", daemon=True) for check in checks
-        ]
-        for thread in threads:
-            thread.start()
-        while alive := [thread for thread in threads if thread.is_alive()]:
-            console.show_progress(f"{len(checks) - len(alive)}/{len(checks)}")
-            alive[0].join(_WAIT_S)
+    with signals_noted():
+        with ThreadPoolExecutor(len(checks)) as pool:
+            left = {pool.submit(gather, check) for check in checks}
+            while left:
+                console.show_progress(f"{len(checks) - len(left)}/{len(checks)}")
+                left = wait(left, _WAIT_S).not_done
         console.clear_progress()
-        interruption.check()
+        check_signals()
 
 
 def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int:
@@ -253,8 +274,7 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
         sentence = "" if trouble is None else trouble.translated()
         console.notify(sentence)
         if args.json:
-            failure = FailureJson(code=ErrorCode.NO_LINK, message=sentence, hint="")
-            console.write_lines([console.as_json(ErrorJson(error=failure))])
+            console.write_failure(ErrorCode.NO_LINK, sentence)
         return console.NO_LINK
     try:
         console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))

@@ -8,7 +8,7 @@ import argparse
 from typing import NamedTuple
 
 from app.engine.conversation import STATUS_KEYS, Interrupted
-from app.engine.procedure import EngineView, Inspect, LinkView, Pause, Procedure
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import sets_rate
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, ReadJson, reading_object
@@ -25,10 +25,10 @@ from protocol.fields import Choice, Quantity, Value
 from protocol.timing import SLOW_S
 from protocol.translatable import marked
 
+# Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
-"""Longer than two modules that hear the same question are apart."""
+# The key of what is said of the line, or of the conversation.
 LINE = "link"
-"""The key of what is said of the line, or of the conversation."""
 _GROUPS = {
     marked("Status"): (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count"),
     marked("Settings"): SETTING_KEYS,
@@ -42,11 +42,12 @@ _OF_STATUS = {
     "triggered": (marked("Triggered"), BY_NAME["triggered"]),
     "active": (marked("Active"), BY_NAME["active"]),
 }
-# Instead of "yes" and "no".
 _WORDS = {
-    ("active", True): marked("active"), ("active", False): marked("locked"),
-    ("triggered", True): marked("triggered"), ("triggered", False): marked("not triggered"),
-}  # fmt: skip
+    ("active", True): marked("active"),
+    ("active", False): marked("locked"),
+    ("triggered", True): marked("triggered"),
+    ("triggered", False): marked("not triggered"),
+}
 
 
 class Findings(NamedTuple):
@@ -101,27 +102,24 @@ def _read_and_listen(everything: Everything) -> Procedure[bool]:
 def _findings(opened: OpenPort, port: str, everything: Everything, ended: Interrupted | None) -> Findings:
     """`ended`: where the conversation ended before everything was read."""
     why_ended = None if ended is None else ended.message
-    connection, link, status = opened.connection, opened.link, everything.status
+    link, status = opened.link, everything.status
     values = dict(everything.values)
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if status is not None:
-        against = dict(everything.contradictions)
-        if why_ended is not None:
-            against = {**contradictions(values.get("active"), values.get("triggered"), status)}
-        for key in STATUS_KEYS:
-            values[key] = getattr(status, key)
-        for key, what in against.items():
-            del values[key]
-            errors[key] = what
-    else:
-        values.pop("active", None)  # 30 and 31 alone prove nothing
-        values.pop("triggered", None)
+        against = everything.contradictions
+        if ended is not None:
+            against = contradictions(values.get("active"), values.get("triggered"), status)
+        values |= {key: getattr(status, key) for key in STATUS_KEYS if key not in against}
+        errors |= against
+    unproven = ("active", "triggered") if status is None else tuple(against)  # 30 and 31 alone prove nothing
+    for key in unproven:
+        values.pop(key, None)
     if ended is not None and ended.contradiction is not None:
         values.pop(ended.contradiction.before.command.key, None)  # which of the two holds nobody knows
-    if why_ended is None and opened.conversation.is_streaming:
+    if ended is None and opened.conversation.is_streaming:
         values[SERIAL_OUTPUT.key] = True
     if sets_rate(port):  # behind a plain socket nobody here knows it
-        values[BAUD_RATE.key] = connection.baud_rate
+        values[BAUD_RATE.key] = opened.connection.baud_rate
     for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
         if key not in values and key not in _UNREADABLE and key not in errors:
             blamed = "status" if key in STATUS_KEYS else key
@@ -130,16 +128,12 @@ def _findings(opened: OpenPort, port: str, everything: Everything, ended: Interr
         errors[LINE] = why_ended
     return Findings(
         port=port,
-        baud_rate=connection.baud_rate,
+        baud_rate=opened.connection.baud_rate,
         values=values,
         errors=dict(sorted(errors.items())),
         round_trip_s=None if link is None else link.round_trip_median_s,
-        has_damaged=_has_damaged(link),
+        has_damaged=link is not None and link.counters.rejected > 0,
     )
-
-
-def _has_damaged(link: LinkView | None) -> bool:
-    return link is not None and link.counters.rejected > 0
 
 
 def unanswered_reason(unanswered: Unanswered) -> UserMessage:
@@ -147,9 +141,6 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
         return message(NO_REPLY)
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
     return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
-
-
-# What is printed
 
 
 def json_of(findings: Findings) -> ReadJson:
@@ -187,26 +178,21 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
         why = findings.errors.get(key) or findings.errors.get("status" if key in STATUS_KEYS else key)
         return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     reply = command.reply
+    text = str(value)
     if isinstance(value, bool):
-        usual = marked("yes") if value else marked("no")
-        word = _WORDS.get((key, value), usual)
+        word = _WORDS.get((key, value), marked("yes") if value else marked("no"))
         text = tr(word)
     elif isinstance(reply, Quantity):
         text = reply.text(reply.encode(value))
     elif isinstance(reply, Choice):
         text = f"{value} {tr(reply.unit)}"
-    else:
-        text = str(value)
-    if key == "light_v":
-        return tr(title), text + _beside_threshold(float(value), findings)
-    outside = outside_of(key, findings.values, LimitsInUse())
-    return tr(title), text if outside is None else outside.beside(text)
-
-
-def _beside_threshold(light_v: float, findings: Findings) -> str:
-    """Nobody has measured here whether an open bay reads more or less, so nothing is said of the bay."""
     threshold_v = findings.values.get("light_threshold_v")
-    if threshold_v is None:
-        return ""
-    below, above = marked("below the threshold, direction unknown"), marked("above the threshold, direction unknown")
-    return in_brackets(tr(below if light_v < threshold_v else above))
+    if key == "light_v" and threshold_v is not None:
+        # Nobody has measured here whether an open bay reads more or less, so nothing is said of the bay.
+        below, above = (
+            marked("below the threshold, direction unknown"),
+            marked("above the threshold, direction unknown"),
+        )
+        text += in_brackets(tr(below if value < threshold_v else above))
+    outside = None if key == "light_v" else outside_of(key, findings.values, LimitsInUse())
+    return tr(title), text if outside is None else outside.beside(text)

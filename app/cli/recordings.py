@@ -6,41 +6,74 @@ written, or damaged parts were left out.
 """
 
 import argparse
+from pathlib import Path
 
-from app.cli.results import DeletedJson, ExportJson, RecordingJson, RecordingsJson
+from msgspec import field
+
 from app.recordings.entry_texts import remarks, size_text, when_text
+from app.recordings.excerpt import HEAD, csv_parts
+from app.recordings.export import export as write_file
 from app.recordings.library import RecordingEntry, RecordingLibrary
+from app.recordings.recording import open_recording
 from app.terminal import console
-from app.terminal.arguments import add_json, add_verbosity, add_yes
-from app.terminal.export_file import add_export, export, refuse_unwritable
+from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_verbosity, add_yes, expected
+from app.terminal.results import Count, Result, Time
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_names, labelled
+from app.text.sentences import error_text, join_names, labelled, not_written, saved_text
 from app.text.user_error import ErrorCode, UserError
 
 LATEST = "latest"
+CSV, MCAP = ".csv", ".mcap"
+
+
+class RecordingJson(Result):
+    name: str
+    started_at: Time
+    duration_s: float
+    port: str
+    baud_rate: Count
+    modules: list[str]
+    sample_count: Count = field(name="samples")
+    size_bytes: Count
+    is_pinned: bool = field(name="kept")
+    is_running: bool = field(name="running")
+    was_cut_off: bool = field(name="cut_off")
+    was_triggered: bool = field(name="triggered")
+    is_simulated: bool = field(name="simulated")
+    readable: bool
+
+
+class RecordingsJson(Result):
+    folder: str
+    recordings: list[RecordingJson]
+
+
+class ExportJson(Result):
+    """`complete`: whether the files hold all that was recorded."""
+
+    recordings: list[str]
+    files: list[str]
+    complete: bool
+
+
+class DeletedJson(Result):
+    deleted: list[str]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     listed = commands.add_parser("list", help="list all recordings")
-    add_json(listed)
     exported = commands.add_parser("export", help="write one to a file")
-    _add_name(exported)
-    add_export(exported)
-    add_json(exported)
     deleted = commands.add_parser("delete", help="delete one permanently")
-    _add_name(deleted)
+    for command in (exported, deleted):
+        command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
+    add_export(exported)
     add_yes(deleted)
-    add_json(deleted)
-    runs = ((listed, run_list), (exported, run_export), (deleted, run_delete))
-    for command, function in runs:
+    for command, function in ((listed, run_list), (exported, run_export), (deleted, run_delete)):
+        add_json(command)
         add_verbosity(command)
         command.set_defaults(function=function)
-
-
-def _add_name(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -54,61 +87,46 @@ def run_list(args: argparse.Namespace) -> int:
     if not entries and not args.json:
         console.note(tr("No recordings yet"))
         return console.SUCCESS
-    head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    answer = RecordingsJson(folder=str(library.folder), recordings=[json_of(entry) for entry in entries])
-    console.emit(args, answer, console.columns([head, *map(_row, entries)]))
+    rows = [(tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")]
+    recordings: list[RecordingJson] = []
+    for entry in entries:
+        recordings.append(
+            RecordingJson.of(
+                entry,
+                started_at=entry.started_at.isoformat(),
+                duration_s=round(entry.duration_s, 3),
+                readable=entry.trouble is None,
+            )
+        )
+        rows.append(
+            (
+                entry.name,
+                when_text(entry),
+                stopwatch(round(entry.duration_s)),
+                f"{entry.sample_count}",
+                size_text(entry.size_bytes),
+                entry.port,
+                entry.module,
+                join_names(filter(None, (remarks(entry), tr("pinned") if entry.is_pinned else ""))),
+            )
+        )
+    console.emit(args, RecordingsJson(str(library.folder), recordings), console.columns(rows))
     return console.SUCCESS
-
-
-def json_of(entry: RecordingEntry) -> RecordingJson:
-    return RecordingJson(
-        name=entry.name,
-        started_at=entry.started_at.isoformat(),
-        duration_s=round(entry.duration_s, 3),
-        port=entry.port,
-        baud_rate=entry.baud_rate,
-        modules=list(entry.modules),
-        samples=entry.sample_count,
-        size_bytes=entry.size_bytes,
-        kept=entry.is_pinned,
-        running=entry.is_running,
-        cut_off=entry.was_cut_off,
-        triggered=entry.was_triggered,
-        simulated=entry.is_simulated,
-        readable=entry.trouble is None,
-    )
-
-
-def _row(entry: RecordingEntry) -> tuple[str, ...]:
-    pinned = tr("pinned") if entry.is_pinned else ""
-    return (
-        entry.name,
-        when_text(entry),
-        stopwatch(round(entry.duration_s)),
-        f"{entry.sample_count}",
-        size_text(entry.size_bytes),
-        entry.port,
-        entry.module,
-        join_names(filter(None, (remarks(entry), pinned))),
-    )
 
 
 def run_export(args: argparse.Namespace) -> int:
     entry = _recording(RecordingLibrary(), args.name)
-    refuse_unwritable(args.file, appends=args.append, replaces=args.force, is_json=args.json)
+    refuse_unwritable(args)
+    is_whole, files = False, [str(args.file)]
     try:
         is_whole = export(entry, args.file, appends=args.append, is_told=not args.json)
     except console.Refused as error:
         console.notify(error.sentence)
-        if args.json:
-            answer = ExportJson(recordings=[entry.name], files=[], complete=False)
-            console.write_lines([console.as_json(answer)])
-        return console.PARTIAL
+        files = []
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
     if args.json:
-        answer = ExportJson(recordings=[entry.name], files=[str(args.file)], complete=is_whole)
-        console.write_lines([console.as_json(answer)])
+        console.write_lines([console.as_json(ExportJson([entry.name], files, is_whole))])
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
@@ -121,7 +139,7 @@ def run_delete(args: argparse.Namespace) -> int:
         library.delete(entry)
     except (UserError, OSError) as error:
         raise console.Refused(labelled(entry.name, error_text(error)), ErrorCode.REFUSED) from error
-    console.emit(args, DeletedJson(deleted=[entry.name]), [entry.name])
+    console.emit(args, DeletedJson([entry.name]), [entry.name])
     return console.SUCCESS
 
 
@@ -137,3 +155,75 @@ def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     if not similar:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))
     raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(similar), name=name))
+
+
+# Export, also of what `dps-s record` has recorded
+
+
+def export_path(text: str) -> Path:
+    """For argparse."""
+    path = Path(text)
+    if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
+        return path
+    raise expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """The file, and what becomes of one that is there."""
+    existing = parser.add_mutually_exclusive_group()
+    existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
+    existing.add_argument("--force", action="store_true", help="replace the file")
+    add_file(parser, "file", type=export_path, metavar="FILE", help=".mcap, .csv, or - for a table on standard output")
+
+
+def refuse_unwritable(args: argparse.Namespace) -> None:
+    """Checks the file before anything is recorded. Raises `Refused`."""
+    path: Path = args.file
+    if path == STANDARD_OUTPUT:
+        if args.json:  # there is one standard output
+            raise console.Refused(tr("expected {expected}", expected="FILE --json | -"))
+        return
+    if not path.parent.is_dir():
+        raise console.Refused(tr("There is no folder {folder}.", folder=path.parent))
+    if args.append and path.suffix.lower() == MCAP:
+        raise console.Refused(tr("expected {expected}", expected=CSV))
+    if not path.exists() or args.force:
+        return
+    if not args.append:
+        raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--append, --force"))
+    try:
+        with path.open("rb") as file:
+            first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
+    except OSError as error:
+        raise console.Refused(not_written(path, error)) from error
+    if first != HEAD and path.stat().st_size:
+        raise console.Refused(tr("{file} has other columns or is no recording.", file=path))
+
+
+def export(entry: RecordingEntry, path: Path, *, appends: bool = False, is_told: bool = True) -> bool:
+    """Export a recording, and print what came of it if `is_told`; whether it is whole. Raises `Refused` where the file
+    cannot be written, else `UserError`; the file is unchanged then."""
+    if path == STANDARD_OUTPUT:
+        recording = open_recording(entry)
+        damage = recording.damage
+        excerpt = recording.excerpt(recording.start_s, recording.end_s)
+        for part in csv_parts(excerpt, wall_offset_s=recording.wall_offset_s):
+            console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
+    else:
+        try:
+            rows, damage = write_file(
+                entry,
+                path,
+                is_table=path.suffix.lower() != MCAP,
+                appends=appends,
+                on_progress=lambda share: console.show_progress(f"{share:.0%}"),
+            )
+        except (OSError, ValueError) as error:
+            raise console.Refused(not_written(path, error), ErrorCode.REFUSED) from error
+        finally:
+            console.clear_progress()
+        if is_told:
+            console.write_lines([saved_text(path, rows)])
+    if damage is not None:
+        console.notify(damage.translated())
+    return damage is None

@@ -1,4 +1,12 @@
-"""`dps-s simulate`: runs a simulated module behind a pseudo-terminal or a TCP socket."""
+"""`dps-s simulate`: runs a simulated module behind a pseudo-terminal or a TCP socket, until Ctrl-C.
+
+The first line is its port. More examples:
+
+  dps-s simulate --link /tmp/dps-s --rate 1440
+  dps-s simulate --history 9 --cell 3.6
+  dps-s simulate --active --fall-after 20
+  sim://NAME?drop=0.2&corrupt=0.01&seed=7
+"""
 
 import argparse
 import signal
@@ -13,23 +21,14 @@ from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, expected
+from app.terminal.interruption import discard_output
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
 
-_EXAMPLES = """\
-  dps-s simulate --link /tmp/dps-s --rate 1440
-  dps-s simulate --tcp 127.0.0.1:0
-  dps-s simulate --history 9 --cell 3.6
-  dps-s simulate --active --fall-after 20
-  sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simulate`."""
-    parser.description = "Run a simulated module until Ctrl-C. The first line is its port."
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
-    parser.epilog = f"{parser.epilog}\n{_EXAMPLES}"
     way = parser.add_mutually_exclusive_group()
     add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
@@ -62,14 +61,11 @@ def run(args: argparse.Namespace) -> int:
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
-        endpoint: Endpoint = (
-            PtyEndpoint(args.link, baud_rate=bench.module.baud_rate) if args.tcp is None else TcpEndpoint(*args.tcp)
-        )
-        with closing(endpoint):
+        with closing(_endpoint(args, bench)) as endpoint:
             loop = Loop(bench, endpoint)
-            for number in (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")):
-                if number is not None:
-                    signal.signal(number, lambda *_signal: loop.stop())
+            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+                if hasattr(signal, name):
+                    signal.signal(getattr(signal, name), lambda *_signal: loop.stop())
             _announce(endpoint.address, args.link)
             loop.run()
     except OSError as error:
@@ -78,10 +74,16 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
+def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
+    if args.tcp is None:
+        return PtyEndpoint(args.link, baud_rate=bench.module.baud_rate)
+    return TcpEndpoint(*args.tcp)
+
+
 def _announce(address: str, link: Path | None) -> None:
     try:
         console.write_lines([address])
     except console.OutputLost:
-        console.discard_output()  # the link tells it
+        discard_output()  # the link tells it
     if link is not None:
         console.notify(str(link))

@@ -6,22 +6,42 @@ was altered or contradicts itself; 2 if it is no record or cannot be read.
 
 import argparse
 from pathlib import Path
+from typing import Any, Literal
 
 import msgspec
 
 from app.archive.archive import known_names
-from app.cli.results import VerifyJson
 from app.records.verification import RecordState, Verification, shown_key, verify_file
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
-from app.terminal.command_journal import existing_store, notice_of
+from app.terminal.records import existing_store, notice_of
+from app.terminal.results import Result, Time
 from app.text.messages import message
 from app.text.sentences import error_text
 from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
-_NO_RECORD = marked("No pre-flight record: {why}.")
-_CANNOT_READ = marked("{file} cannot be read: {why}.")
+
+class VerifyJson(Result):
+    """`report`: the file is a report, in which only the record is signed. `follows`: the verdict that the checks give.
+    `signer`: fingerprint of the key; `names`: what stations with it call themselves, `other_keys`: who else calls
+    himself so. What an altered file says is null where it cannot be read."""
+
+    state: Literal["intact", "contradictory", "altered"]
+    report: bool
+    verdict: Literal["GO", "READY", "NO-GO"] | None
+    follows: Literal["GO", "READY", "NO-GO"] | None
+    void: str | None
+    module: str | None
+    at: Time | None
+    who: str | None
+    aircraft: str | None
+    simulated: bool | None
+    contradictions: list[str]
+    signer: str | None
+    signed_by: Literal["this_station", "known_station", "unknown_key", "nobody"]
+    names: list[str]
+    other_keys: dict[str, list[str]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,40 +60,31 @@ def run(args: argparse.Namespace) -> int:
     try:
         verification = verify_file(args.file, names)
     except UserError as error:
-        raise console.Refused(message(_NO_RECORD, why=error.message), ErrorCode.UNREADABLE) from error
+        text = message(marked("No pre-flight record: {why}."), why=error.message)
+        raise console.Refused(text, ErrorCode.UNREADABLE) from error
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        text = message(_CANNOT_READ, file=args.file, why=error_text(error))
+        text = message(marked("{file} cannot be read: {why}."), file=args.file, why=error_text(error))
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
     console.emit(args, result_of(verification), [sentence.translated() for sentence in verification.sentences()])
     return console.SUCCESS if verification.state is RecordState.INTACT else console.ANSWER_NO
 
 
 def result_of(verification: Verification) -> VerifyJson:
-    record, signer = verification.record, verification.signer
-    is_signed = verification.state is not RecordState.ALTERED
-    names = verification.names.of_key(signer) if is_signed else ()
-    others = verification.names.other_keys(signer) if is_signed else {}
-    told = {
-        "state": verification.state.value,
-        "report": verification.is_report,
-        "verdict": None if record is None else record.verdict.value,
-        "follows": None if record is None else record.follows.value,
-        "void": None if record is None else record.void,
-        "module": None if record is None else record.module,
-        "at": None if record is None else record.at.isoformat(),
-        "who": None if record is None else record.who,
-        "aircraft": None if record is None else record.aircraft,
-        "simulated": None if record is None else record.is_simulated,
-        "contradictions": [against.in_english() for against in verification.contradictions],
-        "signer": shown_key(signer) if is_signed else None,
-        "signed_by": _signed_by(verification) if is_signed else "nobody",
-        "names": list(names),
-        "other_keys": {name: [shown_key(key) for key in keys] for name, keys in others.items()},
-    }
-    return msgspec.convert(told, VerifyJson)
-
-
-def _signed_by(verification: Verification) -> str:
-    if verification.is_own:
-        return "this_station"
-    return "known_station" if verification.names.of_key(verification.signer) else "unknown_key"
+    record, names = verification.record, verification.names
+    found: dict[str, Any] = dict.fromkeys(VerifyJson.__struct_fields__)
+    found["state"] = verification.state.value
+    found["report"] = verification.is_report
+    found["contradictions"] = [against.in_english() for against in verification.contradictions]
+    if record is not None:
+        found |= {name: getattr(record, name) for name in ("verdict", "follows", "void", "module", "who", "aircraft")}
+        found["at"] = record.at.isoformat()
+        found["simulated"] = record.is_simulated
+    found["signed_by"], found["names"], found["other_keys"] = "nobody", [], {}
+    if verification.state is not RecordState.ALTERED:
+        signer = verification.signer
+        found["signer"] = shown_key(signer)
+        found["names"] = list(names.of_key(signer))
+        found["other_keys"] = {name: list(map(shown_key, keys)) for name, keys in names.other_keys(signer).items()}
+        known = "known_station" if found["names"] else "unknown_key"
+        found["signed_by"] = "this_station" if verification.is_own else known
+    return msgspec.convert(msgspec.to_builtins(found), VerifyJson)

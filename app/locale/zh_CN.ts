@@ -3218,10 +3218,6 @@
         <translation>本站点：{fingerprint}</translation>
     </message>
     <message>
-        <source>This user has no home folder (HOME), so nothing can be kept there.</source>
-        <translation>该用户没有主目录（HOME），因此无法在其中保存任何内容。</translation>
-    </message>
-    <message>
         <source>Tilt</source>
         <translation>倾角</translation>
     </message>

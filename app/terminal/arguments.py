@@ -7,33 +7,23 @@ import argparse
 import math
 import re
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol
+from datetime import date
+from pathlib import Path
+from typing import Any, Final, NoReturn, Protocol
 
-from app.fleet.batch_names import EXAMPLE, counted_names
-from app.terminal.console import did_you_mean
+from app.terminal.console import Refused, did_you_mean
 from app.text.messages import UserMessage
-from app.text.user_error import UserError
-
-if TYPE_CHECKING:
-    from datetime import date
 
 AUTO: Final = "auto"
+# `protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal.
 RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
-"""`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE: Final = 115200
 MAX_NAME_LENGTH: Final = 200
+STANDARD_OUTPUT: Final = Path("-")
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 _UNKNOWN_OPTION = re.compile(r"unrecognized arguments: .*?(--?[^\s=]+)")
-
-
-class WrongUsage(UserError):
-    """Words that the parser does not take. `what` is the sentence without the usage."""
-
-    def __init__(self, usage: str, program: str, complaint: str) -> None:
-        super().__init__(UserMessage(f"{usage}{program}: error: {complaint}"))
-        self.what = complaint
+_PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
 
 
 class Arguments(Protocol):
@@ -43,27 +33,13 @@ class Arguments(Protocol):
 
 
 class Parser(argparse.ArgumentParser):
-    """Raises `WrongUsage` where argparse would print it and exit, so that --json can say it as an object."""
+    """Raises `Refused` where argparse would print it and exit, so that --json can say it as an object."""
 
     def error(self, message: str) -> NoReturn:
         unknown = _UNKNOWN_OPTION.search(message)
-        suggestion = "" if unknown is None else did_you_mean(unknown[1], _OPTION.findall(self.format_help()))
-        raise WrongUsage(self.format_usage(), self.prog, message + suggestion)
-
-
-class Once(argparse.Action):
-    """Refused where it is given twice: who locks two ports with one command would find only the last one locked."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: object,
-        option_string: str | None = None,
-    ) -> None:
-        if getattr(namespace, self.dest) is not None:
-            parser.error(f"{option_string} is given twice")
-        setattr(namespace, self.dest, values)
+        if unknown is not None:
+            message += did_you_mean(unknown[1], _OPTION.findall(self.format_help()))
+        raise Refused(UserMessage(f"{self.format_usage()}{self.prog}: error: {message}"), what=message)
 
 
 # Types
@@ -85,18 +61,11 @@ def module_name(text: str) -> str:
     if text == "-":
         try:
             text = sys.stdin.readline(MAX_NAME_LENGTH + 2).strip()
-        except (AttributeError, OSError, ValueError):  # it is closed, or no text
+        except (OSError, ValueError):  # it is closed, or no text
             text = ""
     if not text.strip() or len(text) > MAX_NAME_LENGTH:
         raise expected(f"NAME (≤ {MAX_NAME_LENGTH} characters)")
     return text
-
-
-def batch_names(text: str) -> tuple[str, ...]:
-    names = counted_names(text)
-    if names is None:
-        raise expected(EXAMPLE)
-    return names
 
 
 def port_name(text: str) -> str:
@@ -123,9 +92,7 @@ def seconds(text: str) -> float:
     raise expected("seconds, more than 0")
 
 
-def day(text: str) -> "date":
-    from datetime import date
-
+def day(text: str) -> date:
     with suppress(ValueError):
         return date.fromisoformat(text)
     raise expected("YYYY-MM-DD")
@@ -141,7 +108,7 @@ def whole_days(text: str) -> int:
 
 
 def completed_as(action: argparse.Action, kind: str) -> None:
-    """What the completion scripts offer for its value: "file", or a function of `app.cli.reference.completion`."""
+    """What the completion scripts offer for its value: "file", or a function of `app.cli.completion`."""
     functions = {"bash": "_shtab_compgen_files", "zsh": "_files"} if kind == "file" else {"bash": kind, "zsh": kind}
     action.complete = functions  # type: ignore[attr-defined]  # an attribute that shtab asks for
 
@@ -151,23 +118,12 @@ def add_file(parser: Arguments, name: str, **options: Any) -> None:
     completed_as(parser.add_argument(name, **options), "file")
 
 
-_PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
-
-
-def add_port(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
+def add_port(parser: argparse.ArgumentParser) -> None:
     """--port and --baud."""
-    port = parser.add_argument(
-        "-p", "--port", type=port_name, metavar="P", action="append" if takes_several else Once, help=_PORT_HELP
-    )
+    port = parser.add_argument("-p", "--port", type=port_name, metavar="P", action="append", help=_PORT_HELP)
     completed_as(port, "file")
-    rate = parser.add_argument(
-        "-b",
-        "--baud",
-        type=baud_rate,
-        default=USUAL_RATE,
-        metavar="N",
-        help=f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})",
-    )
+    rates = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
+    rate = parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=rates)
     completed_as(rate, "_dps_s_rates")
 
 
@@ -175,38 +131,31 @@ def add_json(parser: Arguments) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON; see dps-s schema")
 
 
-def add_yes(parser: argparse.ArgumentParser) -> None:
+def add_yes(parser: Arguments) -> None:
     parser.add_argument("--yes", action="store_true", help="do it; without it the command only says what it would do")
 
 
-def add_seconds(parser: argparse.ArgumentParser) -> None:
+def add_seconds(parser: Arguments) -> None:
     parser.add_argument("--seconds", type=seconds, metavar="S", help="end after S seconds")
 
 
-def add_module(parser: argparse.ArgumentParser, text: str) -> None:
+def add_module(parser: Arguments, text: str) -> None:
     parser.add_argument("--module", type=module_name, metavar="NAME", help=text)
 
 
-def add_same_module(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--same-module", action="store_true", help="it is the module of that name, although its readings differ"
-    )
+def add_same_module(parser: Arguments, text: str = "it is the module of that name, although it differs") -> None:
+    parser.add_argument("--same-module", action="store_true", help=text)
 
 
-def add_verbosity(parser: argparse.ArgumentParser) -> None:
+def add_reviewed(parser: Arguments) -> None:
+    text = "the trigger records were judged; a module that never answers their query is new"
+    parser.add_argument("--records-reviewed", action="store_true", help=text)
+
+
+def add_verbosity(parser: Arguments) -> None:
     # Without a default: that of a sub-command's parser would replace an option given before the command.
-    parser.add_argument(
-        "-v",
-        "--verbose",
-        action="count",
-        default=argparse.SUPPRESS,
-        help="show requests on standard error; -vv: every frame",
-    )
-    parser.add_argument(
-        "--quiet", action="store_true", default=argparse.SUPPRESS, help="print only errors and warnings"
-    )
-
-
-def parse(parser: argparse.ArgumentParser, words: Sequence[str], *, has_commands: bool) -> argparse.Namespace:
-    """Options and other words may stand in any order, except where the parser has commands of its own."""
-    return parser.parse_args(words) if has_commands else parser.parse_intermixed_args(words)
+    for names, action, text in (
+        (("-v", "--verbose"), "count", "show requests on standard error; -vv: every frame"),
+        (("--quiet",), "store_true", "print only errors and warnings"),
+    ):
+        parser.add_argument(*names, action=action, default=argparse.SUPPRESS, help=text)

@@ -8,7 +8,7 @@ A job ends with its conversation: `run` raises `Interrupted` then, whose sentenc
 
 import queue
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
@@ -21,7 +21,7 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.arguments import USUAL_RATE
 from app.terminal.console import Refused, clear_progress, notify, show_progress, verbosity
-from app.terminal.interruption import Interruption
+from app.terminal.interruption import check_signals, signals_noted
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import ErrorCode
@@ -44,29 +44,21 @@ Result = TypeVar("Result")
 
 
 class NoLink(Refused):
-    """No module answers. `what` and `hint`: the two parts of the sentence."""
+    """No module answers."""
 
     def __init__(self, sentence: str, *, what: str = "", hint: str = "") -> None:
-        super().__init__(sentence, ErrorCode.NO_LINK)
-        self.what = what
-        self.hint = hint
+        super().__init__(sentence, ErrorCode.NO_LINK, what=what, hint=hint)
 
 
+# What ends a conversation, or keeps it from beginning.
 LOST: Final = (PortError, NoLink, Interrupted)
-"""What ends a conversation, or keeps it from beginning."""
 
 
 class OpenPort:
     """Made by `connected`, used by one thread. `on_batch` is called in that thread with all batches, in order."""
 
-    def __init__(
-        self,
-        interruption: Interruption,
-        on_batch: Callable[[Batch], None] | None = None,
-        journal: "Journal | None" = None,
-    ) -> None:
+    def __init__(self, on_batch: Callable[[Batch], None] | None, journal: "Journal | None") -> None:
         """`journal`: of a command that activates, and so may owe LOCK."""
-        self._interruption = interruption
         self._on_batch = on_batch
         self._journal = journal
         self._trace: Trace | None = None
@@ -156,10 +148,10 @@ class OpenPort:
 
     def wait(self) -> None:
         """Wait for a batch, at most a tenth of a second. Raises `Signalled`."""
-        self._interruption.check()
+        check_signals()
         with suppress(queue.Empty):
             self._receive(self._batches.get(timeout=_WAIT_S))
-        self._interruption.check()
+        check_signals()
 
     def drain(self) -> None:
         """Take all batches that are there, without waiting."""
@@ -246,33 +238,26 @@ def connected(
     *,
     on_batch: Callable[[Batch], None] | None = None,
     is_greeted: bool = True,
-    interruption: Interruption | None = None,
     journal: "Journal | None" = None,
 ) -> Iterator[OpenPort]:
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
-    Without `is_greeted` nobody is waited for. `interruption`: that of the main thread, if this is another one. Raises
-    `PortError`, `NoLink`."""
-    with Interruption() if interruption is None else nullcontext(interruption) as watched:
-        opened = OpenPort(watched, on_batch, journal)
+    Without `is_greeted` nobody is waited for. Raises `PortError`, `NoLink`, `Signalled`."""
+    with signals_noted():
+        opened = OpenPort(on_batch, journal)
         try:
-            try:
-                opened.open(port, baud_rate or USUAL_RATE)
-                if is_greeted:
-                    _greet(opened, port, baud_rate)
-                yield opened
-            except LOST as error:
-                if was_heard_active(opened.conversation):
-                    notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
-                trouble = opened.connection.trouble
-                is_port_lost = isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST
-                if is_port_lost and trouble is not None:
-                    raise trouble from error  # which names the port
-                raise
-            finally:
-                if interruption is None:
-                    watched.ignore_from_now()
+            opened.open(port, baud_rate or USUAL_RATE)
+            if is_greeted:
+                _greet(opened, port, baud_rate)
+            yield opened
+        except LOST as error:
+            if was_heard_active(opened.conversation):
+                notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
+            trouble = opened.connection.trouble
+            is_port_lost = isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST
+            if is_port_lost and trouble is not None:
+                raise trouble from error  # which names the port
+            raise
         finally:
-            # No signal raises here any more.
             opened.close()
             if opened.has_seen_triggered:
                 _keep_triggered(port)
@@ -282,7 +267,7 @@ def _keep_triggered(port: str) -> None:
     """For the next module that is named at this port: whatever was said of it before does not hold any more. A store
     that hangs is waited for within a limit, as by LOCK."""
     from app.store.fired import note_unnamed
-    from app.terminal.command_journal import adapter_of, opened_store
+    from app.terminal.records import adapter_of, opened_store
 
     with opened_store(_KEEP_LIMIT_S) as (store, _troubles):
         store.write(lambda facts: note_unnamed(facts, port=port, adapter=adapter_of(port)))

@@ -10,13 +10,12 @@ import os
 import shutil
 import sys
 import threading
-import time
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from enum import Enum
-from typing import NoReturn, TextIO
+from typing import NoReturn
 
+from app.terminal.interruption import discard, writing
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text, in_brackets
@@ -25,28 +24,26 @@ from app.text.visible_text import NEWLINE, visible, visible_json
 from protocol.translatable import marked
 
 SUCCESS = 0
-ANSWER_NO = 1
-"""Done, and the answer is no. Also the exit code of an unexpected error."""
+ANSWER_NO = 1  # done, and the answer is no
 USAGE_ERROR = 2
-NO_LINK = 3
-"""No such port, busy, no permission, no answer."""
+NO_LINK = 3  # no such port, busy, no permission, no answer
 PARTIAL = 4
-"""Done in part."""
-
-PROGRESS_AFTER_S = 0.5
-"""Shorter work shows no progress."""
 
 
 class Refused(UserError):
     """The command ends with this message, without a result."""
 
-    def __init__(self, text: str | UserMessage, code: ErrorCode = ErrorCode.USAGE) -> None:
+    def __init__(
+        self, text: str | UserMessage, code: ErrorCode = ErrorCode.USAGE, *, what: str = "", hint: str = ""
+    ) -> None:
         super().__init__(text)
         self.code = code
+        self.what = what
+        self.hint = hint
 
 
 class OutputLost(Exception):
-    """Standard output cannot be written, such as on a full disk."""
+    """Standard output takes nothing more; the text says why, and is empty where its reader has ended."""
 
 
 def refuse_without(option: str) -> NoReturn:
@@ -62,32 +59,31 @@ def did_you_mean(word: str, offered: Iterable[str]) -> str:
     return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
 
 
-# What this process prints
+class _Shown:
+    """What this process has been told to print, and has printed."""
+
+    def __init__(self) -> None:
+        self.verbosity = 0  # -1 with --quiet, else how often -v was given
+        self.has_result = False
+        self.has_progress = False
 
 
-class _Printed:
-    verbosity = 0  # -1 with --quiet, else how often -v was given
-    has_result = False  # anything was written to standard output
-    progress = ""  # the line that is shown now
-    progress_since: float | None = None
+_shown = _Shown()
 
 
-def set_verbosity(args: argparse.Namespace) -> None:
-    _Printed.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
+def start(args: argparse.Namespace) -> None:
+    """Called before a command runs."""
+    _shown.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
+    _shown.has_result = False
 
 
 def verbosity() -> int:
-    return _Printed.verbosity
-
-
-def expect_result() -> None:
-    """Nothing was written yet: called before a command runs."""
-    _Printed.has_result = False
+    return _shown.verbosity
 
 
 def has_result() -> bool:
     """Whether anything was written to standard output."""
-    return _Printed.has_result
+    return _shown.has_result
 
 
 # Messages on standard error
@@ -95,63 +91,55 @@ def has_result() -> bool:
 
 def note(sentence: str) -> None:
     """Like `notify`, for what is neither an error nor a warning: silent with --quiet."""
-    if _Printed.verbosity >= 0:
+    if _shown.verbosity >= 0:
         notify(sentence)
 
 
 def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
-    _wipe_progress()
-    with _ignoring_errors():
-        print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
+    clear_progress()
+    _print_error(visible(sentence, keep=NEWLINE) + "\n")
 
 
 def show_progress(words: str) -> None:
-    """Show progress in one line on standard error, which the next call replaces. Shows nothing during the first half
-    second, without a terminal, and in other threads than the main one."""
+    """Show progress in one line on standard error, which the next call replaces. Only on a terminal."""
     is_main = threading.current_thread() is threading.main_thread()
-    if not is_main or _Printed.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty():
-        return
-    now = time.monotonic()
-    if _Printed.progress_since is None:
-        _Printed.progress_since = now
-    line = fitted(visible(words))
-    if now - _Printed.progress_since >= PROGRESS_AFTER_S and line != _Printed.progress:
-        _Printed.progress = line
-        with _ignoring_errors():
-            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+    if is_main and _shown.verbosity >= 0 and sys.stderr is not None and sys.stderr.isatty():
+        _shown.has_progress = True
+        _print_error(f"\r{fitted(visible(words))}\x1b[K")
 
 
 def clear_progress() -> None:
     """Remove the line of `show_progress`."""
-    if threading.current_thread() is threading.main_thread():
-        _Printed.progress_since = None
-        _wipe_progress()
+    if _shown.has_progress:
+        _shown.has_progress = False
+        _print_error("\r\x1b[K")
 
 
-def _wipe_progress() -> None:
-    if _Printed.progress:
-        _Printed.progress = ""
-        with _ignoring_errors():
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+def _print_error(text: str) -> None:
+    try:
+        with writing(sys.stderr):
+            print(text, end="", file=sys.stderr, flush=True)
+    except (OSError, ValueError):
+        discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
 
 
 # The result on standard output
 
 
 def write(text: str) -> None:
-    """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`. Text from
-    outside, which may contain control characters, goes through `write_lines`."""
-    _wipe_progress()
-    _Printed.has_result = _Printed.has_result or bool(text)
+    """Write `text` to standard output unchanged, and flush. Raises `OutputLost`. Text from outside, which may contain
+    control characters, goes through `write_lines`."""
+    clear_progress()
+    _shown.has_result = _shown.has_result or bool(text)
     try:
-        sys.stdout.write(text)
-        sys.stdout.flush()
+        with writing(sys.stdout):
+            sys.stdout.write(text)
+            sys.stdout.flush()
     except OSError as error:
         # Windows reports a reader that has ended as an invalid argument.
-        if isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL):
-            raise BrokenPipeError from error
-        raise OutputLost(error_text(error)) from error
+        has_no_reader = error.errno in ((errno.EPIPE, errno.EINVAL) if sys.platform == "win32" else (errno.EPIPE,))
+        raise OutputLost("" if has_no_reader else error_text(error)) from error
 
 
 def write_lines(lines: Iterable[str]) -> None:
@@ -166,8 +154,7 @@ def write_lines(lines: Iterable[str]) -> None:
 
 
 def emit(args: argparse.Namespace, answer: object, page: Iterable[str]) -> None:
-    """Print the answer, a structure of `app.cli.results`, as one JSON object where --json was given, else the page:
-    lines for people."""
+    """Print the answer, a structure, as one JSON object where --json was given, else the page: lines for people."""
     write_lines([as_json(answer)] if args.json else page)
 
 
@@ -180,26 +167,11 @@ def as_json(value: object) -> str:
     return visible_json(json.dumps(msgspec.to_builtins(value), ensure_ascii=False, allow_nan=False))
 
 
-def discard_output() -> None:
-    """Discard what is still buffered for standard output, which has no reader or no space left."""
-    _discard(sys.stdout)
+def write_failure(code: ErrorCode, text: str, hint: str = "") -> None:
+    """Print the error object: why a command that was called with --json has no result."""
+    from app.terminal.results import ErrorJson, FailureJson
 
-
-def _discard(stream: TextIO | None) -> None:
-    try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, stream.fileno())  # type: ignore[union-attr]
-        os.close(nowhere)
-    except (OSError, ValueError, AttributeError):
-        return  # it is no file
-
-
-@contextmanager
-def _ignoring_errors() -> Iterator[None]:
-    try:
-        yield
-    except (OSError, ValueError, AttributeError):
-        _discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
+    write_lines([as_json(ErrorJson(error=FailureJson(code=code, message=text, hint=hint)))])
 
 
 # Layout: colours, and columns, where a Chinese character takes two
@@ -217,12 +189,10 @@ class ColouredLine(str):
     """A line that `write_lines` prints in its colour."""
 
     __slots__ = ("colour",)
-    colour: Colour
+    colour: Colour | None
 
 
 def coloured(line: str, colour: Colour | None) -> str:
-    if colour is None:
-        return line
     shown = ColouredLine(line)
     shown.colour = colour
     return shown
@@ -239,20 +209,12 @@ def _columns(character: str) -> int:
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
-def padded(text: str, columns: int) -> str:
-    return text + " " * (columns - display_width(text))
-
-
 def fitted(text: str) -> str:
     """`text`, cut to one line of the terminal."""
     room = shutil.get_terminal_size().columns - 1
-    kept = ""
-    for character in text:
-        room -= _columns(character)
-        if room < 0:
-            break
-        kept += character
-    return kept
+    while display_width(text) > room:
+        text = text[:-1]
+    return text
 
 
 def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
@@ -263,6 +225,6 @@ def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
             widths[number] = max(widths.get(number, 0), display_width(cell))
     lines: list[str] = []
     for row in rows:
-        cells = [padded(cell, widths.get(number, 0)) for number, cell in enumerate(row)]
+        cells = [cell + " " * (widths.get(number, 0) - display_width(cell)) for number, cell in enumerate(row)]
         lines.append((" " * indent + "  ".join(cells)).rstrip())
     return lines

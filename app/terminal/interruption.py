@@ -1,24 +1,22 @@
-"""SIGINT, SIGTERM, SIGHUP: switch the stream off, then exit.
+"""SIGINT, SIGTERM and SIGHUP while a port is open.
 
-The handler only stores the signal's number, which the command checks ten times a second. So no signal interrupts a
-line of output, or the switching off that it causes. If the main thread is blocked writing into a pipe that nobody
-reads, an alarm raises the exception after a second.
+The handler only stores the signal's number, and the command looks at it ten times a second. So no signal interrupts a
+line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the output, an alarm a second
+later discards what is left of it.
 """
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any, Final, Self
-
-from app.terminal.console import discard_output
+from typing import Any, Final, TextIO
 
 PATIENCE_S: Final = 1.0
+# Not all platforms have all of them.
 _SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-"""Not all platforms have all of them."""
-
-_Handler = Callable[[int, FrameType | None], Any] | int | None
 
 
 class Signalled(KeyboardInterrupt):
@@ -29,68 +27,85 @@ class Signalled(KeyboardInterrupt):
         self.number = number
 
 
-class Interruption:
-    """Handles signals while it is entered; does nothing in other threads than the main one."""
+class _Signals:
+    """The signals of this process. `number` is that of the first one that came."""
 
     def __init__(self) -> None:
-        self._number: int | None = None
-        self._is_patient = True
-        self._before: dict[int, _Handler] = {}
+        self.number: int | None = None
+        self.is_entered = False
+        self.written: TextIO | None = None
 
-    def __enter__(self) -> Self:
-        if threading.current_thread() is not threading.main_thread():
-            return self
-        outer = getattr(signal.getsignal(signal.SIGINT), "__self__", None)
-        if isinstance(outer, Interruption):
-            self._number = outer._number  # a signal that came before this one was entered
-        for name in _SIGNALS:
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                self._before[number] = signal.signal(number, self._note)
-        if hasattr(signal, "SIGALRM"):
-            self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._interrupt)
-        return self
+    def note(self, number: int, _frame: FrameType | None) -> None:
+        if self.number is None:
+            self.number = number
+            if self.written is not None:
+                set_alarm(PATIENCE_S)
 
-    def __exit__(self, *_error: object) -> None:
-        self.ignore_from_now()
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-        self._before.clear()
+    def discard(self, _number: int, _frame: FrameType | None) -> None:
+        discard(self.written)
 
-    def check(self) -> None:
-        """Raises `Signalled` if a signal came."""
-        if self._number is not None:
-            raise Signalled(self._number)
 
-    def ignore_from_now(self) -> None:
-        """From now on no alarm raises: the command cleans up, which takes a bounded time."""
-        self._is_patient = False
-        if self._before and hasattr(signal, "setitimer"):
-            signal.setitimer(signal.ITIMER_REAL, 0)
-
-    def _note(self, number: int, _frame: FrameType | None) -> None:
-        if self._number is None:
-            self._number = number
-            if self._is_patient and hasattr(signal, "setitimer"):
-                signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
-
-    def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
-        if self._is_patient and self._number is not None:
-            self._is_patient = False
-            discard_output()
-            raise Signalled(self._number)
+_signals = _Signals()
 
 
 @contextmanager
-def print_after_signal() -> Iterator[None]:
-    """For output after a signal: discarded if a pipe does not take it within a second."""
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "SIGALRM"):
+def signals_noted() -> Iterator[None]:
+    """From now on signals are only noted, until the outermost block ends. Does nothing in other threads."""
+    if _signals.is_entered or threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGALRM, lambda _number, _frame: discard_output())
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
+    handlers: dict[str, Callable[[int, FrameType | None], Any]] = dict.fromkeys(_SIGNALS, _signals.note)
+    handlers["SIGALRM"] = _signals.discard
+    before: dict[int, Any] = {}
+    for name, handler in handlers.items():
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            before[number] = signal.signal(number, handler)
+    _signals.is_entered = True
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        _signals.is_entered = False
+        _signals.number = None
+        for number, former in before.items():
+            signal.signal(number, former)
+
+
+def check_signals() -> None:
+    """Raises `Signalled` if a signal came."""
+    if _signals.number is not None:
+        raise Signalled(_signals.number)
+
+
+@contextmanager
+def writing(stream: TextIO | None) -> Iterator[None]:
+    """Surrounds every output, so that a reader that does not read cannot keep a signal from ending the command."""
+    if not _signals.is_entered or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    _signals.written = stream
+    if _signals.number is not None:
+        set_alarm(PATIENCE_S)
+    try:
+        yield
+    finally:
+        _signals.written = None
+        set_alarm(0.0)
+
+
+def set_alarm(after_s: float) -> None:
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, after_s)
+
+
+def discard(stream: TextIO | None) -> None:
+    """Lead to nowhere what is still buffered for this stream, and all that follows."""
+    if stream is not None:
+        with suppress(OSError, ValueError, AttributeError):  # it is no file
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
+
+
+def discard_output() -> None:
+    discard(sys.stdout)

@@ -2,43 +2,38 @@
 
 from app.captures.explain import link_sentence, sentence
 from app.captures.traffic import Explainer, entries_of
-from app.engine.worker import Batch, PortState
+from app.engine.worker import Batch
 from app.terminal.console import notify
 from app.text.i18n import tr
 from protocol.events import Answered, Event, OutcomeUnknown, Unanswered
 
 
 class Trace:
-    """Prints the events of one connection. Times count from the opening of the port."""
+    """Prints the events of one connection. Times count from its first batch."""
 
     def __init__(self, *, has_frames: bool) -> None:
         self._has_frames = has_frames
         self._explainer = Explainer()
         self._started_at: float | None = None
-        self._state = (PortState.CLOSED, 0)
+        self._connection = ""
 
     def on_batch(self, batch: Batch) -> None:
         if self._started_at is None:
             self._started_at = min((event.at for event in batch.events), default=batch.at)
-        connection = batch.connection
-        state = (connection.state, connection.baud_rate)
-        is_news, self._state = state != self._state, state
-        if is_news and connection.state is PortState.OPEN:
-            self._print(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
+        rate = tr("{rate} baud", rate=batch.connection.baud_rate)
+        connection = f"{batch.connection.port}  {rate}, {batch.connection.state.value}"
+        if connection != self._connection:
+            self._connection = connection
+            self._print(batch.at, connection)
         for event in batch.events:
             if self._has_frames:
-                self._print_frames(event, self._started_at)
+                for entry in entries_of((event,), self._started_at):
+                    for row in self._explainer.feed(entry):
+                        raw = row.piece.raw.hex(" ").upper()
+                        notify(f"{row.at_s or 0.0:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
             words = _words(event)
             if words:
                 self._print(event.at, words)
-        if is_news and connection.state is PortState.CLOSED:
-            self._print(batch.at, f"{connection.port}  –")
-
-    def _print_frames(self, event: Event, started_at: float) -> None:
-        for entry in entries_of((event,), started_at):
-            for row in self._explainer.feed(entry):
-                raw = row.piece.raw.hex(" ").upper()
-                notify(f"{row.at_s or 0.0:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")

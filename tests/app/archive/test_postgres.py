@@ -17,7 +17,7 @@ from app.store.fact_store import Store
 from app.store.kinds import SaidNew
 from app.text.user_error import UserError
 from tests.app.archive.conftest import PAGE
-from tests.app.cli.reference.test_schemas import faults
+from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import run_here
 from tests.support.processes import running
 from tests.support.records.archive_server import (

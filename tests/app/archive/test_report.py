@@ -25,7 +25,7 @@ from app.store.kinds import (
     TriggerRecordJudged,
     TriggerRecordSeen,
 )
-from tests.app.cli.reference.test_schemas import faults
+from tests.app.cli.test_schemas import faults
 from tests.app.records.test_filing import file_one
 from tests.support.cli_line import Printed, run_here
 from tests.support.patience import PATIENCE_S

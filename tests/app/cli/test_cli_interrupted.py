@@ -13,7 +13,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.memory import invent_records
 from protocol.catalogue import BY_NAME
 from protocol.frame import decode_request
-from tests.app.cli.reference.test_schemas import faults
+from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import Program, bench_of, exchange
 from tests.support.line.frames import at_frame
 from tests.support.records.stored import audit, modules_in, open_store

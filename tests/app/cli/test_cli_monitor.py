@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import signal
 import threading
 from pathlib import Path
 
@@ -16,8 +15,7 @@ from app.recordings.library import RecordingLibrary
 from app.system.clock import steady_time
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, Program, bench_of, falls_after, run_here
-from tests.support.patience import PATIENCE_S, in_time
-from tests.support.processes import PROGRAM, running
+from tests.support.patience import in_time
 from tests.support.records.recordings_made import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -225,28 +223,3 @@ def test_an_exported_recording_replaces_no_file_unasked(port: str, dps_s: Progra
     assert len(path.read_bytes()) > len(rows)
     dps_s([*export, "--force"])
     assert path.read_bytes() == rows
-
-
-def test_a_table_that_nobody_reads_any_more_is_no_failure(
-    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    dps_s(["record", "--port", port, "--seconds", "0.3", "-"])
-
-    def ended(_text: str) -> None:
-        raise BrokenPipeError
-
-    monkeypatch.setattr("app.terminal.export_file.write", ended)
-    assert dps_s(["recordings", "export", "latest", "-"]).err == ""
-
-
-def test_the_table_on_standard_output_comes_while_it_is_recorded(port: str) -> None:
-    with running(*PROGRAM, "record", "--port", port, "--seconds", "30", "-") as recording:
-        rows = [recording.out.readline() for _ in range(50)]
-        assert recording.process.poll() is None  # long before its end
-        recording.process.send_signal(signal.SIGINT)
-        rows += recording.out.readlines()
-        assert recording.process.wait(PATIENCE_S) == 0
-    assert rows[0].startswith("time_utc,elapsed_s,")
-    assert rows.count(rows[0]) == 1
-    elapsed = [float(row.split(",")[1]) for row in rows[1:]]
-    assert min(elapsed) == elapsed[0] == 0.0

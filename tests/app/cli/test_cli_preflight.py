@@ -18,9 +18,9 @@ from app.store.fact_store import Store
 from app.store.kinds import PreflightCheck
 from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
-from app.terminal.interruption import Interruption, Signalled
+from app.terminal.interruption import Signalled
 from protocol.frame import decode_request
-from tests.app.cli.reference.test_schemas import faults
+from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import Program, bench_of
 from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store, records_of
@@ -303,11 +303,11 @@ def test_where_nobody_reads_all_are_kept_and_reported(
 def test_interrupted_it_says_that_the_triggers_may_be_enabled(
     options: list[str], is_said: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def check(_interruption: Interruption) -> None:
+    def check() -> None:
         if len(wire) > 12:
             raise Signalled(2)
 
-    monkeypatch.setattr(Interruption, "check", check)
+    monkeypatch.setattr("app.terminal.connection.check_signals", check)
     printed = dps_s(["preflight", "--port", port, "--json", *options], 130)
     assert json.loads(printed.out)["error"]["code"] == "cancelled"
     assert printed.err.startswith("Interrupted; may have been carried out.\n") == is_said

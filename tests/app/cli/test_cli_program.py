@@ -28,7 +28,7 @@ from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from protocol.events import Unanswered
-from tests.app.cli.reference.test_schemas import faults
+from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
 from tests.support.setup_files import generator
 
@@ -161,7 +161,7 @@ def test_no_ports_and_no_list(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [(["preflight", "--json"], 4), (["-v", "lock", "--yes"], 4), (["diff", "p.toml"], 4), (["read"], 0)],
+    [(["preflight", "--json"], 4), (["-v", "lock", "--yes"], 4), (["diff", "p.toml"], 4), (["read"], 4)],
 )
 def test_a_reader_that_ended_takes_no_answer_for_yes(
     words: list[str], code: int, port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -244,5 +244,5 @@ def test_a_reading_is_chinese_with_its_units(port: str, monkeypatch: pytest.Monk
 def test_a_warning_for_the_log_is_not_printed_by_a_command(is_window: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(program.DEBUG, raising=False)
     monkeypatch.setattr(logging.getLogger(), "handlers", [])
-    program._prepare_log(is_wanted=False, is_window=is_window)
+    program._prepare_log(is_window=is_window)
     assert logging.getLogger().hasHandlers() is not is_window

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
+from app.cli import provision
 from app.cli.commands import BY_NAME
-from app.cli.settings import provision
 from app.fleet.batch import BatchRun
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts
@@ -20,7 +20,7 @@ from app.store.kinds import Content, ModuleProvisioned, PreflightCheck
 from app.store.rows import Row
 from app.store.trouble import StoreFault, StoreTrouble
 from app.terminal import console
-from app.terminal.arguments import WrongUsage
+from app.terminal.console import Refused
 from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
@@ -300,5 +300,5 @@ def test_names_count_upwards(text: str, names: tuple[str, ...] | None) -> None:
     if names is not None:
         assert parse(words).names == names
         return
-    with pytest.raises(WrongUsage):
+    with pytest.raises(Refused):
         parse(words)

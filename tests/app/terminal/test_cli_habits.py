@@ -7,12 +7,12 @@ import sys
 
 import pytest
 
+from app.cli import set as setting
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
-from app.cli.settings import set as setting
 from app.procedures.write import WriteReport
 from app.store.fact_store import Store
-from app.terminal import command_journal
-from app.terminal.arguments import WrongUsage
+from app.terminal import records as command_journal
+from app.terminal.console import Refused
 from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -42,7 +42,7 @@ def test_options_may_stand_between_other_words(words: str, attribute: str) -> No
     name, first, _, last = words.split()
     entry = BY_NAME[name]
     assert getattr(entry.parse_words(words.split()[1:]), attribute) == [first, last]
-    with pytest.raises(WrongUsage) as refused:
+    with pytest.raises(Refused) as refused:
         entry.parse_words(["--nonsense"])
     assert refused.value.sentence.startswith(f"usage: dps-s {name} ")
 
@@ -105,5 +105,5 @@ def test_a_scanner_types_the_name_of_the_module(typed: str, name: str | None, mo
     if name is not None:
         assert parse(words).module == name
         return
-    with pytest.raises(WrongUsage, match="expected NAME"):
+    with pytest.raises(Refused, match="expected NAME"):
         parse(words)

@@ -10,7 +10,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from app.cli.results import SaveJson
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.read import NO_REPLY, read_settings
@@ -19,15 +18,24 @@ from app.settings.profile_file import profile_text
 from app.settings.profiles import MAX_NAME_LENGTH, Profile
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_module, add_port
-from app.terminal.command_journal import adapter_of
+from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_module, add_port
 from app.terminal.connection import connected
-from app.terminal.export_file import STANDARD_OUTPUT
+from app.terminal.records import adapter_of
+from app.terminal.results import Result, SettingName, Value
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
 from protocol.catalogue import READABLE_SETTINGS
-from protocol.fields import Value
+from protocol.fields import Value as SettingValue
+
+
+class SaveJson(Result):
+    """`written`: whether the file could be written; `errors`: why a setting is not in it."""
+
+    file: str
+    written: bool
+    settings: dict[SettingName, Value]
+    errors: dict[str, str]
 
 
 class ModuleSettings(NamedTuple):
@@ -36,7 +44,7 @@ class ModuleSettings(NamedTuple):
     port: str
     baud_rate: int
     boot_count: int | None
-    values: Mapping[str, Value]
+    values: Mapping[str, SettingValue]
     missing: Mapping[str, str]
 
 
@@ -50,13 +58,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     path: Path = args.file
-    if path == STANDARD_OUTPUT and args.json:
+    is_file = path != STANDARD_OUTPUT
+    if not is_file and args.json:
         raise console.Refused(tr("expected {expected}", expected="FILE.toml --json | -"))
-    if path != STANDARD_OUTPUT and path.exists() and not args.force:
+    if is_file and path.exists() and not args.force:
         raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--force"))
     module = read_module(args.port, args.baud)
-    text = text_of(module, args.module or (path.stem if path != STANDARD_OUTPUT else module.port))
-    if path == STANDARD_OUTPUT:
+    text = text_of(module, args.module or (path.stem if is_file else module.port))
+    if not is_file:
         console.write(text)
         return notify_missing(module)
     trouble = ""
@@ -65,9 +74,7 @@ def run(args: argparse.Namespace) -> int:
     except (OSError, ValueError) as error:
         trouble = not_written(path, error)
     if args.json:
-        answer = SaveJson(
-            file=str(path), written=not trouble, settings=dict(module.values), errors=dict(module.missing)
-        )
+        answer = SaveJson(str(path), not trouble, dict(module.values), dict(module.missing))
         console.write_lines([console.as_json(answer)])
     if trouble:
         console.notify(trouble)

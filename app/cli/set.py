@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from app.cli.results import ChangedJson, SetJson, SetResultJson
-from app.cli.settings.save import notify_missing, read_module
+from app.cli.save import notify_missing, read_module
 from app.engine.conversation import Interrupted
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.baud import change_baud
@@ -36,16 +35,42 @@ from app.settings.profiles import SETTINGS_BY_KEY
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_port, completed_as
-from app.terminal.command_journal import Records, records_of
 from app.terminal.connection import OpenPort, connected
 from app.terminal.console import Colour, coloured
-from app.terminal.interruption import Interruption
+from app.terminal.interruption import signals_noted
+from app.terminal.records import Records, records_of
+from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, labelled
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE
-from protocol.fields import Value
+from protocol.fields import Value as SettingValue
+
+
+class SetResultJson(Result):
+    """`read_back` and `verified` are null for what cannot be read back: acknowledged is all there is to know."""
+
+    wanted: Value
+    before: Value
+    acknowledged: bool | None
+    read_back: Value
+    verified: bool | None
+    verified_age_s: float | None
+    error: str | None
+
+
+class ChangedJson(Result):
+    before: Value
+    after: Value
+
+
+class SetJson(Result):
+    """`changed`: settings that changed without being written; `unread`: those that were not read again."""
+
+    results: dict[SettingName, SetResultJson]
+    changed: dict[SettingName, ChangedJson]
+    unread: list[SettingName]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
         return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
-    with Interruption():  # after the last frame a signal no longer keeps the result from being printed
+    with signals_noted():  # after the last frame a signal no longer keeps the result from being printed
         report = _write(wishes, args)
         console.emit(args, json_of(report), page_of(report))
         for sentence in _remarks(report):
@@ -83,25 +108,17 @@ def run(args: argparse.Namespace) -> int:
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     """Read the settings and print what would change; sends queries only."""
     module = read_module(args.port, args.baud)
-    unwritten: dict[str, SetResultJson] = {}
-    lines: list[tuple[str, ...]] = []
+    results: dict[str, SetResultJson] = {}
+    rows: list[tuple[str, ...]] = []
     for wish in wishes:
         key, before = wish.command.key, module.values.get(wish.command.key)
-        is_same = before == wish.value
-        unwritten[key] = SetResultJson(
-            wanted=wish.value,
-            before=before,
-            acknowledged=None,
-            read_back=None,
-            verified=None,
-            verified_age_s=None,
-            error=None if is_same else "not written: dry run",
-        )
-        if is_same:
-            lines.append((key, labelled(typed(wish.value), tr("unchanged"))))
+        error = None if before == wish.value else "not written: dry run"
+        results[key] = SetResultJson(wish.value, before, None, None, None, None, error)
+        if error is None:
+            rows.append((key, labelled(typed(wish.value), tr("unchanged"))))
         else:
-            lines.append((key, labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))))
-    console.emit(args, SetJson(results=unwritten, changed={}, unread=[]), console.columns(lines))
+            rows.append((key, labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))))
+    console.emit(args, SetJson(results, {}, []), console.columns(rows))
     return notify_missing(module)
 
 
@@ -189,25 +206,23 @@ def _tell_interrupted(heard: Sequence[Written], wishes: Sequence[SettingChange])
 
 def json_of(report: WriteReport) -> SetJson:
     results: dict[str, SetResultJson] = {}
-    for result in report.results:
-        is_needed, why = result.heard is not SetReply.UNNEEDED, why_not_verified(result, report)
-        age_s = None
-        if report.read_at is not None and result.verified and is_needed:
-            age_s = round(max(0.0, steady_time() - report.read_at), 3)
-        results[result.command.key] = SetResultJson(
-            wanted=result.target,
-            before=report.before.get(result.command.key),
-            acknowledged=result.is_acknowledged if is_needed else None,
-            read_back=result.read_back,
-            verified=result.verified,
-            verified_age_s=age_s,
+    for written in report.results:
+        is_needed, why = written.heard is not SetReply.UNNEEDED, why_not_verified(written, report)
+        is_timed = report.read_at is not None and written.verified and is_needed
+        results[written.command.key] = SetResultJson(
+            wanted=written.target,
+            before=report.before.get(written.command.key),
+            acknowledged=written.is_acknowledged if is_needed else None,
+            read_back=written.read_back,
+            verified=written.verified,
+            verified_age_s=round(max(0.0, steady_time() - (report.read_at or 0.0)), 3) if is_timed else None,
             error=None if why is None else why.in_english(),
         )
     changed: dict[str, ChangedJson] = {}
     if report.changed is not None:
         before, after = report.changed
         changed[before.command.key] = ChangedJson(before=before.value, after=after.value)
-    return SetJson(results=results, changed=changed, unread=[command.key for command in report.unread])
+    return SetJson(results, changed, [command.key for command in report.unread])
 
 
 def _remarks(report: WriteReport) -> list[str]:
@@ -227,18 +242,19 @@ def _remarks(report: WriteReport) -> list[str]:
 
 def page_of(report: WriteReport) -> list[str]:
     rows: list[tuple[str, ...]] = []
-    tones: list[Colour] = []
-    for result in report.results:
-        why = why_not_verified(result, report)
-        rows.append((result.command.key, _sentence(result, report.before.get(result.command.key), why)))
-        if result.verified:
-            tones.append(Colour.GOOD)
-        else:
-            tones.append(Colour.CAUTION if result.is_fine else Colour.BAD)
-    return [coloured(line, tone) for line, tone in zip(console.columns(rows), tones, strict=True)]
+    for written in report.results:
+        why = why_not_verified(written, report)
+        rows.append((written.command.key, _sentence(written, report.before.get(written.command.key), why)))
+    return [coloured(*pair) for pair in zip(console.columns(rows), map(_colour, report.results), strict=True)]
 
 
-def _sentence(written: Written, before: Value | None, why: UserMessage | None) -> str:
+def _colour(written: Written) -> Colour:
+    if written.verified:
+        return Colour.GOOD
+    return Colour.CAUTION if written.is_fine else Colour.BAD
+
+
+def _sentence(written: Written, before: SettingValue | None, why: UserMessage | None) -> str:
     shown = typed(written.target)
     if why is not None:
         read_back = "" if written.read_back is None else f" → {typed(written.read_back)}"

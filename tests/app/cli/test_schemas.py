@@ -13,7 +13,8 @@ import pytest
 
 import app.__main__ as program
 from app.cli.commands import ENTRIES, complete_parser
-from app.cli.results import NAMES, schema_of
+from app.cli.schema import SCHEMAS as NAMES
+from app.cli.schema import schema_of
 from app.engine.conversation import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
 from app.store.kinds import PreflightCheck

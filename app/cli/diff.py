@@ -6,13 +6,24 @@ Of a module only the settings of the profile are compared; what it cannot tell i
 
 import argparse
 from pathlib import Path
+from typing import Annotated
 
-from app.cli.results import DiffJson
-from app.cli.settings.save import read_module
+from msgspec import Meta
+
+from app.cli.save import read_module
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json, add_port
+from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
+
+Pair = Annotated[list[Value], Meta(min_length=2, max_length=2)]
+
+
+class DiffJson(Result):
+    """Settings that differ, each with both values; null where one of them has none."""
+
+    differences: dict[SettingName, Pair]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,11 +45,12 @@ def run(args: argparse.Namespace) -> int:
         second, head, missing = module.values, module.port, tr("unknown")
         names = list(first)
     unequal = [name for name in names if first.get(name) != second.get(name)]
-    rows = [
-        (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
-    ]
-    page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
-    console.emit(args, DiffJson(differences={name: [first.get(name), second.get(name)] for name in unequal}), page)
+    rows: list[tuple[str, ...]] = [("", str(args.file), head)]
+    for name in unequal:
+        shown = [typed(values[name]) if name in values else missing for values in (first, second)]
+        rows.append((name, *shown))
+    page = console.columns(rows) if unequal else [tr("The settings are equal.")]
+    console.emit(args, DiffJson({name: [first.get(name), second.get(name)] for name in unequal}), page)
     if not unequal:
         return console.SUCCESS
     is_only_unknown = args.other is None and all(name not in second for name in unequal)

@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from app.cli.results import ProvisionedJson, ProvisionJson
-from app.cli.settings.set import warn
+from app.cli.set import warn
 from app.engine.conversation import Interrupted
 from app.fleet.batch import (
     OPEN,
@@ -27,6 +26,7 @@ from app.fleet.batch import (
     check_labels_target,
     write_batch_labels,
 )
+from app.fleet.batch_names import EXAMPLE, counted_names
 from app.fleet.provision import await_gone
 from app.modules.labels import PAPERS
 from app.preflight.evidence import Evidence
@@ -35,44 +35,56 @@ from app.procedures.write import WriteContext
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_port, add_yes, any_name, batch_names
-from app.terminal.command_journal import opened_store, records_on
+from app.terminal.arguments import add_file, add_json, add_port, add_reviewed, add_yes, any_name, expected
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
 from app.terminal.console import Colour, coloured
-from app.terminal.interruption import Interruption
+from app.terminal.interruption import check_signals, signals_noted
+from app.terminal.records import opened_store, records_on
+from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_sentences, not_written
 from app.text.user_error import UserError
 
-LOOK_EVERY_S: Final = 0.5
-"""Pause between two attempts to find a module."""
+LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
+
+
+class ProvisionedJson(Result):
+    """One name of a batch. `why` is empty where the module has its name."""
+
+    name: str
+    state: str
+    why: str
+
+
+class ProvisionJson(Result):
+    modules: list[ProvisionedJson]
+    complete: bool
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help="write all settings of this profile")
-    parser.add_argument(
-        "--names", type=batch_names, required=True, metavar="M-001..M-050", help="names, one for each module"
-    )
+    parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
     add_yes(parser)
     parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
-    parser.add_argument(
-        "--records-reviewed",
-        action="store_true",
-        help="the trigger records were judged; a module that never answers their query is new",
-    )
-    parser.add_argument(
-        "--all-new", action="store_true", help="all modules are new, also those that resemble a known one"
-    )
+    add_reviewed(parser)
+    text = "all modules are new, also those that resemble a known one"
+    parser.add_argument("--all-new", action="store_true", help=text)
     parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
     add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
-    parser.add_argument(
-        "--tape", choices=("62", "24", "A4"), default="A4", help="paper of the labels: width in mm, or sheets"
-    )
+    text = "paper of the labels: width in mm, or sheets"
+    parser.add_argument("--tape", choices=("62", "24", "A4"), default="A4", help=text)
     add_port(parser)
     add_json(parser)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    names = counted_names(text)
+    if names is None:
+        raise expected(EXAMPLE)
+    return names
 
 
 def run(args: argparse.Namespace) -> int:
@@ -94,22 +106,25 @@ def run(args: argparse.Namespace) -> int:
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
     accepted = frozenset(batch.changes if args.accept_risk else ())
     # After the last module a signal keeps nothing from being told.
-    with Interruption(), opened_store() as (store, troubles):
+    with signals_noted(), opened_store() as (store, troubles):
         bench = BatchRun(
             batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
         )
         trouble: BaseException | None = None
         try:
-            with Interruption() as interruption:
-                _Turns(bench, store, troubles, args, interruption).run()
-        except (KeyboardInterrupt, StoreTrouble, BrokenPipeError, console.OutputLost) as error:
+            _Turns(bench, store, troubles, args).run()
+        except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
             trouble = error
         rows = store.write(bench.rows).result()  # behind what is still being kept
         is_written = _write_labels(args, rows)
         is_done = not any(row.result == OPEN for row in rows)
-        modules = [_provisioned(row) for row in rows]
-        page = ["", *console.columns([_cells(row) for row in rows])]
-        console.emit(args, ProvisionJson(modules=modules, complete=is_done), page)
+        modules: list[ProvisionedJson] = []
+        cells: list[tuple[str, ...]] = []
+        for row in rows:
+            why = UserMessage("") if row.why is None else row.why
+            modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
+            cells.append((row.name, tr(row.result), row.code, why.translated()))
+        console.emit(args, ProvisionJson(modules, is_done), ["", *console.columns(cells)])
     if isinstance(trouble, StoreTrouble):
         console.notify(join_sentences((trouble.sentence, tr("Not kept."))))
         return console.PARTIAL
@@ -123,26 +138,18 @@ def run(args: argparse.Namespace) -> int:
 class _Turns:
     """Takes one module after the other at one port."""
 
-    def __init__(
-        self,
-        bench: BatchRun,
-        store: Store,
-        troubles: list[UserMessage],
-        args: argparse.Namespace,
-        interruption: Interruption,
-    ) -> None:
+    def __init__(self, bench: BatchRun, store: Store, troubles: list[UserMessage], args: argparse.Namespace) -> None:
         self._bench = bench
         self._store = store
         self._troubles = troubles
         self._args = args
-        self._interruption = interruption
         self._last_sentence = ""
         self._taken: set[str] = set()
 
     def run(self) -> None:
         while name := self._next_name():
             self._take(name)
-            self._interruption.check()
+            check_signals()
 
     def _next_name(self) -> str:
         """Another program may give some, too."""
@@ -159,17 +166,14 @@ class _Turns:
         evidence = Evidence(port=self._args.port)
         try:
             with connected(
-                self._args.port,
-                self._args.baud,
-                interruption=self._interruption,
-                on_batch=lambda batch: evidence.listen(batch.events),
+                self._args.port, self._args.baud, on_batch=lambda batch: evidence.listen(batch.events)
             ) as opened:
                 self._last_sentence = ""
                 self._tell(tr("A module answers: leave it plugged in."))
                 self._provision(name, opened, evidence)
         except LOST as error:
             console.show_progress(loss_sentence(error))
-            self._interruption.check()
+            check_signals()
             time.sleep(LOOK_EVERY_S)
 
     def _provision(self, name: str, opened: OpenPort, evidence: Evidence) -> None:
@@ -189,7 +193,7 @@ class _Turns:
             self._tell(coloured(f"{name}: {tr(READY)}", Colour.GOOD))
         else:
             self._tell(coloured(f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD))
-        self._interruption.check()
+        check_signals()
         if self._next_name():
             self._say(tr(UNPLUG))
             opened.bind()  # to the conversation after the one that was interrupted, if there is one
@@ -208,14 +212,6 @@ class _Turns:
             console.notify(line)
         else:
             console.write_lines([line])
-
-
-def _cells(row: BatchRow) -> tuple[str, ...]:
-    return (row.name, tr(row.result), row.code, "" if row.why is None else row.why.translated())
-
-
-def _provisioned(row: BatchRow) -> ProvisionedJson:
-    return ProvisionedJson(name=row.name, state=row.result, why="" if row.why is None else row.why.in_english())
 
 
 def _write_labels(args: argparse.Namespace, rows: list[BatchRow]) -> bool:

@@ -1,1 +1,0 @@
-"""What describes the command line to other programs: completion scripts and JSON Schemas."""

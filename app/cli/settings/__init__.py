@@ -1,1 +1,0 @@
-"""The commands that write settings or compare them: set, save, diff."""

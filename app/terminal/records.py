@@ -1,0 +1,246 @@
+"""The store of a command: the audit log, what an earlier run left ACTIVE, and a person's word for the module.
+
+The store opens beside the port, and no port waits for it. What was left ACTIVE under a name ends when a module that a
+person names so reports LOCKED, by `lock --module`; what was left without a name when a person says that it is this
+module, by `lock --same-module`.
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
+from functools import cache, partial
+from typing import NamedTuple, TypeVar
+
+from app.engine import ports as serial_ports
+from app.engine.conversation import ConversationView
+from app.engine.reconnect import address_of
+from app.engine.target import is_simulated
+from app.modules.names import remembered, store_as_found, what_speaks_against
+from app.safety.journal import Journal
+from app.safety.left_active import KnownAs, LeftActive, all_left, note_named
+from app.store.acts import Where, note_report, note_said_safe
+from app.store.fact_store import CLOSE_LIMIT_S, Facts, Store
+from app.store.opening import FILE_NAME
+from app.store.rows import Row
+from app.store.store_journal import StoreJournal, new_run
+from app.system.folders import data_folder
+from app.terminal.console import Refused, note, notify
+from app.text.i18n import tr
+from app.text.messages import UserMessage, clean
+from app.text.sentences import join_names, join_sentences
+from app.text.user_error import ErrorCode, UserError
+from protocol.fields import Value
+
+ORIGIN = "command line"
+READ_LIMIT_S = 1.0  # how long a command waits for what it asks of the store
+LEFT_LIMIT_S = 0.5
+Result = TypeVar("Result")
+
+
+class Records(NamedTuple):
+    """The records of one connection. `find_adapter` returns its USB identity, which may take seconds."""
+
+    journal: Journal
+    store: Store
+    port: str
+    find_adapter: Callable[[], str]
+    known_as: KnownAs
+
+    def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
+        """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
+        return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
+
+    def where(self) -> Where:
+        """For the store's thread."""
+        return Where(self.port, ORIGIN, self.find_adapter(), self.known_as)
+
+    def ask(self, work: Callable[[Facts], Result]) -> Result | None:
+        """None where the store is in trouble, which is said at the end, or too slow."""
+        try:
+            return self.store.write(work).result(READ_LIMIT_S)
+        except (UserError, TimeoutError):
+            return None
+
+
+@contextmanager
+def opened_store(
+    limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False
+) -> Iterator[tuple[Store, list[UserMessage]]]:
+    """The store, at once, and a list for why entries are missing. At the end, at most `limit_s` later, what a person
+    should know of the store is said, and whether anything was not written."""
+
+    store = Store(starts_late=starts_late)
+    troubles: list[UserMessage] = []
+    try:
+        yield store, troubles
+    finally:
+        ends_at = time.monotonic() + limit_s
+        store.start()
+        notice = notice_of(store, limit_s)
+        left = store.close(max(0.0, ends_at - time.monotonic()))
+        for said in dict.fromkeys([notice, *troubles]):
+            if said is not None:
+                notify(said.translated())
+        if left or troubles:
+            notify(tr("The audit log is incomplete."))
+
+
+def notice_of(store: Store, limit_s: float = CLOSE_LIMIT_S) -> UserMessage | None:
+    """What a person should know of it, or why there is none; None where that is not known in time."""
+    try:
+        return store.opened.result(limit_s)
+    except UserError as error:
+        return error.message
+    except TimeoutError:
+        return None
+
+
+@contextmanager
+def records_of(
+    port: str, limit_s: float = CLOSE_LIMIT_S, *, module: str = "", starts_late: bool = False
+) -> Iterator[Records]:
+    """With a store of its own."""
+    with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
+        yield records_on(store, troubles, port, module=module)
+
+
+def records_on(
+    store: Store, troubles: list[UserMessage], port: str, *, origin: str = ORIGIN, module: str = ""
+) -> Records:
+    """The store's thread finds the adapter, while the port is opened. `module`: its name."""
+
+    find_adapter = cache(partial(adapter_of, port))
+    known_as = KnownAs(clean(module), new_run())
+    journal = StoreJournal(
+        store, port=port, origin=origin, adapter=find_adapter, known_as=known_as, on_trouble=troubles.append
+    )
+    return Records(journal, store, port, find_adapter, known_as)
+
+
+def existing_store() -> Store | None:
+    """The store, where there is one: reading makes none."""
+
+    try:
+        if not (data_folder() / FILE_NAME).exists():
+            return None
+    except OSError:
+        pass  # a folder that may not be entered; whoever reads is told
+
+    return Store()
+
+
+def adapter_of(port: str) -> str:
+    """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
+
+    try:
+        return address_of(port, serial_ports.list_ports()).identity
+    except UserError:
+        return ""
+
+
+# What an earlier run left ACTIVE
+
+
+def say_left_active(ports: Sequence[str], module: str) -> None:
+    """Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer."""
+    store = existing_store()
+    if store is None:
+        return
+    try:
+        left = store.write(lambda facts: [one for port in ports for one in _left_here(facts, port, module)])
+        entries = left.result(LEFT_LIMIT_S)
+        notice = store.opened.result()  # said by whoever opens it first
+        if notice is not None:
+            notify(notice.translated())
+        for one in dict.fromkeys(entries):
+            notify(one.sentence)
+    except TimeoutError:
+        notify(tr("What was left ACTIVE is not known: the disk is too slow."))
+    except UserError as error:
+        notify(error.sentence)
+    finally:
+        store.close(0.0)
+
+
+def conclude_lock(records: Records, args: argparse.Namespace, locked: ConversationView | None) -> None:
+    """After LOCK: end what was left ACTIVE by this module, as far as a person says which one it is, and say the
+    rest. Waits for the store for a limited time. `locked`: the conversation in which it reported LOCKED, if one did."""
+    if is_simulated(args.port):
+        return
+    name = name_given(args)
+
+    def update(facts: Facts) -> tuple[tuple[UserMessage, ...], list[LeftActive]]:
+        against: tuple[UserMessage, ...] = ()
+        if locked is not None and name:
+            known = remembered(facts, name)
+            against = () if known is None else what_speaks_against(known, locked)
+            if args.same_module or not against:
+                known_as = records.known_as._replace(name=name)
+                note_named(facts, known_as)
+                note_report(facts, records.where()._replace(known_as=known_as), is_active=False)
+        if locked is not None and args.same_module:
+            for one in _left_here(facts, args.port, name):
+                if not one.known_as.name:
+                    note_said_safe(facts, one, ORIGIN)
+        # What this run left is said by itself.
+        own = records.known_as.run
+        return against, [one for one in _left_here(facts, args.port, name) if one.known_as.run != own]
+
+    found = records.ask(update)
+    if found is None:
+        return
+    against, left = found
+    add = tr("If it is this module, add {option}.", option="--same-module")
+    if against and not args.same_module:
+        notify(join_sentences((_other_module(against), add)))
+    for one in left:
+        notify(one.sentence)
+    if left and not args.same_module:
+        note(add)
+
+
+def _left_here(facts: Facts, port: str, module: str) -> tuple[LeftActive, ...]:
+    """What was left ACTIVE under this name or, where it or the module has none, on this adapter."""
+
+    entries, name = all_left(facts), clean(module.strip())
+    adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
+
+    def is_here(left: LeftActive) -> bool:
+        if name and left.known_as.name:
+            return left.known_as.name == name
+        return left.adapter == adapter if left.adapter and adapter else left.port == port
+
+    return tuple(filter(is_here, entries))
+
+
+# --module NAME: a person's word for this conversation
+
+
+def name_given(args: argparse.Namespace) -> str:
+    """What --module says; empty without it."""
+    return clean((args.module or "").strip())
+
+
+def refuse_another(conversation: ConversationView, records: Records, args: argparse.Namespace) -> None:
+    """Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
+    cannot be used nothing is known, so nothing speaks against it; why is said at the end."""
+
+    name = name_given(args)
+    if not name or args.same_module:
+        return
+    known = records.ask(lambda facts: remembered(facts, name))
+    against = () if known is None else what_speaks_against(known, conversation)
+    if against:
+        raise Refused(other_module(against), ErrorCode.REFUSED)
+
+
+def other_module(against: tuple[UserMessage, ...]) -> str:
+    nothing = tr("Nothing was done. Add {option} to do it.", option="--same-module")
+    return join_sentences((_other_module(against), nothing))
+
+
+def _other_module(against: tuple[UserMessage, ...]) -> str:
+    differences = join_names(one.translated() for one in against)
+    return tr("This may be another module: {differences}.", differences=differences)
