@@ -10,15 +10,15 @@ from app.procedures.history import History
 from app.procedures.read import NO_REPLY, Present, SettingsReading, contradictions, read_settings, who_is_there
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
-from protocol.events import Ended, Event, Received, Rejected, Role, Sent
+from protocol.events import Ended, Event, Received, Rejected, Sent
 from protocol.fields import Value
 from protocol.translatable import marked
 
 HEARTBEATS = 20
 # For tilt and acceleration.
 STILL_S = 2.0
+# Of a whole check with a stream of 50 Hz beside it.
 MAX_FRAMES = 1500
-MAX_STREAMED = 200
 
 
 class Void(NamedTuple):
@@ -66,36 +66,27 @@ class LoggedFrame(NamedTuple):
 
 
 class FrameLog:
-    """Raw frames of a check: of a stream only the first ones are kept, the rest is counted."""
+    """The first raw frames of a check; the rest is counted."""
 
     def __init__(self) -> None:
         self.frames: list[LoggedFrame] = []
         self.left_out = 0
-        self._streamed = 0
 
     def feed(self, events: Iterable[Event]) -> None:
         for event in events:
             match event:
                 case Sent():
-                    self._add_frame(LoggedFrame(event.at, "out", event.raw))
-                case Received(role=Role.STREAMED):
-                    self._streamed += 1
-                    if self._streamed > MAX_STREAMED:
-                        self.left_out += 1
-                    else:
-                        self._add_frame(LoggedFrame(event.at, "in", event.frame.raw))
+                    frame = LoggedFrame(event.at, "out", event.raw)
                 case Received():
-                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw))
+                    frame = LoggedFrame(event.at, "in", event.frame.raw)
                 case Rejected():
-                    self._add_frame(LoggedFrame(event.at, "noise", event.noise.raw))
+                    frame = LoggedFrame(event.at, "noise", event.noise.raw)
                 case _:
-                    pass
-
-    def _add_frame(self, frame: LoggedFrame) -> None:
-        if len(self.frames) >= MAX_FRAMES:
-            self.left_out += 1
-        else:
-            self.frames.append(frame)
+                    continue
+            if len(self.frames) < MAX_FRAMES:
+                self.frames.append(frame)
+            else:
+                self.left_out += 1
 
 
 class StateReading(NamedTuple):
@@ -166,20 +157,17 @@ class Evidence:
     @property
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
-        ends = [state.status for state in self._states if state.status is not None]
+        ends = [state.status for state in (self.first, self.last) if state is not None and state.status is not None]
         return [*ends, *self.reports]
 
     def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
-        for state in self._states:
-            said = contradictions(state.present.active, state.present.triggered, state.present.status)
-            if key in said:
-                return said[key]
+        for state in (self.first, self.last):
+            if state is not None:
+                said = contradictions(state.present.active, state.present.triggered, state.present.status)
+                if key in said:
+                    return said[key]
         return None
-
-    @property
-    def _states(self) -> list[StateReading]:
-        return [state for state in (self.first, self.last) if state is not None]
 
     @property
     def is_active(self) -> bool | None:
@@ -209,20 +197,20 @@ class Evidence:
                 self.flags[key] = TriggerFlag(why=UNFINISHED.message)
         if self.void is not None:
             return
-        if isinstance(error, Interrupted):
-            self.void = void_of_end(error)
-        elif isinstance(error, Cancelled):
-            self.void = CANCELLED
-        elif isinstance(error, UserError):
-            self.void = Void(error.code.value, error.message)
-        else:
-            self.void = UNFINISHED
+        match error:
+            case Interrupted():
+                self.void = void_of_end(error)
+            case Cancelled():
+                self.void = CANCELLED
+            case UserError():
+                self.void = Void(error.code.value, error.message)
+            case _:
+                self.void = UNFINISHED
 
     def listen(self, events: Iterable[Event]) -> None:
         """Keep the frames of the port since the check began."""
-        began_at = self.began_at
-        if began_at is not None:
-            self.log.feed(event for event in events if event.at >= began_at)
+        if self.began_at is not None:
+            self.log.feed(event for event in events if event.at >= (self.began_at or 0.0))
 
     def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
         return {key: self.values[key] for key in keys if key in self.values}

@@ -1,6 +1,6 @@
 """Checks of the link, the module's state and its sensors."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from app.guided.results import GuidedKind, GuidedVerdict
@@ -8,7 +8,8 @@ from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, leas
 from app.preflight.evidence import HEARTBEATS, STILL_S, UNFINISHED
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.procedures.read import ANSWERED_TWICE
-from app.text.messages import message
+from app.settings.profiles import LIMITS
+from app.text.messages import UserMessage, message
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -94,55 +95,40 @@ def activation(case: Case) -> Finding:
     return judged(is_active, shown, limit, is_fine=True)
 
 
-def _of_reports(
-    case: Case, key: str, limit: str,
-    judge: Callable[[float, float], tuple[float, str, bool]],
-) -> Finding:  # fmt: skip
-    """`judge`: the lowest and the highest value of the two seconds; what was measured, as it is shown, and whether it
-    is fine. Unknown where the reports are too few or do not cover the two seconds."""
+def _two_seconds(case: Case, limit: UserMessage) -> Finding | None:
+    """Why nothing is known of the two seconds: the reports are too few, or do not cover them."""
     reports = case.evidence.reports
     if not reports:
-        return case.unread("status", message(limit))
+        return case.unread("status", limit)
     if len(reports) < REPORTS_NEEDED or reports[-1].at - reports[0].at < STILL_S * 0.75:
         why = message(marked("reports in 2 s: only {count}"), count=str(len(reports)))
-        return unknown(why, message(limit), do=CHECK_LINK)
-    values = [getattr(report, key) for report in reports]
-    measured, shown, is_fine = judge(min(values), max(values))
-    return judged(measured, shown, message(limit), is_fine=is_fine)
+        return unknown(why, limit, do=CHECK_LINK)
+    return None
 
 
 def tilt_level(case: Case) -> Finding:
     most = case.profile.limit("tilt_max_deg")
-    return _of_reports(case, "tilt_deg", f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
-
-
-def tilt_still(case: Case) -> Finding:
-    most = case.profile.limit("tilt_spread_max_deg")
-
-    def judge(low: float, high: float) -> tuple[float, str, bool]:
-        return high - low, f"{high - low:.0f}°", high - low <= most
-
-    return _of_reports(case, "tilt_deg", f"≤ {most:g}° / 2 s", judge)
+    limit = message(f"≤ {most:g}°")
+    highest = max((report.tilt_deg for report in case.evidence.reports), default=0.0)
+    return _two_seconds(case, limit) or judged(highest, f"{highest:.0f}°", limit, is_fine=highest <= most)
 
 
 def acceleration_one_g(case: Case) -> Finding:
     least, most = case.profile.limit("acceleration_min_g"), case.profile.limit("acceleration_max_g")
+    limit = message(f"{least:g}–{most:g} g")
+    values = [report.acceleration_g for report in case.evidence.reports]
+    worst = max(values, key=lambda value: abs(value - 1.0), default=0.0)
+    is_fine = all(least <= value <= most for value in values)
+    return _two_seconds(case, limit) or judged(worst, f"{worst:.1f} g", limit, is_fine=is_fine)
 
-    def judge(low: float, high: float) -> tuple[float, str, bool]:
-        worst = max((low, high), key=lambda value: abs(value - 1.0))
-        return worst, f"{worst:.1f} g", least <= low and high <= most
 
-    return _of_reports(case, "acceleration_g", f"{least:g}–{most:g} g", judge)
-
-
-def acceleration_still(case: Case) -> Finding:
-    most = case.profile.limit("acceleration_spread_max_g")
-
-    def judge(low: float, high: float) -> tuple[float, str, bool]:
-        width = round(high - low, 1)
-        return width, f"{width:.1f} g", width <= most
-
-    return _of_reports(case, "acceleration_g", f"≤ {most:g} g / 2 s", judge)
+def steady(case: Case, key: str, limit_name: str, shown: str) -> Finding:
+    """`shown`: how a width is written."""
+    most = case.profile.limit(limit_name)
+    limit = message(LIMITS[limit_name].shown.format(most).join(("≤ ", " / 2 s")))
+    values = [getattr(report, key) for report in case.evidence.reports] or [0.0]
+    width = round(max(values) - min(values), 1)
+    return _two_seconds(case, limit) or judged(width, shown.format(width), limit, is_fine=width <= most)
 
 
 def _answers(case: Case, key: str) -> list[Value]:
@@ -221,13 +207,15 @@ LINE_CHECKS: Final = (
     Check("tilt", marked("Tilt: level"), tilt_level,
           marked("A wrong zero fires too early or too late."),
           marked("Set the aircraft level, or zero the sensor.")),
-    Check("tilt_spread", marked("Tilt: steady"), tilt_still,
+    Check("tilt_spread", marked("Tilt: steady"),
+          partial(steady, key="tilt_deg", limit_name="tilt_spread_max_deg", shown="{:.0f}°"),
           marked("A drifting sensor is loose or failing."),
           marked("Do not touch the aircraft; check the mounting.")),
     Check("acceleration", marked("Acceleration: 1 g"), acceleration_one_g,
           marked("If it is not 1 g at rest, free fall is misjudged."),
           marked("Set the aircraft down; if the value stays, do not fly.")),
-    Check("acceleration_spread", marked("Acceleration: steady"), acceleration_still,
+    Check("acceleration_spread", marked("Acceleration: steady"),
+          partial(steady, key="acceleration_g", limit_name="acceleration_spread_max_g", shown="{:.1f} g"),
           marked("Noise can end or fake a free fall."),
           marked("Stop motors and fans.")),
     Check("cell_voltage", marked("Cell voltage"), cell_voltage,

@@ -1,6 +1,6 @@
 """What `dps-s read --json` prints, also part of a pre-flight record."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
@@ -70,17 +70,15 @@ def reading_object(
     errors: Mapping[str, str],
 ) -> ReadJson:
     """`values` by key, without the unknown ones; `errors`: why they are unknown, in English."""
-    live: dict[str, Any] = {key: values.get(key) for key in LIVE_KEYS}
-    status: dict[str, Any] = {key: values.get(key) for key in STATUS_KEYS}
-    settings: dict[str, Any] = {key: values.get(key) for key in SETTING_KEYS}
+
+    def known(keys: Iterable[str]) -> dict[str, Any]:
+        return {key: values.get(key) for key in keys}
+
+    round_trip_ms = None if round_trip_s is None else round(1000 * round_trip_s, 1)
     return ReadJson(
-        link=LinkJson(
-            port=port,
-            baud_rate=baud_rate,
-            round_trip_ms=None if round_trip_s is None else round(1000 * round_trip_s, 1),
-        ),
-        status=StatusJson(**status),
-        settings=SettingsJson(**settings),
+        link=LinkJson(port=port, baud_rate=baud_rate, round_trip_ms=round_trip_ms),
+        status=StatusJson(**known(STATUS_KEYS)),
+        settings=SettingsJson(**known(SETTING_KEYS)),
         errors=dict(errors),
-        **live,
+        **known(LIVE_KEYS),
     )
