@@ -9,7 +9,8 @@ from app.engine.worker import Batch
 
 
 class Bridge(QObject):
-    """Passes the worker's batches to the window's thread: one batch for each turn of its event loop and connection.
+    """Passes the worker's batches to the window's thread: one batch for each turn of its event loop,
+    connection and conversation.
 
     After a stall the window gets a single batch with every sample and event since: waiting batches are joined, never
     dropped, and the event queue never fills up.
@@ -55,8 +56,8 @@ class Bridge(QObject):
             return
         with self._lock:
             waiting, self._waiting = self._waiting, []
-        # Samples of the port before must not be joined with those of the next one.
-        for _connection, batches in groupby(waiting, key=lambda batch: batch.connection):
+        # Nothing of one port or conversation is joined with that of the next one.
+        for _of, batches in groupby(waiting, key=lambda batch: (batch.connection, batch.conversation.number)):
             self.batch.emit(joined(list(batches)))
 
 

@@ -66,6 +66,12 @@ class Storage(QObject):
         trouble = store.opened.exception()
         return trouble if isinstance(trouble, StoreTrouble) else store
 
+    @property
+    def ready(self) -> Store | None:
+        """The store, once it is open. Never waits."""
+        store = self.store
+        return store if isinstance(store, Store) else None
+
     def open_store(self) -> Store | StoreTrouble:
         """Waits until it is open: not for the window's thread."""
         store = self.begun

@@ -245,7 +245,7 @@ class Guided(QObject):
     # The store
 
     def load_last(self) -> None:
-        store, name = self._store, self._module.name
+        store, name = self._storage.ready, self._module.name
         self.last = {}
         self._loading.cancel()
         self.changed.emit()  # before the store has answered
@@ -256,11 +256,6 @@ class Guided(QObject):
     def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
         self.changed.emit()
-
-    @property
-    def _store(self) -> Store | None:
-        store = self._storage.store
-        return store if isinstance(store, Store) else None
 
     @property
     def _is_simulated(self) -> bool:

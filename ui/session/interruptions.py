@@ -6,7 +6,7 @@ written.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from PySide6.QtCore import QObject, Signal
@@ -27,11 +27,11 @@ class RemainderKind(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Remainder:
-    """What stays of one conversation. `module`: its name, or ""; `at`: wall clock, seconds since 1970."""
+    """What stays of one conversation. `module`: its name, or ""; `at`: when it was kept, in seconds since 1970."""
 
     kind: RemainderKind
     module: str
-    at: float
+    at: float = 0.0
     text: UserMessage | None = None
     drafts: Mapping[str, Value] | None = None
     """By the setting's key, as they stood when the conversation ended; not written."""
@@ -67,16 +67,8 @@ class Interruptions(QObject):
         self.last = text
         self.changed.emit()
 
-    def keep(
-        self,
-        kind: RemainderKind,
-        module: str,
-        *,
-        text: UserMessage | None = None,
-        drafts: Mapping[str, Value] | None = None,
-        mistyped: Mapping[str, str] | None = None,
-    ) -> None:
-        self.remainders += (Remainder(kind, module, self._wall_clock(), text, drafts, mistyped or {}),)
+    def keep(self, remainder: Remainder) -> None:
+        self.remainders += (replace(remainder, at=self._wall_clock()),)
         self.changed.emit()
 
     def close(self) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.conversation import How
 from app.safety.left_active import LeftActive, all_left
 from app.store.acts import Where, note_report, note_said_safe
-from app.store.fact_store import Facts, Store
+from app.store.fact_store import Facts
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
 from ui.services.storage import ORIGIN
@@ -80,8 +80,8 @@ class LeftActiveWatch(QObject):
 
     def _update(self, note: Callable[[Facts], object]) -> None:
         """Do this in the store's thread, and take what is left ACTIVE then."""
-        store = self._storage.store
-        if isinstance(store, Store):
+        store = self._storage.ready
+        if store is not None:
             # Where the store is in trouble, its own notice says it.
             self._writing.run_in(store, partial(_after, note), self._take, lambda _trouble: None)
 

@@ -35,7 +35,7 @@ from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
-from ui.session.interruptions import Interruptions, RemainderKind
+from ui.session.interruptions import Interruptions, Remainder, RemainderKind
 from ui.session.lock import PortLock
 from ui.session.recording import RecordingState, SessionRecording
 from ui.session.shown_module import ShownModule
@@ -85,8 +85,6 @@ class Port(QObject):
     """`module` is another one: another conversation has begun, or another port was opened."""
     stream_left_on = Signal()
     """The serial output had been left on and will be switched off; once for each `connect_to`."""
-    disconnected = Signal()
-    """By a person."""
 
     def __init__(
         self,
@@ -103,9 +101,11 @@ class Port(QObject):
         self.stream = StreamSwitch(is_wanted=False)
         self.recording = SessionRecording(self.stream, storage.recordings)
         storage.note_recording(self.recording)
-        self._lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
-        self._interruptions = Interruptions(time.time, parent=self)
-        self._firing_doubt = FiringDoubt()
+        self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
+        # What stays of the conversations that ended here.
+        self.interruptions = Interruptions(time.time, parent=self)
+        # Whether a module here may have fired before it restarted.
+        self.firing_doubt = FiringDoubt()
         # When the module last reported ACTIVE; long ago where LOCK was confirmed since.
         self._active_at = -inf
         self.target: Target | None = None
@@ -151,20 +151,6 @@ class Port(QObject):
     def now_s(self) -> float:
         """By the clock of the engine."""
         return self._clock()
-
-    @property
-    def lock(self) -> PortLock:
-        return self._lock
-
-    @property
-    def interruptions(self) -> Interruptions:
-        """What stays of the conversations that ended here."""
-        return self._interruptions
-
-    @property
-    def firing_doubt(self) -> FiringDoubt:
-        """Whether a module here may have fired before it restarted."""
-        return self._firing_doubt
 
     @property
     def is_changing_rate(self) -> bool:
@@ -228,12 +214,10 @@ class Port(QObject):
         self._open(target)
 
     def disconnect_port(self) -> None:
-        was_requested, self._is_listing = self.is_requested, False
+        self._is_listing = False
         self._return.request(None)
         self._worker.close()
         self.update_view()
-        if was_requested:
-            self.disconnected.emit()
 
     def treat_as_another(self) -> None:
         """A person says that another module is connected: its conversation ends, and the next one begins."""
@@ -309,7 +293,6 @@ class Port(QObject):
             self.stream_left_on.emit()
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
-            self._end_unseen(batch)
             self._show(view)
         was_going = self.module.is_going or view.is_going
         if view.number == self.module.number:
@@ -327,13 +310,6 @@ class Port(QObject):
             _log.info("Port: %s", batch.connection)
             self._on_connection(batch.connection)
 
-    def _end_unseen(self, batch: Batch) -> None:
-        """A conversation that ended, and the next one that began at once, may come in one batch."""
-        ended = next((event for event in batch.events if isinstance(event, Ended)), None)
-        if ended is not None and self.module.is_going:
-            self.module.end_with(ended)
-            self._on_end(self.module.view, ended)
-
     def _show(self, view: ConversationView) -> None:
         """Another conversation: nothing of the module before is left."""
         former = self.module
@@ -343,20 +319,20 @@ class Port(QObject):
         self.module.named.connect(self._on_named)
         if view.is_going:
             self.switched_off_at = None
-            self._firing_doubt.note_begun(view)
+            self.firing_doubt.note_begun(view)
         self.module_changed.emit()
         former.deleteLater()
 
     def _on_end(self, view: ConversationView, end: Ended) -> None:
         module = self.module
         _log.info("Conversation %d ended: %s", view.number, end.reason.value)
-        self._firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
+        self.firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
         self.last_name = module.name or self.last_name
         text = module.end_message
         if text is not None:
             self.interruptions.note(end.reason, text)
         if module.was_triggered:
-            self.interruptions.keep(RemainderKind.TRIGGERED, module.name)
+            self.interruptions.keep(Remainder(RemainderKind.TRIGGERED, module.name))
 
     def _on_named(self) -> None:
         module = self.module
@@ -443,7 +419,7 @@ class Port(QObject):
             text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
         else:
             text = message(marked("Nothing was sent."))
-        self.interruptions.keep(RemainderKind.REPORT, name, text=text)
+        self.interruptions.keep(Remainder(RemainderKind.REPORT, name, text=text))
 
     def _end_finding(self, job: Job[RateSearch]) -> None:
         if job is not self._finding:

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QWidget
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
 from app.modules.names import modules
-from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.system.clock import steady_time
 from ui.core.port_watcher import PortWatcher
@@ -39,8 +38,6 @@ class Ports(QObject):
     """Another port was chosen and this one is still current: what a person prepared for its module ends now."""
     chosen = Signal()
     """Another port is current; `shown` follows."""
-    lock_changed = Signal()
-    """Of the port that is shown."""
     notified = Signal(str)
     """A line for the status bar."""
     name_wanted = Signal(str)
@@ -89,8 +86,8 @@ class Ports(QObject):
 
     def known_names(self) -> list[str]:
         """Of all modules of the store, the last seen first; empty while there is no store."""
-        store = self.storage.store
-        if not isinstance(store, Store):
+        store = self.storage.ready
+        if store is None:
             return []
         try:
             return [known.name for known in store.read(modules)]
@@ -106,7 +103,7 @@ class Ports(QObject):
         port.set_shown(is_shown=not self._ports)
         port.changed.connect(partial(self._on_changed, port))
         port.module_changed.connect(partial(self._on_module, port))
-        port.lock.changed.connect(partial(self._on_lock, port))
+        port.lock.changed.connect(partial(self._on_changed, port))
         port.lock.notified.connect(partial(self._on_notified, port))
         self._ports.append(port)
         self._watch_name(port)
@@ -137,7 +134,6 @@ class Ports(QObject):
         self.chosen.emit()
         self.shown.emit(port.module)
         self.changed.emit()
-        self.lock_changed.emit()
 
     def connect_to(self, target: Target) -> None:
         """Open `target` in place of the current port; a port that is open already is chosen."""
@@ -182,11 +178,6 @@ class Ports(QObject):
         if port is self.current:
             self.shown.emit(port.module)
             self.changed.emit()
-        self.any_changed.emit()
-
-    def _on_lock(self, port: Port) -> None:
-        if port is self.current:
-            self.lock_changed.emit()
         self.any_changed.emit()
 
     def _on_notified(self, port: Port, text: str) -> None:

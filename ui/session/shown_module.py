@@ -9,8 +9,8 @@ import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
-from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -21,11 +21,10 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.modules.names import Remembered, known_by, remember, remembered, store_as_found, what_speaks_against
 from app.procedures.light import LightDirection
-from app.safety.firing_doubt import FiringDoubt
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import KnownAs, note_go, note_named
-from app.store.fact_store import Facts, Store
+from app.store.fact_store import Facts
 from app.store.fired import claim_fired, note_triggered
 from app.store.rows import Row
 from app.store.store_journal import new_run
@@ -36,8 +35,7 @@ from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from ui.session.interruptions import Interruptions, RemainderKind
-from ui.session.lock import PortLock
+from ui.session.interruptions import Remainder, RemainderKind
 
 if TYPE_CHECKING:
     from app.preflight.findings import Person
@@ -45,32 +43,12 @@ if TYPE_CHECKING:
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided
+    from ui.session.port import Port
     from ui.session.running_job import RunningJob
     from ui.session.settings_draft import SettingsDraft
     from ui.session.trigger_reading import TriggerReading
 
 _log = logging.getLogger(__name__)
-
-
-class PortOfModule(Protocol):
-    """What a module needs of its port."""
-
-    @property
-    def target(self) -> Target | None: ...
-
-    @property
-    def now_s(self) -> float: ...
-
-    @property
-    def firing_doubt(self) -> FiringDoubt: ...
-
-    @property
-    def lock(self) -> PortLock: ...
-
-    @property
-    def interruptions(self) -> Interruptions: ...
-
-    def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]: ...
 
 
 class ShownModule(QObject):
@@ -87,7 +65,7 @@ class ShownModule(QObject):
     check_changed = Signal()
     """Another check began, or its check stands otherwise."""
 
-    def __init__(self, port: PortOfModule, storage: "Storage", view: ConversationView, *, parent: QObject) -> None:
+    def __init__(self, port: "Port", storage: "Storage", view: ConversationView, *, parent: QObject) -> None:
         super().__init__(parent)
         self._port, self._storage = port, storage
         self.view = view
@@ -109,9 +87,6 @@ class ShownModule(QObject):
         self.check: ModuleCheck | None = None
         """The last one, whoever began it."""
         self._running: dict[str, RunningJob] = {}
-        self._settings: SettingsDraft | None = None
-        self._triggers: TriggerReading | None = None
-        self._guided: Guided | None = None
         self._jobs: set[Job[Any]] = set()
         self._lasting_jobs: set[Job[Any]] = set()
         """They go on while another module is shown."""
@@ -210,51 +185,49 @@ class ShownModule(QObject):
             running.changed.connect(self.changed)
         return self._running[key]
 
-    @property
+    # The first paint does not wait for these.
+
+    @cached_property
     def settings(self) -> "SettingsDraft":
         """Its settings, as a person edits them."""
-        if self._settings is None:
-            from ui.session.settings_draft import SettingsDraft
+        from ui.session.settings_draft import SettingsDraft
 
-            self._settings = SettingsDraft(self)
-            self._settings.changed.connect(self.changed)
-        return self._settings
+        draft = SettingsDraft(self)
+        draft.changed.connect(self.changed)
+        return draft
 
     def count_unsent(self) -> int:
         """Edits of its settings that leaving it would lose."""
-        return 0 if self._settings is None else self._settings.count_unsent()
+        return self.settings.count_unsent()
 
     def discard_edits(self) -> None:
-        if self._settings is not None:
-            self._settings.revert()
+        self.settings.revert()
 
-    @property
+    @cached_property
     def triggers(self) -> "TriggerReading":
         """Its trigger records."""
-        if self._triggers is None:
-            from ui.session.trigger_reading import TriggerReading
+        from ui.session.trigger_reading import TriggerReading
 
-            self._triggers = TriggerReading(self, self._storage)
-            self._triggers.changed.connect(self.changed)
-        return self._triggers
+        reading = TriggerReading(self, self._storage)
+        reading.changed.connect(self.changed)
+        return reading
 
-    @property
+    @cached_property
     def guided(self) -> "Guided":
         """Its guided tests."""
-        if self._guided is None:
-            from ui.session.guided import Guided
+        from ui.session.guided import Guided
 
-            self._guided = Guided(self, self._storage, self._port.lock)
-            self._guided.changed.connect(self.changed)
-        return self._guided
+        guided = Guided(self, self._storage, self._port.lock)
+        guided.changed.connect(self.changed)
+        return guided
 
     def keep_report(self, text: UserMessage) -> None:
         """What was interrupted with its conversation; stays as a notice until a person closes it."""
-        self._port.interruptions.keep(RemainderKind.REPORT, self.name, text=text)
+        self._port.interruptions.keep(Remainder(RemainderKind.REPORT, self.name, text=text))
 
     def keep_drafts(self, drafts: Mapping[str, Value], mistyped: Mapping[str, str]) -> None:
         """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
-        self._port.interruptions.keep(RemainderKind.DRAFTS, self.name, drafts=drafts, mistyped=mistyped)
+        self._port.interruptions.keep(Remainder(RemainderKind.DRAFTS, self.name, drafts=drafts, mistyped=mistyped))
 
     @property
     def is_busy(self) -> bool:
@@ -273,8 +246,8 @@ class ShownModule(QObject):
 
     def note_go(self) -> None:
         """Its verdict is GO, so that to be left ACTIVE is its normal end."""
-        if self._store is not None:
-            self._store.write(partial(note_go, run=self.run_id)).add_done_callback(_log_trouble)
+        if self._storage.ready is not None:
+            self._storage.ready.write(partial(note_go, run=self.run_id)).add_done_callback(_log_trouble)
 
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)
@@ -304,7 +277,7 @@ class ShownModule(QObject):
 
     def remembered(self, name: str) -> Remembered | None:
         """What was last kept under this name."""
-        store = self._store
+        store = self._storage.ready
         if store is None or not name:
             return None
         try:
@@ -325,7 +298,7 @@ class ShownModule(QObject):
 
     def keep(self) -> None:
         """Keep under its name what is known of it, for the next time that a person is asked."""
-        store, target = self._store, self._port.target
+        store, target = self._storage.ready, self._port.target
         if store is None or target is None or not self.name:
             return
         settings = self.view.settings(self._port.now_s)
@@ -337,7 +310,7 @@ class ShownModule(QObject):
     def _keep_name(self) -> None:
         """What fired here without a name, and what was left ACTIVE under this one, was the module that a person names
         now."""
-        store, target, known_as = self._store, self._port.target, self.known_as
+        store, target, known_as = self._storage.ready, self._port.target, self.known_as
         if store is None or target is None:
             return
 
@@ -381,11 +354,6 @@ class ShownModule(QObject):
         if was_going and not self.is_going:
             self.ended.emit()
 
-    def end_with(self, ended: Ended) -> None:
-        """Its conversation is over; there is no batch of its own that says so."""
-        self.view = self.view._replace(ended=ended)
-        self.ended.emit()
-
     def _note_triggered(self, batch: Batch) -> None:
         """A TRIGGERED that was seen stays with the module: no verdict before it holds."""
         if self.was_triggered:
@@ -395,15 +363,10 @@ class ShownModule(QObject):
         if not is_reported and not any(sample.triggered for sample in batch.samples):
             return
         self.was_triggered = True
-        store, target = self._store, self._port.target
+        store, target = self._storage.ready, self._port.target
         if store is not None and target is not None:
             note = partial(note_triggered, module=self.name, port=target.device, adapter=target.identity)
             store.write(note).add_done_callback(_log_trouble)
-
-    @property
-    def _store(self) -> Store | None:
-        store = self._storage.store
-        return store if isinstance(store, Store) else None
 
 
 def module_label(name: str) -> str:

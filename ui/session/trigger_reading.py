@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.procedure import Cancelled, Job
 from app.limits.past import LastAnswer
 from app.preflight.module_checks import RecordsWord
-from app.store.fact_store import Facts, Store, utc_now
+from app.store.fact_store import Facts, utc_now
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
@@ -97,7 +97,7 @@ class TriggerReading(QObject):
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
         """Store a person's judgement of a record; a failure offers to try again."""
-        store, name = self._store, self._module.name
+        store, name = self._storage.ready, self._module.name
         if store is None:
             return
         judged = self._judging[record_id] = judgement, note
@@ -131,7 +131,7 @@ class TriggerReading(QObject):
 
     def _keep_reading(self, *, is_same_module: bool = False) -> None:
         """Keep the reading under the module's name, if it has one."""
-        reading, store, name, target = self.reading, self._store, self._module.name, self._module.target
+        reading, store, name, target = self.reading, self._storage.ready, self._module.name, self._module.target
         self._filing.cancel()
         self._is_stored, self._new = False, frozenset()
         if reading is None:
@@ -170,7 +170,7 @@ class TriggerReading(QObject):
     def _silent_notice(self) -> Notice:
         """The module does not answer the query; a person can say once that a named one is new."""
         text = tr("No answer: the records are unknown.")
-        store, name = self._store, self._module.name
+        store, name = self._storage.ready, self._module.name
         plain = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
         if store is None or not name:
             return plain
@@ -189,7 +189,7 @@ class TriggerReading(QObject):
         return plain._replace(choices=(Choice("say_new", words, partial(self._say_new, name)),))
 
     def _say_new(self, name: str) -> None:
-        store = self._store
+        store = self._storage.ready
         if store is not None:
             work = partial(say_new, names=[name])
             self._wording.run_in(store, work, lambda _none: self.changed.emit(), self._fail_filing)
@@ -236,7 +236,7 @@ class TriggerReading(QObject):
         return () if self.reading is None else self._read_rows(self.reading)
 
     def _kept(self) -> tuple[SeenRecord, ...]:
-        store, name = self._store, self._module.name
+        store, name = self._storage.ready, self._module.name
         if store is None or not name:
             return ()
         try:
@@ -272,11 +272,6 @@ class TriggerReading(QObject):
         for raw in unknown.elements():
             rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
         return tuple(rows)
-
-    @property
-    def _store(self) -> Store | None:
-        store = self._storage.store
-        return store if isinstance(store, Store) else None
 
 
 def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:

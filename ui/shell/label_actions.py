@@ -15,7 +15,6 @@ from PySide6.QtGui import QCursor
 from app.modules.labels import PAPERS, Label, Paper, write_labels
 from app.modules.names import modules
 from app.settings.fingerprint import Fingerprint, fingerprint
-from app.store.fact_store import Store
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
@@ -63,8 +62,8 @@ class LabelActions(QObject):
 
     def _labels_of_all(self) -> list[Label]:
         """With the settings that were last read of each."""
-        store, at = self._services.storage.store, _now()
-        if not isinstance(store, Store):
+        store, at = self._services.storage.ready, _now()
+        if store is None:
             return []
         known = sorted(store.read(modules), key=lambda module: module.name)
         return [Label(module.name, at, _code(fingerprint(module.settings))) for module in known]

@@ -8,6 +8,7 @@ from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from ui.session.interruptions import UNTOLD
 from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.style.accessible_roles import announce
@@ -58,6 +59,8 @@ class StateAnnouncer(QObject):
         was, self._is_linked = self._is_linked, state.phase in _LINKED
         if was and state.phase in _LOST:
             self._reset()  # told again when it answers again
+            if port.module.end is not None and port.module.end.reason in UNTOLD:
+                return
             parts = [link_text(state, port.now_s).what]
             if port.is_active:
                 parts += [tr(LAST_HEARD_ACTIVE), keep_away()]

@@ -157,7 +157,7 @@ class TopBar(QFrame):
         self._reserve()
         self._fit()
         self.refresh()
-        for changed in (ports.changed, ports.ticked, ports.lock_changed):
+        for changed in (ports.changed, ports.ticked):
             changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh, restyle=self._fit)
 

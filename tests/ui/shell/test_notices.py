@@ -12,7 +12,6 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
-from app.safety.left_active import KnownAs, LeftActive
 from tests.support.thorough import some
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
@@ -238,18 +237,17 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
 
 
 def test_an_interruption_does_not_wait_behind_what_was_left_active(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with simulated("left", active=True) as bench, window(qapp, tmp_path, entries=()) as assembly:
+        bar = assembly.window.notice_bar
         connect(qtbot, assembly, "sim://left")
-        left = LeftActive(KnownAs("M-07", "an ended one"), "ttyUSB9", "", "2026-11-28T14:02:00+00:00")
-        assembly.storage.left_active = (left,)
+        left = Notice(Meaning.ATTENTION, "M-07 was left ACTIVE.")
+        monkeypatch.setattr(assembly.left_active, "notices", lambda: [left])
         bench.restart()
-        main = assembly.window
-        qtbot.waitUntil(lambda: len(main.notice_bar.notices) > 1 and assembly.ports.module.is_going)
-        qtbot.waitUntil(lambda: any("The module restarted." in one.text for one in main.notice_bar.notices))
-        assert any("M-07" in one.text for one in main.notice_bar.notices)
-        assert "may have fired" in notice_text(main.notice_bar)
+        qtbot.waitUntil(lambda: any("The module restarted." in one.text for one in bar.notices))
+        assert left in bar.notices
+        assert "may have fired" in notice_text(bar)
 
 
 def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:

@@ -56,6 +56,7 @@ class DiagnosisPage(Page):
     def _make_tabs(self) -> QTabWidget:
         tabs = named(QTabWidget(), "diagnosis_views")
         tabs.setDocumentMode(True)
+        tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
         tabs.setUsesScrollButtons(False)
         tabs.tabBar().setObjectName("diagnosis_tabs")
         tabs.tabBar().setAccessibleName(tr("Diagnosis"))

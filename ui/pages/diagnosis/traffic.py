@@ -124,6 +124,8 @@ class TrafficModel(QAbstractTableModel):
         match role:
             case Qt.ItemDataRole.DisplayRole:
                 return _text_of(row, column)
+            case Qt.ItemDataRole.ToolTipRole:
+                return hex_of(shown(row).raw) if column == Column.BYTES.value else _text_of(row, column)
             case Qt.ItemDataRole.DecorationRole:
                 return icon_of(row) if column == Column.KIND.value else None
             case Qt.ItemDataRole.FontRole:

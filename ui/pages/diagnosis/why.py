@@ -94,6 +94,7 @@ class WhyPanel(QWidget):
             value = self.checked[key] = named(TickingLabel(), f"why_{key}")
             value.setAccessibleName(tr(english))
             value.setTextInteractionFlags(SELECTABLE)
+            value.setWordWrap(True)
             self._ticks[key] = IconLabel(f"why_{key}_tick", 16, keeps_place=True)
             grid.addWidget(self._ticks[key], row, 0)
             grid.addWidget(named(QLabel(tr(english)), f"why_{key}_name", "muted"), row, 1)

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
-from protocol.events import Ended, EndReason
+from protocol.events import EndReason
 from tests.support.line.odd_module import end_faults
 from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.settings_bench import (
@@ -148,26 +148,6 @@ def test_nothing_is_edited_or_sent_after_the_end(one: Desk) -> None:
     work.write(one.assembly.armed)
     assert work.form.edited == {TIME: 1.2}
     assert not one.changes()
-
-
-def test_an_end_and_the_next_begin_in_one_batch_lose_no_edits(qtbot: QtBot, qapp: QApplication) -> None:
-    """The line is fast enough for both between two batches: the view of the ended conversation never comes."""
-    with fake_services(qapp) as (ports, services):
-        page = SettingsPage(services)
-        show_alone(qtbot, services, page, 876, 500)
-        port, worker = ports.plug_in("/dev/port0")
-        qapp.processEvents()
-        port.module.settings.choose(TIME, 1.2)
-        page.refresh()
-        assert page.write.isEnabled()
-        worker.number += 1
-        worker.hand_over(events=(Ended(EndReason.SILENT, ports.now_s),))
-        qapp.processEvents()
-        assert [remainder.drafts for remainder in port.interruptions.remainders] == [{TIME: 1.2}]
-        assert port.interruptions.count == 1
-        assert port.module.number == 2
-        page.refresh()
-        assert not page.write.isEnabled()
 
 
 # A write
