@@ -10,6 +10,9 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
+from enum import Enum
+from typing import NamedTuple
+
 from app.engine.conversation import reason_message
 from app.settings.values import value_text
 from app.text.i18n import tr
@@ -84,30 +87,41 @@ def read_reply(raw: bytes, asked: Asked) -> Message:
     return decode(raw, asked.query() if asked.write is None else Request(asked, control=SET, data=raw[4]))
 
 
-def _command(asked: Asked) -> Command | None:
-    return asked.command if isinstance(asked, Request) else asked
+class _Said(Enum):
+    """What a six-byte reply says."""
+
+    VALUE = "value"
+    OPEN = "received, or a value"  # which, `asked` does not tell (E2)
+    RECEIVED = "received"
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
 
 
-def _is_value_open(reading: Reading, asked: Asked) -> bool:
-    """Whether the reply may be "received" or a value, and `asked` does not tell which (E2)."""
-    is_either = reading.command.acknowledged_by_one and reading.raw == _EITHER_OR
-    return is_either and _command(asked) is not reading.command
+class _Reply(NamedTuple):
+    """A six-byte reply. `may_answer`: all commands that it may answer, where its code leaves that open (E4)."""
+
+    said: _Said
+    command: Command
+    raw: int
+    may_answer: tuple[Command, ...] = ()
 
 
-def _may_answer(reading: Reading, asked: Asked) -> tuple[Command, ...]:
-    """The commands that this reply may answer, if its code and `asked` leave that open (E4)."""
-    if _command(asked) is reading.command:
-        return ()
-    others = (other for other in COMMANDS if reading.command.code in other.extra_reply_codes)
-    same_reply = tuple(other for other in others if other.reply == reading.command.reply)
-    return (reading.command, *same_reply) if same_reply else ()
-
-
-def _is_only_received(message: Acknowledgement, asked: Asked) -> bool:
-    """Whether the reply means "received" only; 01 does if the value that was sent is unknown."""
-    if message.raw != _EITHER_OR or not message.request.command.acknowledged_by_one:
-        return False
-    return isinstance(asked, Command) or not message.is_echo
+def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
+    raw = message.raw
+    if isinstance(message, Reading):
+        command = message.command
+        if (asked.command if isinstance(asked, Request) else asked) is command:
+            return _Reply(_Said.VALUE, command, raw)
+        if command.acknowledged_by_one and raw == _EITHER_OR:
+            return _Reply(_Said.OPEN, command, raw)
+        under_its_code = [other for other in COMMANDS if command.code in other.extra_reply_codes]
+        others = tuple(other for other in under_its_code if other.reply == command.reply)
+        return _Reply(_Said.VALUE, command, raw, (command, *others) if others else ())
+    command = message.request.command
+    is_either = raw == _EITHER_OR and command.acknowledged_by_one
+    if is_either and (isinstance(asked, Command) or not message.is_echo):  # the value that was sent is unknown
+        return _Reply(_Said.RECEIVED, command, raw)
+    return _Reply(_Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command, raw)
 
 
 def _meaning_of_request(request: Request) -> dict[str, JsonValue]:
@@ -128,36 +142,27 @@ def _meaning_of_message(message: Message, asked: Asked) -> dict[str, JsonValue]:
             return {"command": "trigger_records"} | record_values(message)
         case EmptySlot():
             return {"command": "trigger_records", "empty": True}
-        case Reading():
-            return _meaning_of_reading(message, asked)
-        case Acknowledgement():
-            return _meaning_of_acknowledgement(message, asked)
+        case _:
+            return _meaning_of_reply(_reply_of(message, asked))
 
 
-def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, JsonValue]:
-    command = reading.command
+def _meaning_of_reply(reply: _Reply) -> dict[str, JsonValue]:
+    command, key = reply.command, reply.command.reply_key
     named: dict[str, JsonValue] = {"command": command.name}
-    if command.reply_key is None:
-        return named
-    if _is_value_open(reading, asked):
-        # A baud rate cannot be queried, so its reply is always an acknowledgement.
-        return named | ({command.reply_key: None} if command.can_be_asked else {"acknowledged": True})
-    named[command.reply_key] = reading.value
-    possible = _may_answer(reading, asked)
-    return named | {"may_answer": [command.name for command in possible]} if possible else named
-
-
-def _meaning_of_acknowledgement(message: Acknowledgement, asked: Asked) -> dict[str, JsonValue]:
-    command = message.request.command
-    named: dict[str, JsonValue] = {"command": command.name}
-    if _is_only_received(message, asked):
-        return named | {"acknowledged": True}
-    if not message.is_accepted:
-        named["acknowledged"] = False
-        if command.acknowledged_by_one:
-            return named  # "anything else: failed", so it need not carry the present value
-    if command.reply is not None and command.reply_key is not None:
-        named[command.reply_key] = command.reply.decode(message.raw)
+    match reply.said:
+        case _Said.RECEIVED:
+            return named | {"acknowledged": True}
+        case _Said.OPEN if key is not None:
+            # A baud rate cannot be queried, so its reply is always an acknowledgement.
+            return named | ({key: None} if command.can_be_asked else {"acknowledged": True})
+        case _Said.REFUSED:
+            named["acknowledged"] = False
+            if command.acknowledged_by_one:
+                return named  # "anything else: failed", so it need not carry the present value
+    if command.reply is not None and key is not None:
+        named[key] = command.reply.decode(reply.raw)
+    if reply.may_answer:
+        named["may_answer"] = [command.name for command in reply.may_answer]
     return named
 
 
@@ -192,23 +197,24 @@ def _message_text(message: Message, asked: Asked) -> str:
             return labelled(_inside(TRIGGER_RECORDS.title), told(message).translated())
         case EmptySlot():
             return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
-        case Reading():
-            if _is_value_open(message, asked):
-                return labelled(tr("reply"), f"{_inside(message.command.title)} ?")
-            possible = _may_answer(message, asked) or (message.command,)
-            values = (_value_text(command, command.reply, message.raw) for command in possible)
+        case _:
+            return _reply_text(_reply_of(message, asked))
+
+
+def _reply_text(reply: _Reply) -> str:
+    command, title = reply.command, _inside(reply.command.title)
+    match reply.said:
+        case _Said.OPEN:
+            return labelled(tr("reply"), f"{title} ?")
+        case _Said.RECEIVED:
+            return labelled(tr("acknowledged"), title)
+        case _Said.ACCEPTED:
+            return labelled(tr("acknowledged"), _value_text(command, command.reply, reply.raw))
+        case _Said.REFUSED:
+            return labelled(tr("not acknowledged"), f"{title} ({reply.raw:02X})")
+        case _Said.VALUE:
+            values = (_value_text(one, one.reply, reply.raw) for one in reply.may_answer or (command,))
             return labelled(tr("reply"), " / ".join(values))
-        case Acknowledgement():
-            return _acknowledgement_text(message, asked)
-
-
-def _acknowledgement_text(message: Acknowledgement, asked: Asked) -> str:
-    command = message.request.command
-    if _is_only_received(message, asked):
-        return labelled(tr("acknowledged"), _inside(command.title))
-    if message.is_accepted:
-        return labelled(tr("acknowledged"), _value_text(command, command.reply, message.raw))
-    return labelled(tr("not acknowledged"), f"{_inside(command.title)} ({message.raw:02X})")
 
 
 def _value_text(command: Command, field: Field | None, raw: int) -> str:

@@ -32,28 +32,22 @@ def recordings_folder() -> Path:
 
 
 class RecordingEntry(NamedTuple):
-    """A recording as the list shows it."""
+    """A recording as the list shows it. `modules`: the names that were said while it was recorded; `is_running`: it is
+    being written, by this or another program; `was_cut_off`: it was not closed properly, and is valid up to there."""
 
     path: Path
     started_at: datetime
-    """Aware, UTC."""
     port: str = ""
     baud_rate: int = 0
     modules: tuple[str, ...] = ()
-    """The names that were said while it was recorded."""
     duration_s: float = 0.0
     sample_count: int = 0
-    """Status reports."""
     size_bytes: int = 0
     is_pinned: bool = False
-    """Never pruned."""
     is_running: bool = False
-    """Being written, by this or another program."""
     was_cut_off: bool = False
-    """Not closed properly; valid up to there."""
     trouble: UserMessage | None = None
     was_triggered: bool = False
-    """A report said that the module has triggered."""
 
     @property
     def name(self) -> str:

@@ -29,14 +29,14 @@ from app.text.messages import UserMessage
 _log = logging.getLogger(__name__)
 
 FLUSH_EVERY_S = 0.5
+# The disk is made to keep what was written, and is asked for its free space.
 SYNC_EVERY_S = 30.0
-"""How often the disk is made to keep what was written, and is asked for its free space."""
+# Left free for the store, which must be able to keep an intent.
 RESERVE_BYTES = 256 * 1024**2
-"""Left free for the store, which must be able to keep an intent."""
+# Batches that wait for the thread; more than a minute of the fastest stream.
 MAX_WAITING = 10_000
-"""Batches that wait for the thread; more than a minute of the fastest stream."""
+# After this, or with a fifth of what the library may hold, the recording goes on in the next file.
 MAX_SESSION_S = 24 * 3600.0
-"""After this, or with a fifth of what the library may hold, the recording goes on in the next file."""
 
 
 @dataclass(eq=False)
@@ -64,10 +64,10 @@ class Recorder:
         max_waiting: int = MAX_WAITING,
     ) -> None:
         self.library = library
+        # A recording was begun, although there may be no byte yet.
         self.is_recording = False
-        """A recording was begun, although there may be no byte yet."""
+        # Status reports and events of this recording that were lost because the disk was too slow.
         self.dropped = 0
-        """Status reports and events of this recording that were lost because the disk was too slow."""
         self._clock = clock
         self._wall_clock = wall_clock
         self._find_free_bytes = find_free_bytes
