@@ -41,26 +41,20 @@ class Loop:
         self._is_stopped = True
 
     def run(self) -> None:
-        bench = self._bench
+        bench, wait_s = self._bench, 0.0
         while not self._is_stopped:
-            ready, _, _ = select.select([self._endpoint], [], [], self._wait_s())
+            ready, _, _ = select.select([self._endpoint], [], [], wait_s)
             received = self._endpoint.receive() if ready else b""
             with bench.changed:
                 now_s = bench.clock()
                 bench.wire.host_baud = self._endpoint.host_baud()
                 bench.wire.write(received, now_s)
                 data = bench.wire.read(now_s)
+                due_s = bench.wire.next_due(now_s)
             if data:
                 self._endpoint.send(data)
-
-    def _wait_s(self) -> float:
-        with self._bench.changed:
-            now_s = self._bench.clock()
-            due_s = self._bench.wire.next_due(now_s)
-        if due_s is None:
-            return LONGEST_WAIT_S
-        shortest_s = SHORTEST_WAIT_S if self._bench.module.is_streaming else 0.0
-        return min(LONGEST_WAIT_S, max(shortest_s, due_s - now_s))
+            shortest_s = SHORTEST_WAIT_S if bench.module.is_streaming else 0.0
+            wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, max(shortest_s, due_s - now_s))
 
 
 class PtyEndpoint:

@@ -10,8 +10,8 @@ from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
 
 YES_OR_NO: Final = "yes|no"
-_SWITCH: Final = {"": True, "yes": True, "true": True, "on": True, "1": True,
-                  "no": False, "false": False, "off": False, "0": False}  # fmt: skip
+_SWITCH: Final = {**dict.fromkeys(("", "yes", "true", "on", "1"), True),
+                  **dict.fromkeys(("no", "false", "off", "0"), False)}
 _RATES: Final = {str(rate): rate for rate in BAUD_RATES}
 
 

@@ -238,13 +238,6 @@ def test_the_commands_are_exact(evidence: PortEvidence, command: str | None) -> 
     assert found.command == command
 
 
-def test_the_program_that_holds_the_port_is_named() -> None:
-    found = diagnose(trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)))
-    assert found is not None
-    assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
-    assert found.next_step == "Close it and connect again."
-
-
 # From the line to the cause
 
 

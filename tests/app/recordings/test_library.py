@@ -33,11 +33,6 @@ def ages(library: RecordingLibrary) -> list[float]:
     return [(NOON - entry.started_at) / timedelta(days=1) for entry in library.entries()]
 
 
-def test_the_default_folder_is_the_platforms(user_files: Path) -> None:
-    assert RecordingLibrary().folder == recordings_folder()
-    assert user_files in recordings_folder().parents
-
-
 def numbers(library: RecordingLibrary) -> list[int]:
     return [int(entry.name.rpartition("-")[2]) for entry in library.entries()]
 
@@ -108,14 +103,6 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         bench.library.delete(entry)
         assert bench.library.entries() == ()
         bench.library.delete(entry)
-
-
-def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
-    newest = library_of(tmp_path, 100, 1).entries()[0]
-    with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = newest.size_bytes
-        bench.record(batch(1000.0, report(1000.0)))
-        assert ages(bench.library) == [0, 1]
 
 
 def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
@@ -225,14 +212,6 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, dps_s: P
     assert not Path(path).exists()
 
 
-@pytest.mark.parametrize(("file", "said"), [("x.txt", "expected .mcap, .csv"), ("no/x.csv", "There is no folder")])
-def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
-    kept_at: Path, tmp_path: Path, dps_s: Program, file: str, said: str
-) -> None:
-    recorded(kept_at, 0.1)
-    assert said in dps_s(["recordings", "export", "latest", str(tmp_path / file)], 2).err
-
-
 def test_an_unreadable_recording_is_not_exported(kept_at: Path, tmp_path: Path, dps_s: Program) -> None:
     path = recorded(kept_at, 0.1)
     damage_heading(path)
@@ -247,18 +226,3 @@ def test_deleting_asks_first(kept_at: Path, dps_s: Program) -> None:
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 0
     assert not folder.exists()
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 2
-
-
-def test_deleting_one_that_is_being_written(kept_at: Path, dps_s: Program) -> None:
-    with recorder_in(kept_at) as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        assert "being written" in dps_s(["recordings", "delete", "latest", "--yes"], 1).err
-
-
-def test_deleting_without_permission(kept_at: Path, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(_path: Path, *, missing_ok: bool) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    recorded(kept_at, 0.1)
-    monkeypatch.setattr(Path, "unlink", refuse)
-    assert "Permission denied" in dps_s(["recordings", "delete", "latest", "--yes"], 1).err

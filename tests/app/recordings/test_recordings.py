@@ -212,21 +212,6 @@ def test_only_this_user_can_read_a_recording(tmp_path: Path) -> None:
     assert [one.stat().st_mode & 0o777 for one in (folder, folder.parent)] == [0o600, 0o700]
 
 
-def test_a_file_that_may_only_be_read_is_not_taken_for_one_being_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path, open_any = recorded(tmp_path, 0.2), Path.open
-
-    def open_for_reading(self: Path, mode: str = "r", *args: Any, **values: Any) -> Any:
-        if mode != "rb":
-            raise PermissionError(13, "Permission denied")
-        return open_any(self, mode, *args, **values)
-
-    monkeypatch.setattr(Path, "open", open_for_reading)
-    recording = opened(path)
-    assert not recording.entry.is_running
-
-
 # What is no recording
 
 

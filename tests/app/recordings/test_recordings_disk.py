@@ -298,14 +298,6 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     assert [row["cell_voltage_v"] for row in rows if row["cell_voltage_v"]] == ["3.00", "3.01", "3.02"]
 
 
-@pytest.mark.parametrize("is_table", [True, False])
-def test_progress_goes_to_the_end(recording: Recording, tmp_path: Path, is_table: bool) -> None:
-    shares: list[float] = []
-    export(recording.entry, tmp_path / "x", is_table=is_table, on_progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-
-
 @pytest.mark.parametrize(("is_table", "looks"), [(True, 0), (True, 1), (False, 0), (False, 1)])
 def test_a_cancelled_export_leaves_the_file_unchanged(
     recording: Recording, tmp_path: Path, is_table: bool, looks: int
@@ -324,9 +316,3 @@ def test_a_cancelled_export_leaves_the_file_unchanged(
         export(recording.entry, path, is_table=is_table, on_progress=go_on)
     assert path.read_text(encoding="utf-8") == "before"
     assert [one.name for one in path.parent.iterdir()] == ["x"]
-
-
-@pytest.mark.parametrize("is_table", [True, False])
-def test_a_folder_that_is_not_there(recording: Recording, tmp_path: Path, is_table: bool) -> None:
-    with pytest.raises(OSError):
-        export(recording.entry, tmp_path / "nowhere" / "x", is_table=is_table)

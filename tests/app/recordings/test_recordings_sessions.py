@@ -1,17 +1,11 @@
 """Beginning and end of a recording."""
 
-import errno
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from app.recordings import library as library_module
-from app.recordings import writer as writer_module
-from app.recordings.library import RecordingLibrary
-from app.recordings.markers import MarkerKind
-from app.recordings.recorder import MAX_SESSION_S, SYNC_EVERY_S, Recorder
+from app.recordings.recorder import MAX_SESSION_S, SYNC_EVERY_S
 from app.recordings.recording import RecordedTraffic
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream
@@ -50,14 +44,6 @@ def test_after_a_day_the_next_recording_begins(tmp_path: Path) -> None:
         assert found == [(True, 1, "Bench 9"), (False, 2, "Bench 9")]
 
 
-def test_the_next_module_is_not_compared_with_the_one_before(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        bench.record(batch(1001.0, report(1001.0, triggered=True, active=True)))
-        bench.finish()
-        assert [marker.kind for marker in opened(bench.library.entries()[0].path).markers] == [MarkerKind.CONNECTED]
-
-
 def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[float] = []
     with recorder_in(tmp_path) as bench:
@@ -67,21 +53,6 @@ def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert synced == []
         bench.feed(batch(1000.0 + SYNC_EVERY_S, report(1000.0 + SYNC_EVERY_S)))
         assert synced == [1000.0 + SYNC_EVERY_S]
-
-
-def test_a_file_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    monkeypatch.setattr(library_module, "lock", refuse)
-    monkeypatch.setattr(writer_module, "lock", refuse)
-    with recorder_in(tmp_path) as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        bench.finish()
-        (entry,) = bench.library.entries()
-        assert not entry.is_running
-        bench.library.delete(entry)
-        assert bench.library.entries() == ()
 
 
 # Beginning and ending
@@ -102,11 +73,3 @@ def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
         bench.recorder.begin(*HEADING)
         assert not bench.recorder.is_recording
         assert bench.recorder.stop(WAIT_S)
-
-
-def test_a_recorder_that_never_began_has_no_thread(tmp_path: Path) -> None:
-    before = threading.active_count()
-    recorder = Recorder(RecordingLibrary(tmp_path))
-    assert recorder.settle(0.0)
-    assert recorder.stop(0.0)
-    assert threading.active_count() == before

@@ -6,14 +6,12 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.read import read_everything
 from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
 from app.settings.form import Match, compare
 from app.settings.profiles import Profile
 from protocol.catalogue import READABLE_SETTINGS, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from tests.support.line.sim_line import settled_rig
 
 USUAL: dict[str, Value] = {
     "light_threshold_v": 1.8,
@@ -70,14 +68,6 @@ def test_the_check_finds_every_single_error() -> None:
         assert is_fingerprint(damaged) is (damaged == plain)
     for text in ("", plain[:-1], plain + "A", plain.replace(plain[0], "0"), "🪂" * 8):
         assert not is_fingerprint(text)
-
-
-def test_the_code_of_a_module_and_its_profile() -> None:
-    rig = settled_rig()
-    rig.run(read_everything())
-    settings = rig.conversation.settings(rig.clock())
-    assert settings == {**USUAL, "baud_rate": 115200}
-    assert fingerprint(settings) == fingerprint(USUAL)
 
 
 @pytest.mark.promise("f")

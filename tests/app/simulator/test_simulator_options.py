@@ -13,7 +13,6 @@ from app.simulator.setup import Setup, as_text, parse_options
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.messages import Status, decode
-from protocol.stream import StreamParser
 from tests.support.line.sim_line import FakeClock
 from tests.support.line.simulated import receive, running, tick
 
@@ -57,11 +56,6 @@ def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, sa
     with pytest.raises(UserError, match=name) as refused:
         parse_options({name: text})
     assert said in str(refused.value)
-
-
-def test_an_unknown_option_is_refused_by_name() -> None:
-    with pytest.raises(UserError, match="speed"):
-        parse_options({"speed": "1"})
 
 
 def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
@@ -113,10 +107,6 @@ def test_it_restarts_at_the_given_time(clock: FakeClock) -> None:
     assert not bench.module.state.is_active
 
 
-def test_a_module_that_does_nothing_by_itself_is_never_due(clock: FakeClock) -> None:
-    assert SimulatedBench(clock=clock).module.next_due(clock()) is None
-
-
 def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> None:
     bench.power_off()
     assert not bench.module.is_on
@@ -161,21 +151,6 @@ def test_any_bytes_never_raise_and_a_module_that_is_on_answers_the_next_request(
     tick(module, 11.0)
     answer = receive(module, HEARTBEAT.query().encode(), 12.0)
     assert answer.endswith(bytes.fromhex("41 75 01 a5 5a 00"))
-
-
-@given(st.binary(max_size=200), st.lists(st.integers(1, 7), max_size=60))
-def test_frames_come_out_and_nothing_else_however_requests_are_cut(noise: bytes, cuts: list[int]) -> None:
-    asked = [BY_NAME[name].query() for name in ("heartbeat", "boot_count", "light", "attitude_threshold", "status")]
-    data = noise.replace(b"B", b"") + b"".join(request.encode() for request in asked)
-    whole = receive(running(), data, 0.0)
-    frames = StreamParser().feed(whole)
-    assert [frame.raw[2] for frame in frames] == [request.command.code for request in asked], "nothing else came"
-    module = running()
-    pieces = b""
-    for cut in cuts:
-        pieces += receive(module, data[:cut], 0.0)
-        data = data[cut:]
-    assert pieces + receive(module, data, 0.0) == whole
 
 
 class ModuleMachine(RuleBasedStateMachine):

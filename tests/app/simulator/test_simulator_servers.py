@@ -21,8 +21,8 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
 from app.simulator.setup import Setup
 from app.terminal.console import Refused
-from app.text.user_error import ErrorCode, UserError
-from protocol.catalogue import SERIAL_OUTPUT, STATUS
+from app.text.user_error import ErrorCode
+from protocol.catalogue import STATUS
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, running
 
@@ -56,17 +56,6 @@ def test_tcp_serves_one_client_after_the_other() -> None:
     with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as address:
         assert address.startswith("socket://127.0.0.1:")
         assert [exchange(address) for _ in range(3)] == [ANSWER] * 3
-
-
-def test_tcp_streams() -> None:
-    bench = SimulatedBench()
-    bench.change(rate=1000)
-    with (
-        serving(bench, TcpEndpoint("127.0.0.1", 0)) as address,
-        serial.serial_for_url(address, timeout=PATIENCE_S) as port,
-    ):
-        port.write(SERIAL_OUTPUT.set(True).encode())
-        assert len(port.read(6 + 100 * 8)) == 806
 
 
 def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
@@ -158,11 +147,6 @@ def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
     with pytest.raises(Refused) as refused:
         parse(*words)
     assert refused.value.code is ErrorCode.USAGE
-
-
-def test_a_wrong_option_is_refused_before_anything_is_made() -> None:
-    with pytest.raises(UserError, match="drop=2: expected 0…1"):
-        simulate.run(parse("--drop", "2"))
 
 
 def test_no_port_to_be_had_is_code_3() -> None:

@@ -45,12 +45,6 @@ def test_frames_take_their_time() -> None:
     assert line.next_due(1.0) is None
 
 
-def test_at_most_11520_bytes_a_second() -> None:
-    line = wire()
-    line.write(ASK * 10_000, 0.0)
-    assert len(line.read(1.0)) <= 11_520
-
-
 @pytest.mark.parametrize(
     "faults",
     [
@@ -100,18 +94,6 @@ def test_what_was_on_its_way_at_the_opening_is_lost() -> None:
     line.write(ASK, 0.0)
     line.clear(1.0)
     assert line.read(2.0) == b""
-
-
-def test_records_arrive_one_after_the_other_on_a_slow_line() -> None:
-    line = wire(host_baud=4800)
-    line.module.baud_rate = 4800
-    line.write(BY_NAME["trigger_records"].query().encode(), 0.0)
-    now_s, arrived = 0.0, []
-    while (due_s := line.next_due(now_s)) is not None:
-        now_s = due_s + 1e-6
-        arrived.append(len(line.read(now_s)))
-    assert [length for length in arrived if length] == [16] * 9
-    assert now_s == pytest.approx(150 * 10 / 4800, abs=0.001)
 
 
 def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
