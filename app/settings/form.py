@@ -9,7 +9,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.write import SettingChange, Written
+from app.procedures.write import SettingChange, WriteFault, Written
 from app.safety.consequences import Consequence, consequences
 from app.settings.profiles import Profile
 from app.settings.values import value_text
@@ -63,70 +63,52 @@ class FormRow:
         return () if value is None else consequences(self.command, value)
 
 
-class _Failure(NamedTuple):
-    target: Value
-    text: str
-    read_back: Value | None = None
-
-
 class SettingsForm:
     """Of one conversation, and for one thread."""
 
     def __init__(self) -> None:
-        # All by the setting's key.
-        self._edited: dict[str, Value] = {}
-        self._mistyped: dict[str, str] = {}
+        # All by the setting's key. What was typed and cannot be sent takes the place of an edit.
+        self.edited: dict[str, Value] = {}
+        self.mistyped: dict[str, str] = {}
         self._writing: dict[str, Value] = {}
-        self._verified: dict[str, Value] = {}
-        self._failures: dict[str, _Failure] = {}
+        # What came of writing it, as long as it stands: verified, or failed.
+        self._results: dict[str, Written] = {}
 
     # Editing: not while it writes
-
-    def choose(self, key: str, value: Value) -> None:
-        self.fill({key: value})
 
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edit all of these; what is no row of the form is left out."""
         for key, value in values.items():
-            if key in _BY_KEY and self._edited.get(key) != value:
+            if self._writing or key not in _BY_KEY:
+                continue
+            if self.edited.get(key) != value:
                 self.revert(key)
-                if not self._writing:
-                    self._edited[key] = value
-            elif not self._writing:
-                self._mistyped.pop(key, None)
+                self.edited[key] = value
+            self.mistyped.pop(key, None)
 
     def mistype(self, key: str, text: str) -> None:
-        """What was typed is no value: it takes the place of the edit, so that half of it is never sent."""
-        self.revert(key)
+        """What was typed is no value, so half of it is never sent."""
         if not self._writing:
-            self._mistyped[key] = text
+            self.revert(key)
+            self.mistyped[key] = text
 
     def revert(self, key: str | None = None) -> None:
         """Remove the edit of one row with its failure, or all of them."""
         if self._writing:
             return
         for one in list(_BY_KEY) if key is None else [key]:
-            self._mistyped.pop(one, None)
-            self._edited.pop(one, None)
-            self._failures.pop(one, None)
+            self.mistyped.pop(one, None)
+            self.edited.pop(one, None)
+            if one in self._results and self._results[one].fault is not None:
+                del self._results[one]
 
     @property
     def is_writing(self) -> bool:
         return bool(self._writing)
 
     @property
-    def edited(self) -> dict[str, Value]:
-        """The edited values, with those that the module already has."""
-        return dict(self._edited)
-
-    @property
-    def mistyped(self) -> dict[str, str]:
-        """What was typed and cannot be sent."""
-        return dict(self._mistyped)
-
-    @property
     def has_drafts(self) -> bool:
-        return bool(self._edited or self._mistyped)
+        return bool(self.edited or self.mistyped)
 
     # Rows
 
@@ -148,36 +130,38 @@ class SettingsForm:
 
     def observe(self, conversation: ConversationView, now: float) -> None:
         """Take what the module says: it may end a "verified", or settle what had failed."""
-        for key, value in list(self._verified.items()):
-            if conversation.fresh(key, now) != value:  # set again, by another part of the program
-                del self._verified[key]
-        if self._writing:
-            return
-        for key, failure in list(self._failures.items()):
-            if is_confirmed(_BY_KEY[key], conversation.known(key, now), failure.target):  # written after all, but late
-                del self._failures[key]
-                if self._edited.get(key) == failure.target:
-                    del self._edited[key]
+        for key, result in list(self._results.items()):
+            if result.fault is None:
+                if conversation.fresh(key, now) != result.target:  # set again, by another part of the program
+                    del self._results[key]
+            elif not self._writing and is_confirmed(result.command, conversation.known(key, now), result.target):
+                del self._results[key]  # written after all, but late
+                if self.edited.get(key) == result.target:
+                    del self.edited[key]
 
     def _row(self, command: Command, known: Known | None) -> FormRow:
         key = command.key
-        edited = self._edited.get(key)
+        edited, result = self.edited.get(key), self._results.get(key)
         has_it = edited is not None and is_confirmed(command, known, edited)
         is_pending = edited is not None and not has_it and key not in self._writing
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
-        elif key in self._mistyped:
+        elif key in self.mistyped:
             state = RowState.IMPOSSIBLE
-        elif key in self._failures:
+        elif result is not None and result.fault is not None:
             state = RowState.FAILED
-            reason = _failure_text(command, self._failures[key])
+            reason = _failure_text(result, result.fault)
         elif is_pending:
             state = RowState.EDITED
-        elif key in self._verified:
+        elif result is not None:
             state = RowState.VERIFIED
+        elif known is None:
+            state = RowState.UNKNOWN
+        elif known.is_stale:
+            state = RowState.STALE
         else:
-            state = _known_state(known)
+            state = RowState.ACKNOWLEDGED if known.how is How.ACKNOWLEDGED else RowState.READ
         return FormRow(
             command=command,
             module_value=known,
@@ -185,7 +169,7 @@ class SettingsForm:
             state=state,
             reason=reason,
             is_pending=is_pending,
-            mistyped=self._mistyped.get(key, ""),
+            mistyped=self.mistyped.get(key, ""),
         )
 
     # Writing
@@ -194,8 +178,7 @@ class SettingsForm:
         """Nothing can be edited until `on_written`."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
-            self._failures.pop(key, None)
-            self._verified.pop(key, None)
+            self._results.pop(key, None)
 
     def on_written(self, results: Iterable[Written], conversation: ConversationView, now: float) -> None:
         """Take what came of each change. What was not sent stays edited; of the rest, what the module has already is no
@@ -205,15 +188,13 @@ class SettingsForm:
             key = written.command.key
             if not written.is_sent or key not in _BY_KEY:
                 continue
-            if written.fault is not None:
-                self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
-                continue
-            self._edited.pop(key, None)
-            if written.verified:
-                self._verified[key] = written.target
-        for key, value in list(self._edited.items()):
+            if written.fault is not None or written.verified:
+                self._results[key] = written
+            if written.fault is None:
+                self.edited.pop(key, None)
+        for key, value in list(self.edited.items()):
             if is_confirmed(_BY_KEY[key], conversation.known(key, now), value):
-                del self._edited[key]
+                del self.edited[key]
 
 
 def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
@@ -223,19 +204,11 @@ def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
     return known.how is not How.ACKNOWLEDGED or not command.reads_back
 
 
-def _known_state(known: Known | None) -> RowState:
-    if known is None:
-        return RowState.UNKNOWN
-    if known.is_stale:
-        return RowState.STALE
-    return RowState.ACKNOWLEDGED if known.how is How.ACKNOWLEDGED else RowState.READ
-
-
-def _failure_text(command: Command, failure: _Failure) -> str:
-    target, why = value_text(command, failure.target), tr(failure.text)
-    if failure.read_back is None:
+def _failure_text(written: Written, fault: WriteFault) -> str:
+    target, why = value_text(written.command, written.target), tr(fault.value)
+    if written.read_back is None:
         return tr("{wanted} was sent: {why}.", wanted=target, why=why)
-    read_back = value_text(command, failure.read_back)
+    read_back = value_text(written.command, written.read_back)
     return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=read_back)
 
 

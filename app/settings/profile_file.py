@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 LARGEST_BYTES: Final = 128 * 1024
 MAX_ERRORS: Final = 20
-MAX_DOTS: Final = 200  # `tomllib` takes half a minute for a key of ten thousand parts
 MAX_WHY: Final = 120  # characters of what `tomllib` says
 
 
@@ -112,8 +111,6 @@ def _document(data: bytes) -> dict[str, Any]:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise _refused(marked("not UTF-8 text.")) from None
-    if any(line.partition("=")[0].count(".") > MAX_DOTS for line in text.split("\n")):
-        raise _refused(marked("nested too deeply."))
     try:
         return tomllib.loads(text)
     except RecursionError:

@@ -10,8 +10,10 @@ from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
 
 YES_OR_NO: Final = "yes|no"
-_SWITCH: Final = {**dict.fromkeys(("", "yes", "true", "on", "1"), True),
-                  **dict.fromkeys(("no", "false", "off", "0"), False)}
+_SWITCH: Final = {
+    **dict.fromkeys(("", "yes", "true", "on", "1"), True),
+    **dict.fromkeys(("no", "false", "off", "0"), False),
+}
 _RATES: Final = {str(rate): rate for rate in BAUD_RATES}
 
 

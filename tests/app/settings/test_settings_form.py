@@ -61,10 +61,10 @@ def test_unknown_values_are_never_replaced_by_defaults() -> None:
 
 def test_an_edit_is_pending_until_the_module_has_it() -> None:
     form = SettingsForm()
-    form.choose(TILT, 70)
+    form.fill({TILT: 70})
     assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
     assert [(change.command.key, change.value) for change in form.changes(known(), NOW)] == [(TILT, 70)]
-    form.choose(TILT, 60)
+    form.fill({TILT: 60})
     assert not form.changes(known(), NOW)
     # Of a conversation that is over nothing is known, although the number is the same.
     assert [change.value for change in form.changes(known(ended=True), NOW)] == [60]
@@ -76,7 +76,7 @@ def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
     wanted = {one.command.key: one.edited for one in form.rows(ConversationView(), NOW) if one.edited is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
-    form.choose(LIGHT, 1.9)
+    form.fill({LIGHT: 1.9})
     form.revert(TILT)
     assert (row(form, TILT).edited, row(form, LIGHT).edited) == (None, 1.9)
     form.revert()
@@ -85,9 +85,9 @@ def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
 
 def test_nothing_can_be_edited_while_writing() -> None:
     form = SettingsForm()
-    form.choose(TILT, 70)
+    form.fill({TILT: 70})
     form.begin_write(form.changes(known(), NOW))
-    form.choose(TILT, 80)
+    form.fill({TILT: 80})
     form.revert()
     assert (row(form, TILT).state, row(form, TILT).edited) == (RowState.WRITING, 70)
     assert not form.changes(known(), NOW)
@@ -95,7 +95,7 @@ def test_nothing_can_be_edited_while_writing() -> None:
 
 def test_verified_is_what_was_read_back_and_stands_until_it_is_set_again() -> None:
     form = SettingsForm()
-    form.choose(TILT, 70)
+    form.fill({TILT: 70})
     after = known(changes={TILT: 70})
     write(form, written(TILT, 70, read_back=70), after=after)
     assert row(form, TILT, after).state is RowState.VERIFIED
@@ -129,7 +129,7 @@ def test_what_reads_otherwise_later_ends_the_conversation_and_with_it_the_form()
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
     form = SettingsForm()
-    form.choose(FLAG, False)
+    form.fill({FLAG: False})
     write(form, written(FLAG, False))
     assert row(form, FLAG, known(How.ACKNOWLEDGED, changes={FLAG: False})).state is RowState.ACKNOWLEDGED
 
@@ -139,7 +139,7 @@ def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
 )
 def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) -> None:
     form = SettingsForm()
-    form.choose(TILT, 130)
+    form.fill({TILT: 130})
     write(form, written(TILT, 130, read_back=90, fault=fault, verified=False))
     held = known(changes={TILT: 90})
     for _ in range(3):
@@ -153,7 +153,7 @@ def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) ->
 
 def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> None:
     form = SettingsForm()
-    form.choose(TILT, 70)
+    form.fill({TILT: 70})
     write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK, verified=False))
     received = known(How.ACKNOWLEDGED, changes={TILT: 70})
     assert (row(form, TILT, received).state, row(form, TILT, received).is_pending) == (RowState.FAILED, True)
@@ -172,7 +172,7 @@ def test_what_was_not_written_stays_edited_until_it_is_reverted(
     fault: WriteFault, heard: SetReply, state: RowState
 ) -> None:
     form = SettingsForm()
-    form.choose(TILT, 130)
+    form.fill({TILT: 130})
     write(form, written(TILT, 130, fault=fault, verified=False)._replace(heard=heard))
     assert row(form, TILT).state is state
     form.revert(TILT)
@@ -187,7 +187,7 @@ def test_what_was_not_written_stays_edited_until_it_is_reverted(
 )  # fmt: skip
 def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warned: bool) -> None:
     form = SettingsForm()
-    form.choose(key, value)
+    form.fill({key: value})
     (change,) = form.changes(known(), NOW)
     assert bool(change.risks) is is_warned
     assert row(form, key).consequences
@@ -196,7 +196,7 @@ def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warn
 def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     form = SettingsForm()
     assert "12.6 m" in row(form, TIME).consequences[0].sentence
-    form.choose(TIME, 0.8)
+    form.fill({TIME: 0.8})
     assert "3.14 m" in row(form, TIME).consequences[0].sentence
     assert not row(SettingsForm(), TIME, known(ended=True)).consequences
 
