@@ -3088,10 +3088,6 @@
         <translation>以下结果已作废。请重新检查。</translation>
     </message>
     <message>
-        <source>The screen {screen} does not let this user open a window.</source>
-        <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
-    </message>
-    <message>
         <source>The settings are equal.</source>
         <translation>参数一致。</translation>
     </message>

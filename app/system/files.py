@@ -4,7 +4,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final
 
@@ -13,29 +13,15 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if sys.platform == "win32":
-    import ctypes
     import msvcrt
-    from ctypes import wintypes
-
-    class _Overlapped(ctypes.Structure):
-        """The locked byte: beyond the end of any file, because a locked byte cannot be read by others."""
-
-        _fields_ = (
-            ("internal", ctypes.c_void_p),
-            ("internal_high", ctypes.c_void_p),
-            ("offset", wintypes.DWORD),
-            ("offset_high", wintypes.DWORD),
-            ("event", wintypes.HANDLE),
-        )
-
-    _FAIL_AT_ONCE, _EXCLUSIVE = 1, 2
-    _LOCKED_BYTE = 0x7FFFFFFF  # in units of 4 GiB
 else:
     import fcntl
 
 CANNOT_READ: Final = marked("{file} cannot be read: {why}.")
 CANNOT_WRITE: Final = marked("{file} cannot be written: {why}.")
-_DRAFT_CHARACTERS = 40  # of the file's name in the draft's; of four bytes each they fit into the 255 of a name
+# Windows lets nobody else read a locked byte, so that is one beyond the end of any file.
+_LOCKED_BYTE: Final = 0x7FFFFFFF
+_DRAFT_CHARACTERS: Final = 40  # of the file's name in the draft's; of four bytes each they fit into the 255 of a name
 
 
 @contextmanager
@@ -55,7 +41,7 @@ def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
     What a symbolic link of this user leads to is replaced, and the link of somebody else itself. A pipe or a device is
     written to directly. `is_private`: nobody else may read it. Raises OSError.
     """
-    if path.is_symlink() and _is_own(path):
+    if path.is_symlink() and (sys.platform == "win32" or path.lstat().st_uid == os.geteuid()):
         path = Path(os.path.realpath(path))
     if path.exists() and not path.is_file():
         with path.open("wb") as file:
@@ -71,8 +57,7 @@ def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
             shutil.copymode(path, draft)
         draft.replace(path)
     finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+        draft.unlink(missing_ok=True)
 
 
 def write_whole(path: Path, data: bytes, *, is_private: bool = False) -> None:
@@ -81,23 +66,16 @@ def write_whole(path: Path, data: bytes, *, is_private: bool = False) -> None:
         file.write(data)
 
 
-def _is_own(link: Path) -> bool:
-    return sys.platform == "win32" or link.lstat().st_uid == os.geteuid()
-
-
 def private_opener(path: str, flags: int) -> int:
     """For `open`: create files that only this user can read."""
     return os.open(path, flags, 0o600)
 
 
 def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
-    """Hold the file until it is closed or the process ends. Never waits: raises OSError if another process holds it."""
+    """Hold the file until it is closed or the process ends. Never waits: raises OSError if another process holds it.
+    `is_shared`: others may hold it so, too; not on Windows."""
     if sys.platform == "win32":
-        kernel = ctypes.WinDLL("kernel32", use_last_error=True)
-        flags = _FAIL_AT_ONCE | (0 if is_shared else _EXCLUSIVE)
-        where = _Overlapped(offset_high=_LOCKED_BYTE)
-        handle = wintypes.HANDLE(msvcrt.get_osfhandle(file.fileno()))
-        if not kernel.LockFileEx(handle, flags, 0, 1, 0, ctypes.byref(where)):
-            raise ctypes.WinError(ctypes.get_last_error())
+        os.lseek(file.fileno(), _LOCKED_BYTE, os.SEEK_SET)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
     else:
         fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)

@@ -1,6 +1,5 @@
 """Checks whether a window can open, before Qt aborts with an unhelpful message (Linux only)."""
 
-import ctypes
 import os
 import sys
 
@@ -11,18 +10,11 @@ from app.text.sentences import join_sentences
 
 def window_obstacle() -> str | None:
     """Why no window can open; None if nothing prevents it."""
-    if not sys.platform.startswith("linux"):
-        return None
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
-    x, wayland = os.environ.get("DISPLAY"), os.environ.get("WAYLAND_DISPLAY")
-    if platform in ("", "xcb", "wayland") and not (x or wayland):
+    has_screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.platform.startswith("linux") and platform in ("", "xcb", "wayland") and not has_screen:
         return tr("No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.")
-    lacking = missing_libraries()
-    if lacking is not None:
-        return lacking
-    if platform == "xcb" or (not platform and not wayland):
-        return tr("The screen {screen} does not let this user open a window.", screen=x) if _refuses_x() else None
-    return None
+    return missing_libraries()
 
 
 def missing_libraries() -> str | None:
@@ -33,16 +25,3 @@ def missing_libraries() -> str | None:
     what = tr("Missing system libraries: {names}.", names=", ".join(lacking))
     command = install_command(lacking.values())
     return what if command is None else join_sentences((what, tr("Type: {command}", command=command)))
-
-
-def _refuses_x() -> bool:
-    """Whether the X server named by DISPLAY is missing or refuses this user."""
-    try:
-        xcb = ctypes.CDLL("libxcb.so.1")
-    except OSError:
-        return False
-    xcb.xcb_connect.restype = ctypes.c_void_p
-    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
-    is_refused = bool(xcb.xcb_connection_has_error(connection))
-    xcb.xcb_disconnect(connection)
-    return is_refused

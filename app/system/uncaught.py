@@ -19,18 +19,14 @@ class UncaughtError(NamedTuple):
     thread: str
 
 
-def _log_only(_error: UncaughtError) -> None:
-    """Nobody else wants to know."""
-
-
-_tell: Callable[[UncaughtError], None] = _log_only
+# Who is told, beside the log.
+_listeners: list[Callable[[UncaughtError], None]] = []
 
 
 def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[], None]:
     """Log uncaught exceptions and pass them to `tell` instead of the terminal; it is called in their thread. Ctrl-C
     stays what it is. Return what ends that."""
-    global _tell
-    before = sys.excepthook, threading.excepthook, _tell
+    before = sys.excepthook, threading.excepthook
 
     def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         if issubclass(kind, KeyboardInterrupt):
@@ -43,10 +39,11 @@ def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[],
             report_uncaught_error(args.exc_value)
 
     def undo() -> None:
-        global _tell
-        sys.excepthook, threading.excepthook, _tell = before
+        sys.excepthook, threading.excepthook = before
+        _listeners.remove(tell)
 
-    sys.excepthook, threading.excepthook, _tell = caught, caught_in_thread, tell
+    sys.excepthook, threading.excepthook = caught, caught_in_thread
+    _listeners.append(tell)
     return undo
 
 
@@ -55,7 +52,8 @@ def report_uncaught_error(error: BaseException) -> None:
     thread = threading.current_thread().name
     details = "".join(traceback.format_exception(error))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
-    try:
-        _tell(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
-    except Exception:  # noqa: BLE001  telling of one error must not make the next
-        _log.exception("The error could not be told")
+    for tell in _listeners[-1:]:
+        try:
+            tell(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
+        except Exception:  # noqa: BLE001  telling of one error must not make the next
+            _log.exception("The error could not be told")

@@ -7,6 +7,7 @@ unfinished, or that cannot be formatted, falls back to English.
 import locale
 import logging
 import os
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -103,11 +104,8 @@ def system_language(environ: Mapping[str, str] = os.environ) -> str:
     names = (environ.get(variable, "") for variable in ("LC_ALL", "LC_MESSAGES", "LANG"))
     chosen = next(filter(None, names), "")
     # As in gettext, LANGUAGE overrides the language, but not in the C locale.
-    if chosen.split(".")[0] not in ("", "C", "POSIX"):
-        chosen = environ.get("LANGUAGE", "").split(":")[0] or chosen
-    plain = (chosen or locale.getlocale()[0] or "").split(".")[0].split("@")[0].replace("-", "_").lower()
-    if plain.startswith("chinese"):  # Windows: "Chinese (Simplified)_China"
-        return ENGLISH if "traditional" in plain else CHINESE
-    parts = plain.split("_")
-    is_simplified = parts[0] == "zh" and not {"hant", "tw", "hk", "mo"} & set(parts[1:])
-    return CHINESE if is_simplified else ENGLISH
+    if chosen.partition(".")[0] not in ("", "C", "POSIX"):
+        chosen = environ.get("LANGUAGE", "").partition(":")[0] or chosen
+    plain = re.split("[.@]", chosen or locale.getlocale()[0] or "")[0].lower()
+    is_chinese = re.match("zh(_|-|$)|chinese", plain)  # Windows: "Chinese (Simplified)_China"
+    return CHINESE if is_chinese and not re.search("traditional|hant|tw|hk|mo", plain) else ENGLISH

@@ -7,7 +7,6 @@ from typing import Final
 from app.text.i18n import CHINESE, language, tr
 
 _WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
-_COMMA: Final = re.compile(", |，")
 _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
 
 
@@ -23,12 +22,6 @@ def join_sentences(sentences: Iterable[str]) -> str:
 def join_names(names: Iterable[str]) -> str:
     """Joins names with the comma of the language in use."""
     return ("、" if language() == CHINESE else ", ").join(names)
-
-
-def parts_of(state: str) -> tuple[str, str]:
-    """Splits a state such as "4.00 V, charging" at its first comma."""
-    word, *more = _COMMA.split(state, maxsplit=1)
-    return word, "".join(more)
 
 
 def labelled(label: object, text: object) -> str:

@@ -14,7 +14,6 @@ from app.safety.last_known import Activation, SeenActivation
 from app.safety.trigger_flags import TriggerFlags
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import parts_of
 from ui.style import icons
 from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness, PaintedWidget, hatch, pen, unknown_box
@@ -256,7 +255,7 @@ class StateChip(PaintedWidget):
             return self._unknown, self.word if self._is_stacked else ""
         if not self._is_stacked:
             return f"{self.word} · {self._stale_age}" if self._stale_age else f"{self.word} {self._age}".rstrip(), ""
-        word, more = parts_of(self.word)
+        word, _, more = self.word.replace("，", ", ").partition(", ")
         return word, self._stale_age or more or (self._caption if self._is_captioned else "")
 
     def _icon_px(self) -> int:

@@ -20,7 +20,6 @@ def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     for name in SCREENS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
-    monkeypatch.setattr(screen, "_refuses_x", lambda: False)
     monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname not in absent)
     return absent
 
@@ -56,14 +55,6 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
     assert run_here(capsys, ["gui"], 1).err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
     lacking.clear()
     assert "Unexpected error" in run_here(capsys, ["gui"], 1).err
-
-
-def test_a_screen_that_turns_the_user_away_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in SCREENS:
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("DISPLAY", "/nowhere:99")
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: True)
-    assert screen.window_obstacle() == "The screen /nowhere:99 does not let this user open a window."
 
 
 # The system libraries that Qt needs on Linux: which, and whether they are there

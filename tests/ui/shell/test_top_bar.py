@@ -17,7 +17,6 @@ from app.engine.conversation import StatusSample
 from app.engine.procedure import LinkView
 from app.limits.out_of_limits import LimitsInUse
 from app.safety.last_known import keep_away
-from app.text.sentences import parts_of
 from protocol.events import Counters
 from protocol.frame import Reason
 from tests.support.window.controls import moved, places
@@ -113,7 +112,7 @@ def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
             let_lay_out(main)
             before = places(main.top_bar)
             bench.set_charger(is_plugged_in=is_charged)
-            qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted)  # type: ignore[misc]
+            qtbot.waitUntil(lambda wanted=is_charged: (", " in cell.word.replace("，", ", ")) is wanted)  # type: ignore[misc]
             let_lay_out(main)
             assert moved(before, places(main.top_bar)) == []
             for bar in (main.top_bar, main.status_bar, main.navigation):

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEd
 from app import version
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
-from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.sentences import error_text
@@ -100,7 +99,7 @@ class BundlePreview(QWidget):
         self.save.setEnabled(False)
 
         def pack(_running: Running) -> SupportBundle:
-            return SupportBundle(contents if log is None else replace(contents, log=text_of(log)))
+            return SupportBundle(contents if log is None else replace(contents, log=log.text()))
 
         self._making.run(pack, self._show, self._notify_failure)
 
