@@ -202,7 +202,7 @@ class BatchRun:
 
 def _named_last(facts: Facts) -> str:
     """In a former run: it may still be plugged in."""
-    turns = facts.of_kind(ModuleProvisioned, is_newest_first=True)
+    turns = facts.back_from_newest(ModuleProvisioned)
     return next((turn.content.name for turn in turns if turn.content.why is None), "")
 
 

@@ -100,7 +100,7 @@ def checks_in(facts: Facts, module: str | None = None, *, aircraft: str | None =
     if aircraft is None:
         found = facts.back_from_newest(PreflightCheck, module)
     else:
-        every = facts.of_kind(PreflightCheck, is_newest_first=True)
+        every = facts.back_from_newest(PreflightCheck)
         found = (check for check in every if check.content.aircraft == aircraft)
     lines = [check_line(check) for check in islice(found, LISTED)]
     fired = {name: all_fired(facts, name) for name in {line.module for line in lines} if name is not None}
@@ -109,7 +109,7 @@ def checks_in(facts: Facts, module: str | None = None, *, aircraft: str | None =
 
 def aircraft_in(facts: Facts) -> tuple[str, ...]:
     """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
-    recent = facts.of_kind(PreflightCheck, is_newest_first=True, limit=RECENT)
+    recent = islice(facts.back_from_newest(PreflightCheck), RECENT)
     return tuple(dict.fromkeys(check.content.aircraft for check in recent if check.content.aircraft))
 
 

@@ -3,18 +3,28 @@
 An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`.
 """
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+import logging
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from typing import Any, Final, NamedTuple
 
 from app.engine.target import is_simulated
 from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
-from app.store.fact_store import Facts, Kept
+from app.store.fact_store import Facts, Store
+from app.store.fired import forget_unnamed, note_unnamed
 from app.store.kinds import ActEnded, ActIntended, DeployIntended
 from app.store.rows import time_text
-from app.text.messages import clean
+from app.store.trouble import StoreTrouble
+from app.text.messages import UserMessage, clean
 
+_log = logging.getLogger(__name__)
+
+UNNAMED: Final = KnownAs()
+# The USB identity, or what finds it, which may take seconds.
+Adapter = str | Callable[[], str]
 _LEAVES_ACTIVE = (Act.ACTIVATE, Act.LOCK)
 # After these, confirmed, the module is locked.
 _LOCKS = (Act.LOCK, Act.SHUTDOWN)
@@ -26,23 +36,12 @@ class Where(NamedTuple):
     port: str
     origin: str
     adapter: str = ""
-    known_as: KnownAs = KnownAs()
+    known_as: KnownAs = UNNAMED
 
 
-class AuditEntry(NamedTuple):
-    """`outcome` is unknown where nobody saw the end."""
-
-    id: str
-    port: str
-    at: str
-    act: Act
-    frame: bytes
-    detail: Mapping[str, object]
-    outcome: Outcome
-    result: Mapping[str, object]
-    module: str = ""
-    adapter: str = ""
-    origin: str = ""
+def new_run() -> str:
+    """Names one conversation: a module without a name is not known beyond it."""
+    return os.urandom(4).hex()
 
 
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
@@ -54,18 +53,18 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         origin=where.origin,
         adapter=clean(where.adapter),
         run=where.known_as.run,
-        detail=plain(detail),
+        detail=_plain(detail),
     )
     row = facts.add(intent, where.known_as.name or None)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):
-        left = left_at(where, row.made_at)
+        left = _left_at(where, row.made_at)
         keep_left(facts, left._replace(is_lock_unconfirmed=act is Act.LOCK), intent=row.id)
     return row.id
 
 
 def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
     """What came of an intent; to be called once."""
-    facts.add(ActEnded(of=intent, outcome=outcome.value, result=plain(result)), where.known_as.name or None)
+    facts.add(ActEnded(of=intent, outcome=outcome.value, result=_plain(result)), where.known_as.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in _LOCKS and outcome is Outcome.CONFIRMED:
         note_locked(facts, where.known_as.run)
@@ -73,17 +72,12 @@ def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, 
         drop_intent(facts, where.known_as.run, intent)
 
 
-def left_at(where: Where, at: str) -> LeftActive:
-    """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
-    return LeftActive(where.known_as, where.port, where.adapter, at)
-
-
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
     """What the module reports, when that changes, when it gets a name, and at the end of its conversation."""
     if is_simulated(where.port):
         return
     if is_active:
-        keep_left(facts, left_at(where, time_text(facts.now())))
+        keep_left(facts, _left_at(where, time_text(facts.now())))
     else:
         note_locked(facts, where.known_as.run)
 
@@ -96,34 +90,83 @@ def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     note_safe(facts, left)
 
 
-def audit(facts: Facts, *acts: Act) -> tuple[AuditEntry, ...]:
-    """The newest first; of these acts, or of all."""
-    ends = {kept.content.of: kept.content for kept in facts.of_kind(ActEnded)}
-    intents: list[Kept[ActIntended]] = [*facts.of_kind(ActIntended)]
-    intents += [Kept(kept.row, kept.content) for kept in facts.of_kind(DeployIntended)]
-    entries: list[AuditEntry] = []
-    for row, intent in sorted(intents, key=lambda kept: kept.row.made_at, reverse=True):
-        if acts and Act(intent.act) not in acts:
-            continue
-        end = ends.get(row.id)
-        entries.append(
-            AuditEntry(
-                id=row.id,
-                port=intent.port,
-                at=row.made_at,
-                act=Act(intent.act),
-                frame=bytes.fromhex(intent.frame),
-                detail=intent.detail,
-                outcome=Outcome.UNKNOWN if end is None else Outcome(end.outcome),
-                result={} if end is None else end.result,
-                module=row.module or "",
-                adapter=intent.adapter,
-                origin=intent.origin,
-            )
-        )
-    return tuple(entries)
+class StoreJournal:
+    """The journal of one conversation, or of one command. Written by the store's own thread, which also finds the
+    `adapter`."""
+
+    def __init__(
+        self,
+        store: Store,
+        *,
+        port: str,
+        origin: str,
+        adapter: Adapter = "",
+        known_as: KnownAs = UNNAMED,
+        on_trouble: Callable[[UserMessage], object] = bool,
+    ) -> None:
+        """`on_trouble` is called in the store's thread with the reason why an entry could not be written."""
+        self._store = store
+        self._port = port
+        self._origin = origin
+        self._adapter = adapter
+        self._known_as = known_as
+        self._on_trouble = on_trouble
+        # The acts without an outcome.
+        self._acts: dict[Entry, Act] = {}
+        self._has_noted_deploy = False
+
+    @property
+    def is_ready(self) -> bool:
+        return True
+
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
+        given = dict(detail)
+
+        def write(facts: Facts) -> str:
+            where = self._where()
+            if act is Act.DEPLOY and not self._known_as.name:
+                self._has_noted_deploy = note_unnamed(facts, port=self._port, adapter=where.adapter)
+            return begin(facts, act, frame, given, where)
+
+        entry = self._store.write(write)
+        self._acts[entry] = act
+        entry.add_done_callback(self._tell)
+        return entry
+
+    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
+        """Behind its entry: the queue keeps the order. An intent that was not written has no outcome to write."""
+        kept = dict(result)
+        act = self._acts.pop(entry, None)
+        if act is None:
+            return
+
+        def write(facts: Facts) -> None:
+            if entry.cancelled() or entry.exception() is not None:
+                return
+            where = self._where()
+            settle(facts, entry.result(), act, where, outcome, kept)
+            if self._has_noted_deploy and outcome is Outcome.NOT_SENT:
+                forget_unnamed(facts, port=self._port, adapter=where.adapter)
+            self._has_noted_deploy = False
+
+        self._store.write(write).add_done_callback(self._tell)
+
+    def _where(self) -> Where:
+        adapter = self._adapter if isinstance(self._adapter, str) else self._adapter()
+        return Where(self._port, self._origin, adapter, self._known_as)
+
+    def _tell(self, written: "Future[str] | Future[None]") -> None:
+        error = None if written.cancelled() else written.exception()
+        if isinstance(error, StoreTrouble):
+            _log.warning("The audit log cannot be written: %s", error)
+            self._on_trouble(error.message)
 
 
-def plain(values: Mapping[str, object]) -> dict[str, Any]:
+def _left_at(where: Where, at: str) -> LeftActive:
+    """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
+    return LeftActive(where.known_as, where.port, where.adapter, at)
+
+
+def _plain(values: Mapping[str, object]) -> dict[str, Any]:
     """As it may stand in a fact: texts are bounded."""
     return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}

@@ -23,10 +23,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import msgspec
 
 from app.stations.station import own_station
-from app.store.copying import copy_if_due
 from app.store.former_active import former_state
 from app.store.kinds import KIND_OF, Content, StationNamed
-from app.store.opening import FILE_NAME, connect_to_read, open_file
+from app.store.opening import FILE_NAME, connect_to_read, copy_if_due, open_file
 from app.store.rows import AHEAD, COLUMNS, Row, content_of, content_text, make_row, time_text
 from app.store.trouble import StoreFault, StoreTrouble, trouble_of
 from app.system.folders import data_folder
@@ -38,10 +37,10 @@ Result = TypeVar("Result")
 OneContent = TypeVar("OneContent", bound=Content)
 Clock = Callable[[], datetime]
 
+# For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
-"""Default time limit for what is still to be written at `close`."""
+# For the copy of the day that is still being made then; else it is made at the next opening.
 COPY_LIMIT_S = 0.3
-"""For the copy of the day that is still being made then; else it is made at the next opening."""
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 _SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
@@ -83,30 +82,23 @@ class Facts:
         self.connection.execute(INSERT, row)
         return row
 
-    def of_module(
-        self, type_: type[OneContent], module: str | None, *, is_newest_first: bool = False, limit: int = -1
-    ) -> list[Kept[OneContent]]:
-        """The facts of this kind about this module (None: about modules without a name), by default the oldest
-        first."""
-        return list(self._each(type_, "module IS ?", module, is_newest_first=is_newest_first, limit=limit))
+    def of_module(self, type_: type[OneContent], module: str | None) -> list[Kept[OneContent]]:
+        """The facts of this kind about this module (None: about modules without a name), the oldest first."""
+        return list(self._each(type_, "module IS ?", module, order="ASC"))
 
-    def of_kind(
-        self, type_: type[OneContent], *, is_newest_first: bool = False, limit: int = -1
-    ) -> list[Kept[OneContent]]:
-        """Those about all modules."""
-        return list(self._each(type_, "TRUE", is_newest_first=is_newest_first, limit=limit))
+    def of_kind(self, type_: type[OneContent]) -> list[Kept[OneContent]]:
+        """Those about all modules, the oldest first."""
+        return list(self._each(type_, "TRUE", order="ASC"))
 
-    def back_from_newest(self, type_: type[OneContent], module: str | None) -> Iterator[Kept[OneContent]]:
-        """Those of a module; each is read when it is asked for."""
-        return self._each(type_, "module IS ?", module, is_newest_first=True)
+    def back_from_newest(self, type_: type[OneContent], *module: str | None) -> Iterator[Kept[OneContent]]:
+        """Those of a module, or where none is given of all; each is read when it is asked for."""
+        return self._each(type_, "module IS ?" if module else "TRUE", *module, order="DESC")
 
     def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
-        kept = self.of_module(type_, module, is_newest_first=True, limit=1)
-        return kept[0] if kept else None
+        return next(self.back_from_newest(type_, module), None)
 
     def by_id(self, type_: type[OneContent], id_: str) -> Kept[OneContent] | None:
-        kept = list(self._each(type_, "id = ?", id_))
-        return kept[0] if kept else None
+        return next(self._each(type_, "id = ?", id_, order="ASC"), None)
 
     def modules(self) -> list[str]:
         """The names of all modules that a fact is about."""
@@ -132,17 +124,11 @@ class Facts:
         else:
             self.connection.execute(_SET_STATE, (key, msgspec.json.encode(value).decode()))
 
-    def _each(
-        self, type_: type[OneContent], where: str, *values: str | None, is_newest_first: bool = False, limit: int = -1
-    ) -> Iterator[Kept[OneContent]]:
+    def _each(self, type_: type[OneContent], where: str, *values: str | None, order: str) -> Iterator[Kept[OneContent]]:
         """Without those that cannot be read, as of a newer version, and those from a clock that is ahead."""
-        order = "DESC" if is_newest_first else "ASC"
-        query = (
-            f"SELECT {COLUMNS} FROM facts WHERE kind = ? AND {where} AND made_at <= ? "  # noqa: S608
-            f"ORDER BY made_at {order} LIMIT ?"
-        )
+        query = f"SELECT {COLUMNS} FROM facts WHERE kind = ? AND {where} AND made_at <= ? ORDER BY made_at {order}"  # noqa: S608
         latest = time_text(utc_now() + AHEAD)
-        for found in self.connection.execute(query, (KIND_OF[type_], *values, latest, limit)):
+        for found in self.connection.execute(query, (KIND_OF[type_], *values, latest)):
             row = Row(*found)
             content = content_of(row, type_)
             if content is not None:
@@ -157,13 +143,14 @@ class Store:
         """`starts_late`: it opens only when it is first used, so that nothing competes with LOCK's first frame."""
         self.folder = (folder or data_folder()).absolute()
         self.path = self.folder / FILE_NAME
+        # Done when the file is open, with what a person should know; or has the reason why it is not.
         self.opened: Future[UserMessage | None] = Future()
-        """Done when the file is open, with what a person should know; or has the reason why it is not."""
-        self._station: Future[str] = Future()
+        self._station = ""
         self._clock = clock
         self._last_time = datetime.min.replace(tzinfo=UTC)
         self._lock = threading.Lock()
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
+        # Pieces of work that were not done yet.
         self._left = 0
         self._is_closed = False
         self._copying: threading.Thread | None = None
@@ -181,7 +168,8 @@ class Store:
     @property
     def station(self) -> str:
         """The public key of this station, as hex. Waits for the opening. Raises `StoreTrouble`."""
-        return self._station.result()
+        self.opened.result()
+        return self._station
 
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
         """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
@@ -209,10 +197,10 @@ class Store:
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
         self.start()
-        self.opened.result()
+        station = self.station
         try:
             with closing(connect_to_read(self.path)) as connection:
-                return work(Facts(connection, self.station, self._make_time))
+                return work(Facts(connection, station, self._make_time))
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
 
@@ -248,88 +236,86 @@ class Store:
             _log.warning("Not written when the store was closed: %s", left)
         return left
 
-    # The store's thread
-
     def _make_time(self) -> datetime:
         with self._lock:
             self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
             return self._last_time
 
+    # The store's thread
+
     def _run(self) -> None:
+        connection: sqlite3.Connection | None = None
         try:
-            connection = self._open()
+            connection, notice = self._open()
         except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
             _log.warning("There is no store: %s", error)
-            self._station.set_exception(error)
+            if isinstance(error, sqlite3.Error | OSError):
+                error = trouble_of(error, self.path)
             self.opened.set_exception(error)
-            self._fail_all(error)
-            return
-        with closing(connection):
-            while (item := self._work.get()) is not None:
-                self._do(connection, *item)
+        else:
+            self.opened.set_result(notice)
+            self.copy_if_due()
+        while (item := self._work.get()) is not None:
+            self._do(connection, *item)
+        if connection is not None:
+            connection.close()
 
-    def _open(self) -> sqlite3.Connection:
-        """Raises `StoreTrouble`."""
-        try:
-            connection, notice, former = open_file(self.path)
-        except (sqlite3.Error, OSError) as error:
-            raise trouble_of(error, self.path) from error
+    def _open(self) -> tuple[sqlite3.Connection, UserMessage | None]:
+        """Raises as `open_file`."""
+        connection, notice, former = open_file(self.path)
         try:
             facts = Facts(connection, "", self._make_time)
-            facts.station = self._own_key(facts)
+            facts.station = self._station = self._own_key(facts)
             _introduce(facts)
-            if former is not None:
-                for key, value in former_state(former).items():
-                    facts.set_state(key, value)
-        except (sqlite3.Error, OSError) as error:
+            for key, value in ({} if former is None else former_state(former)).items():
+                facts.set_state(key, value)
+        except BaseException:
             connection.close()
-            raise trouble_of(error, self.path) from error
-        self._station.set_result(facts.station)
-        self.opened.set_result(notice)
-        self.copy_if_due()
-        return connection
+            raise
+        return connection, notice
 
     def _own_key(self, facts: Facts) -> str:
         """Where the key's file cannot be read any more, facts go on under the key of before; only signing needs it."""
+        known = facts.state(_OWN_KEY)
         try:
             key = own_station(self.folder).public.hex()
         except UserError as error:
-            known = facts.state(_OWN_KEY)
             _log.warning("The key of this station cannot be used: %s", error)
             if not isinstance(known, str):
                 raise StoreTrouble(StoreFault.FAILED, self.path, str(error)) from error
             return known
-        if facts.state(_OWN_KEY) != key:
+        if known != key:
             facts.set_state(_OWN_KEY, key)
         return key
 
-    def _do(self, connection: sqlite3.Connection, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
+    def _do(self, connection: sqlite3.Connection | None, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
         if future.set_running_or_notify_cancel():
             try:
-                # IMMEDIATE waits for other programs here, and not in the middle of the work.
-                connection.execute("BEGIN IMMEDIATE")
-                result = work(Facts(connection, self.station, self._make_time))
-                connection.execute("COMMIT")
+                future.set_result(self._transact(connection, work))
             except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
-                with suppress(sqlite3.Error):  # a full disk has already rolled it back
-                    connection.execute("ROLLBACK")
-                if isinstance(error, sqlite3.Error):
-                    error = trouble_of(error, self.path)
-                elif not isinstance(error, UserError):
+                if not isinstance(error, UserError):
                     _log.error("A fault of the program, and none of the store", exc_info=error)
                 future.set_exception(error)
-            else:
-                future.set_result(result)
         with self._lock:
             self._left -= 1
 
-    def _fail_all(self, error: BaseException) -> None:
-        while (item := self._work.get()) is not None:
-            future = item[1]
-            if future.set_running_or_notify_cancel():
-                future.set_exception(error)
-            with self._lock:
-                self._left -= 1
+    def _transact(self, connection: sqlite3.Connection | None, work: Callable[[Facts], Result]) -> Result:
+        """Raises `StoreTrouble`, or what `work` raises."""
+        if connection is None:
+            self.opened.result()  # raises why there is none
+            raise AssertionError
+        try:
+            # IMMEDIATE waits for other programs here, and not in the middle of the work.
+            connection.execute("BEGIN IMMEDIATE")
+            result = work(Facts(connection, self._station, self._make_time))
+            connection.execute("COMMIT")
+        except BaseException as error:
+            with suppress(sqlite3.Error):  # a full disk has already rolled it back
+                connection.execute("ROLLBACK")
+            if isinstance(error, sqlite3.Error):
+                raise trouble_of(error, self.path) from error
+            raise
+        return result
 
 
 def _decoded(key: str, value: str) -> Any:

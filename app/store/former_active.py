@@ -10,21 +10,21 @@ from contextlib import closing
 from pathlib import Path
 
 from app.safety.left_active import LEFT
+from app.store.opening import connect_to_read
 
-_LEAVES_ACTIVE = {"activate": ("confirmed", "unknown"), "lock": ("refused", "unknown")}
-_ENDS = ("lock", "shutdown")
 _QUERY = """
     SELECT a.number, a.made_at, a.payload, o.payload FROM facts a
     LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
     WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
 """
+_LEAVES_ACTIVE = (("activate", "confirmed"), ("activate", "unknown"), ("lock", "refused"), ("lock", "unknown"))
 _log = logging.getLogger(__name__)
 
 
 def former_state(path: Path) -> dict[str, object]:
     """By key of the state; empty where the file cannot be read, which is logged."""
     try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+        with closing(connect_to_read(path)) as connection:
             rows = connection.execute(_QUERY).fetchall()
         return _left(rows)
     except (sqlite3.Error, ValueError, LookupError, TypeError, AttributeError) as error:  # nothing in it is trusted
@@ -33,20 +33,20 @@ def former_state(path: Path) -> dict[str, object]:
 
 
 def _left(rows: list[tuple[int, str, str, str | None]]) -> dict[str, object]:
-    left: dict[tuple[str, str], tuple[str, dict[str, object]]] = {}
+    left: dict[str, tuple[str, dict[str, object]]] = {}
     for number, at, payload, ended in rows:
         content = json.loads(payload)
         outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
-        act, port, detail = str(content["act"]), str(content["port"]), content["detail"]
+        act, port, detail = content["act"], str(content["port"]), content["detail"]
         module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
         # A module without a name is known by its connection.
-        key = (module, "") if module else ("", str(detail.get("run", "")) + adapter + port)
+        known_as = module or f"{detail.get('run')} {adapter} {port}"
         if port.startswith("sim://"):
             continue
-        if outcome in _LEAVES_ACTIVE.get(act, ()):
+        if (act, outcome) in _LEAVES_ACTIVE:
             state: dict[str, object] = {"module": module, "port": port, "adapter": adapter, "at": at}
             state["is_lock_unconfirmed"] = act == "lock"
-            left[key] = f"{LEFT}former {number}", state
-        elif act in _ENDS and outcome == "confirmed" and not detail.get("is_in_doubt"):
-            left.pop(key, None)
+            left[known_as] = f"{LEFT}former {number}", state
+        elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
+            left.pop(known_as, None)
     return dict(left.values())

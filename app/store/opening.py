@@ -1,14 +1,16 @@
-"""Opens the store's file; never overwrites one that it cannot read.
+"""Opens and copies the store's file; never overwrites one that it cannot read.
 
     not there, empty     made; from the newest good copy, where there is one
     damaged, another's   set aside under another name, and as above
-    of a development build   set aside, after what it leaves ACTIVE was taken over
+    of a development build   set aside; what it leaves ACTIVE is taken over
     a newer version's, held, not writable    left alone: `StoreTrouble`
 
-Everything here is done in the store's own thread. Files are readable for this user only.
+Files are readable for this user only.
 """
 
 import errno
+import logging
+import os
 import sqlite3
 from contextlib import closing, suppress
 from datetime import UTC, datetime
@@ -20,13 +22,16 @@ from app.system.files import lock, private_opener, write_whole
 from app.text.messages import UserMessage, joined, message
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
+
 FILE_NAME = "dps-s.sqlite"
+# "DPSS": how our file is told from another program's.
 APPLICATION_ID = 0x44505353
-""" "DPSS": how our file is told from another program's."""
 LAYOUT = 20
+# How long another program may hold the file before a call fails.
 BUSY_S = 5.0
-"""How long another program may hold the file before a call fails."""
 COPIES = "copies"
+COPIES_KEPT = 7
 _MAGIC = b"SQLite format 3\x00"
 _KEPT = "BEGIN SELECT RAISE(ABORT, 'facts are only ever added'); END"
 TABLES = (
@@ -93,6 +98,10 @@ def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
     return connection
 
 
+def connect_to_read(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
+
+
 def make_tables(connection: sqlite3.Connection) -> None:
     """In one transaction. Another program may have made them while this one waited for the lock."""
     with connection:
@@ -102,31 +111,6 @@ def make_tables(connection: sqlite3.Connection) -> None:
                 connection.execute(statement)
             connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
             connection.execute(f"PRAGMA user_version = {LAYOUT}")
-
-
-def is_good(path: Path) -> bool:
-    """Whether it is a whole file of this layout. Raises OSError."""
-    with closing(connect_to_read(path)) as connection:
-        try:
-            _check(connection, path)
-        except (sqlite3.DatabaseError, StoreTrouble):
-            return False
-    return True
-
-
-def connect_to_read(path: Path) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
-
-
-def copy_name(path: Path, at: datetime) -> str:
-    return f"{path.stem}.{at.astimezone(UTC):%Y%m%d}{path.suffix}"
-
-
-def copies_of(path: Path, now: datetime) -> list[Path]:
-    """The newest first; behind them those of a clock that was ahead, which hold less."""
-    latest = copy_name(path, now)
-    copies = (path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}")
-    return sorted(copies, key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
 
 
 def _connect_what_is_there(path: Path) -> sqlite3.Connection:
@@ -207,7 +191,46 @@ def _set_aside(path: Path) -> Path:
 def _restore(path: Path) -> Path | None:
     """Which copy took the place of the file; it stays."""
     for copy in copies_of(path, datetime.now(UTC)):
-        if is_good(copy):
+        with closing(connect_to_read(copy)) as connection, suppress(sqlite3.DatabaseError, StoreTrouble):
+            _check(connection, copy)
             write_whole(path, copy.read_bytes(), is_private=True)
             return copy
     return None
+
+
+# Copies
+
+
+def copies_of(path: Path, now: datetime) -> list[Path]:
+    """The newest first; behind them those of a clock that was ahead, which hold less."""
+    latest = _copy_name(path, now)
+    copies = (path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}")
+    return sorted(copies, key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
+
+
+def copy_if_due(path: Path, now: datetime) -> None:
+    """Once a day, in a thread of its own: an act's intent would wait for it. The newest seven are kept. A copy that
+    fails is logged."""
+    target = path.parent / COPIES / _copy_name(path, now)
+    draft = target.with_suffix(".part")
+    try:
+        with closing(connect_to_read(path)) as source:
+            # A store that knows only its own station is copied when it is opened again.
+            if target.exists() or len(source.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) < 2:
+                return
+            target.parent.mkdir(exist_ok=True)
+            draft.unlink(missing_ok=True)
+            with open(draft, "xb", opener=private_opener):
+                pass
+            source.execute("VACUUM INTO ?", (str(draft),))
+        with draft.open("rb+") as file:
+            os.fsync(file.fileno())  # VACUUM INTO itself does not wait for the disk
+        draft.replace(target)
+        for old in copies_of(path, now)[COPIES_KEPT:]:
+            old.unlink(missing_ok=True)
+    except (sqlite3.Error, OSError) as error:
+        _log.warning("The store could not be copied: %s", error)
+
+
+def _copy_name(path: Path, at: datetime) -> str:
+    return f"{path.stem}.{at.astimezone(UTC):%Y%m%d}{path.suffix}"

@@ -20,13 +20,13 @@ _log = logging.getLogger(__name__)
 
 class StreamMemory:
     """Of one port, by adapter, or by port where there is none; it outlives conversations. Without a store it forgets
-    with the program. What is read of the store may come late, as no port waits for it."""
+    with the program."""
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store = store
         self._key = f"stream:{adapter}"
+        # It may come late, as no port waits for the store: what is noted meanwhile counts more.
         self._read: Future[Any] | None = None if store is None else store.write(lambda facts: facts.state(self._key))
-        # What was noted since, which counts more than what is read.
         self._noted: Mapping[str, Any] | None = None
         self.is_taken_over = False
 
@@ -41,14 +41,6 @@ class StreamMemory:
         left_on = self._left_on
         return None if left_on is None else left_on["boot_count"]
 
-    @property
-    def _left_on(self) -> Mapping[str, Any] | None:
-        read = self._read
-        if read is None or not read.done() or read.cancelled() or read.exception() is not None:
-            return self._noted
-        found: Mapping[str, Any] | None = read.result()
-        return found
-
     def take_over(self) -> None:
         """It streams, and this conversation switches it off; else the next one does."""
         self.is_taken_over = True
@@ -61,12 +53,18 @@ class StreamMemory:
         """The module has confirmed that it is off, or does not stream."""
         self._keep(None)
 
+    @property
+    def _left_on(self) -> Mapping[str, Any] | None:
+        read = self._read
+        if read is None or not read.done() or read.cancelled() or read.exception() is not None:
+            return self._noted
+        found: Mapping[str, Any] | None = read.result()
+        return found
+
     def _keep(self, state: Mapping[str, Any] | None) -> "Future[None]":
-        self._read, self._noted = None, state
+        self._noted = state
+        self._read = None
         done: Future[None] = Future()
-        if self._store is None:
-            done.set_result(None)
-            return done
 
         def end(written: "Future[None]") -> None:
             error = None if written.cancelled() else written.exception()
@@ -74,5 +72,8 @@ class StreamMemory:
                 _log.warning("That a stream is switched on or off cannot be kept: %s", error)
             done.set_result(None)
 
-        self._store.set_state(self._key, state).add_done_callback(end)
+        if self._store is None:
+            done.set_result(None)
+        else:
+            self._store.set_state(self._key, state).add_done_callback(end)
         return done

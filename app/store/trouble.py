@@ -10,8 +10,8 @@ from pathlib import Path
 from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
 
+# With less there is no room for a commit.
 MIN_FREE_BYTES = 64 * 1024
-"""With less there is no room for a commit."""
 
 
 class StoreFault(Enum):
@@ -33,10 +33,11 @@ class StoreTrouble(UserError):
 
     def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
         super().__init__(fault.value, file=path)
-        self.fault, self.path, self.detail = fault, path, detail
+        self.fault = fault
+        self._detail = f"{path}: {fault.name}: {detail}"
 
     def __str__(self) -> str:
-        return f"{self.path}: {self.fault.name}: {self.detail}"
+        return self._detail
 
 
 _FAULTS = {
@@ -54,11 +55,12 @@ _FAULTS = {
 def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreTrouble:
     if isinstance(error, OSError):
         fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
-        return StoreTrouble(fault, path, str(error))
-    name = getattr(error, "sqlite_errorname", "") or ""
-    fault = next((fault for start, fault in _FAULTS.items() if name.startswith(start)), StoreFault.FAILED)
-    if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
-        fault = StoreFault.FULL  # of a full disk SQLite only says that a file beside it cannot be opened
+    else:
+        # "SQLITE_IOERR_WRITE" is told by its first two words.
+        name = "_".join((getattr(error, "sqlite_errorname", None) or "").split("_")[:2])
+        fault = _FAULTS.get(name, StoreFault.FAILED)
+        if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
+            fault = StoreFault.FULL  # of a full disk SQLite only says that a file beside it cannot be opened
     return StoreTrouble(fault, path, str(error))
 
 

@@ -122,7 +122,7 @@ class KeptTriggers:
 
     def last_answer(self, module: str) -> LastAnswer | None:
         """None if it never answered."""
-        for visit in self._facts.of_module(ModuleVisited, module, is_newest_first=True):
+        for visit in self._facts.back_from_newest(ModuleVisited, module):
             if visit.content.is_confirmed or visit.content.slots:
                 return LastAnswer(visit.at, len(visit.content.slots))
         return None

@@ -14,14 +14,13 @@ from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
-from app.store.acts import audit as audit_in
+from app.store.acts import StoreJournal
 from app.store.fact_store import Facts, Store
 from app.store.opening import FILE_NAME
-from app.store.store_journal import StoreJournal
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, open_store, register
+from tests.support.records.stored import audit, audit_in, open_store, register
 
 LIMIT_S = PATIENCE_S
 

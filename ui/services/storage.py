@@ -12,8 +12,8 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
+from app.store.acts import UNNAMED, StoreJournal
 from app.store.fact_store import Store
-from app.store.store_journal import UNNAMED, StoreJournal
 from app.store.stream_memory import StreamMemory
 from app.store.trouble import StoreFault, StoreTrouble
 from app.system.folders import data_folder

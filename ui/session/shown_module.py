@@ -24,10 +24,10 @@ from app.procedures.light import LightDirection
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import KnownAs, note_go, note_named
+from app.store.acts import new_run
 from app.store.fact_store import Facts
 from app.store.fired import claim_fired, note_triggered
 from app.store.rows import Row
-from app.store.store_journal import new_run
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean

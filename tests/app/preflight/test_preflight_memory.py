@@ -15,8 +15,7 @@ from app.records.filing import file_check
 from app.records.report import report_html
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.copying import copy_if_due
-from app.store.opening import FILE_NAME, copies_of
+from app.store.opening import FILE_NAME, copies_of, copy_if_due
 from app.store.trouble import StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.support.cli_line import Printed, Program, bench_of

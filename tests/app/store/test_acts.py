@@ -11,10 +11,9 @@ from app.modules.names import restorable, store_as_found
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
-from app.store.acts import Where, note_report, note_said_safe
+from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import Store
 from app.store.kinds import SettingsSeen
-from app.store.store_journal import StoreJournal
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import audit, begin, kept_settings, left_in, modules_in, open_store, register, settle
 

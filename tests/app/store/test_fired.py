@@ -16,10 +16,10 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
 from app.settings.profiles import NO_PROFILE
+from app.store.acts import StoreJournal
 from app.store.fact_store import Facts, Kept, Store
 from app.store.fired import claim_fired, note_triggered
 from app.store.kinds import MayHaveFired, Serviced
-from app.store.store_journal import StoreJournal
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import checks_of, open_store
 

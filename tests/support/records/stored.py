@@ -5,6 +5,7 @@ from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 
 from app.modules.names import Remembered, modules, remember, remembered
 from app.records.checks import CheckLine, checks_in
@@ -13,9 +14,8 @@ from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
 from app.store.fact_store import Clock, Facts, Store, utc_now
-from app.store.kinds import SettingsSeen
+from app.store.kinds import ActEnded, ActIntended, DeployIntended, SettingsSeen
 from app.store.opening import connect
-from app.store.store_journal import UNNAMED
 from app.trigger_records.kept import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
 
@@ -27,9 +27,43 @@ def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     return store
 
 
-def audit(store: Store, *which: Act) -> tuple[acts.AuditEntry, ...]:
-    """The newest first, with what was still to be written."""
-    return store.write(lambda facts: acts.audit(facts, *which)).result(PATIENCE_S)
+class AuditEntry(NamedTuple):
+    """`outcome` is unknown where nobody saw the end."""
+
+    id: str
+    port: str
+    at: str
+    act: Act
+    frame: bytes
+    detail: Mapping[str, object]
+    outcome: Outcome
+    result: Mapping[str, object]
+    module: str
+    adapter: str
+    origin: str
+
+
+def audit(store: Store, *which: Act) -> tuple[AuditEntry, ...]:
+    """The newest first, with what was still to be written; of these acts, or of all."""
+    return store.write(lambda facts: audit_in(facts, *which)).result(PATIENCE_S)
+
+
+def audit_in(facts: Facts, *which: Act) -> tuple[AuditEntry, ...]:
+    ends = {kept.content.of: kept.content for kept in facts.of_kind(ActEnded)}
+    intents = [(kept.row, kept.content) for kept in facts.of_kind(ActIntended)]
+    intents += [(kept.row, kept.content) for kept in facts.of_kind(DeployIntended)]
+    entries = []
+    for row, intent in sorted(intents, key=lambda one: one[0].made_at, reverse=True):
+        act, end = Act(intent.act), ends.get(row.id)
+        outcome = Outcome.UNKNOWN if end is None else Outcome(end.outcome)
+        result: Mapping[str, object] = {} if end is None else end.result
+        entry = AuditEntry(
+            row.id, intent.port, row.made_at, act, bytes.fromhex(intent.frame), intent.detail, outcome, result,
+            row.module or "", intent.adapter, intent.origin,
+        )  # fmt: skip
+        if not which or act in which:
+            entries.append(entry)
+    return tuple(entries)
 
 
 def begin(
@@ -41,7 +75,7 @@ def begin(
     port: str,
     origin: str = "window",
     adapter: str = "",
-    known_as: KnownAs = UNNAMED,
+    known_as: KnownAs = acts.UNNAMED,
 ) -> str:
     where = acts.Where(port, origin, adapter, known_as)
     return store.write(lambda facts: acts.begin(facts, act, frame, detail, where)).result(PATIENCE_S)
@@ -55,7 +89,7 @@ def settle(
     result: Mapping[str, object] = MappingProxyType({}),
     *,
     port: str,
-    known_as: KnownAs = UNNAMED,
+    known_as: KnownAs = acts.UNNAMED,
 ) -> None:
     where = acts.Where(port, "window", "", known_as)
     store.write(lambda facts: acts.settle(facts, intent, act, where, outcome, result)).result(PATIENCE_S)
@@ -87,8 +121,8 @@ def checks_of(store: Store, name: str | None) -> tuple[CheckLine, ...]:
 
 def kept_settings(store: Store) -> list[dict[str, object]]:
     """As they were found, newest first."""
-    kept = store.write(lambda facts: facts.of_kind(SettingsSeen, is_newest_first=True)).result(PATIENCE_S)
-    return [dict(one.content.settings) for one in kept]
+    kept = store.write(lambda facts: facts.of_kind(SettingsSeen)).result(PATIENCE_S)
+    return [dict(one.content.settings) for one in reversed(kept)]
 
 
 @contextmanager
