@@ -208,10 +208,6 @@
         <translation>添加每个模块的串口。</translation>
     </message>
     <message>
-        <source>Add to a profile…</source>
-        <translation>写入已有配置文件…</translation>
-    </message>
-    <message>
         <source>After a real trigger the parachute is open.</source>
         <translation>真实触发后的数据是开伞后的数据。</translation>
     </message>
@@ -1134,10 +1130,6 @@
     <message>
         <source>Install a Chinese font (fonts-noto-cjk), then restart.</source>
         <translation>请安装中文字体（fonts-noto-cjk），然后重启本程序。</translation>
-    </message>
-    <message>
-        <source>Interpretation</source>
-        <translation>规则解读</translation>
     </message>
     <message>
         <source>Interrupted at {time}: {why}</source>
@@ -2510,6 +2502,10 @@
     <message>
         <source>Save as…</source>
         <translation>另存为…</translation>
+    </message>
+    <message>
+        <source>Save in a profile…</source>
+        <translation>保存到配置文件…</translation>
     </message>
     <message>
         <source>Save picture…</source>

@@ -91,7 +91,7 @@ class RowsTable(QTableView, Generic[Row]):
             if column.fixed_px:
                 width = column.fixed_px
             elif column.widest is not None:
-                icon_px = 0 if column.picture is None else _ICON_PX
+                icon_px = 0 if column.picture is None else scaled(_ICON_PX)
                 text_px = body.horizontalAdvance(column.widest())
                 width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
             self._widths[place] = width

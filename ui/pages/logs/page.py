@@ -9,13 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QStackedWidget,
     QToolBar,
     QToolButton,
@@ -38,24 +37,24 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.pages.logs.proposal import ProposalBar, bounds_lines
-from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, assumed_text, limits_text, row_text, sides_text
+from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, assumed_text, button, limits_text, row_text, sides_text
 from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
 from ui.pages.logs.viewer import LogView
-from ui.pages.logs.work import LoadEnded, LogRow, LogsWork, Settle
+from ui.pages.logs.work import LogRow, LogsWork, Reading, Settle
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import Shortcut, named
-from ui.widgets.layouts import scroll_area
+from ui.style.theme import Meaning, Space, is_text_large, scaled
+from ui.widgets.controls import ICON_PX, Shortcut, named
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _POLL_MS: Final = 200
 """For progress of reading, while the page is visible; each tenth time the recordings are listed again."""
 _ROW_PX: Final = 28
-_MAP_PX: Final = 300
+_MAP_PX: Final = 280
+_LEAST_LIST_PX: Final = 160
 _REASONS_SHOWN: Final = 20
 """Of files that cannot be read; the reason of each is in its row, too."""
 
@@ -84,6 +83,7 @@ class LogsPage(Page):
             searches_sentence=True,
         )
         self.table.setAlternatingRowColors(True)
+        self.table.setMinimumHeight(scaled(_LEAST_LIST_PX))
         self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
         words = tr("No logs yet"), tr("Every session is recorded. Open or drop logs of PX4, ArduPilot, or CSV.")
         self.list = SearchedRows("logs", self.table, Icon.MAP, *words)
@@ -172,7 +172,7 @@ class LogsPage(Page):
         heads = {log.name: log.head for log in unread}
         self.open_files([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
 
-    def _end_loading(self, ended: LoadEnded) -> None:
+    def _end_loading(self, ended: Reading) -> None:
         self.result.set_notice_of_now(partial(self._ended_notice, ended))
         self.refresh_list()
         (wanted, is_shown), self._wanted = self._wanted, ("", False)
@@ -195,7 +195,7 @@ class LogsPage(Page):
         self.counts.style().polish(self.counts)
         self.map.show_maps(*work.maps())
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), text))
-        self.thresholds.show_limits(work.limits, work.reading)
+        self.thresholds.show_limits(work.limits)
         self._refresh_proposal()
         self._refresh_notice()
         self._refresh_actions()
@@ -228,7 +228,7 @@ class LogsPage(Page):
         )
         return Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices)
 
-    def _ended_notice(self, ended: LoadEnded) -> Notice | None:
+    def _ended_notice(self, ended: Reading) -> Notice | None:
         """None where everything was read."""
         if ended.why:
             return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why))
@@ -318,9 +318,9 @@ class LogsPage(Page):
         self.work.remove([row.name for row in self.table.chosen() if row.entry is None])
         self._to_delete = self._entries()
         self._refresh_notice()
-        button = self.strip.button("keep_recordings")
-        if button is not None:
-            button.setFocus()
+        safe = self.strip.button("keep_recordings")
+        if safe is not None:
+            safe.setFocus()
 
     def _delete(self) -> None:
         entries, self._to_delete = self._to_delete, ()
@@ -349,22 +349,24 @@ class LogsPage(Page):
     def _make_actions(self) -> None:
         """For the chosen logs, in a bar above the list and in its menu."""
         self.bar = named(QToolBar(), "logs_actions")
+        for widget in (self.bar, self.table):
+            widget.setIconSize(QSize(scaled(ICON_PX), scaled(ICON_PX)))
         self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
         self.moving = []
         for group, side in SIDES.items():
             name = f"to_{group.name.lower()}"
             action = self._action(name, tr(side.word), side.picture, side.key, partial(self._move, group))
             action.setToolTip(tr(side.tip) + in_brackets(side.key))
-            button = self.bar.widgetForAction(action)
-            if isinstance(button, QToolButton):
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            moving = self.bar.widgetForAction(action)
+            if isinstance(moving, QToolButton):
+                moving.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
             self.moving.append(action)
         self.exporting_action = self._action("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export)
         self.pinning = self._action("pin", tr("Pin"), Icon.BOOKMARK, "", self._toggle_pin)
         self.pinning.setToolTip(tr("Never delete automatically"))
         self.removing = self._action("remove", tr("Remove"), Icon.ERASE, "Del", self._remove)
-        button = self.bar.widgetForAction(self.exporting_action)
-        self.exporting = button if isinstance(button, QToolButton) else None
+        exporting = self.bar.widgetForAction(self.exporting_action)
+        self.exporting = exporting if isinstance(exporting, QToolButton) else None
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def _action(self, name: str, text: str, picture: Icon, key: str, slot: Callable[[], None]) -> QAction:
@@ -379,8 +381,7 @@ class LogsPage(Page):
         return action
 
     def _lay_out(self) -> None:
-        opening = named(QPushButton(icon(Icon.FOLDER, is_on_primary=True), tr("Open…")), "logs_open", "primary")
-        opening.clicked.connect(self.choose_files)
+        opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
         Shortcut(opening, "Ctrl+O")
         self.header = self.make_header(tr("Logs"), self.list.search, opening)
         folder = self.header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
@@ -388,8 +389,7 @@ class LogsPage(Page):
         folder.setAutoRepeat(False)
         self.addAction(folder)
         self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
-        self.header.add_rare("logs_profile_save", tr("Save as profile…"), self.proposal.save_profile)
-        self.header.add_rare("logs_profile_put", tr("Add to a profile…"), self.proposal.add_to_profile)
+        self.header.add_rare("logs_profile", tr("Save in a profile…"), self.proposal.save_in_profile)
         left, right = QVBoxLayout(), QVBoxLayout()
         for widget in (self.bar, self.counts):
             left.addWidget(widget)
@@ -402,13 +402,13 @@ class LogsPage(Page):
         both.setContentsMargins(0, 0, 0, 0)
         if is_text_large():
             both.setDirection(QBoxLayout.Direction.TopToBottom)
-        both.addLayout(left, 5)
+        both.addLayout(left, 7)
         both.addLayout(right, 3)
         self._overview = QWidget()
         overview = QVBoxLayout(self._overview)
         overview.setContentsMargins(0, 0, 0, 0)
         overview.addWidget(self.header)
-        overview.addWidget(scroll_area(content, "logs_scroll", tr("Logs"), is_vertical=True), 1)
+        overview.addWidget(content, 1)
         overview.addWidget(self.proposal)
         self._stack = named(QStackedWidget(), "logs_stack")
         self._stack.addWidget(self._overview)
@@ -425,7 +425,6 @@ class LogsPage(Page):
         self.jobs.changed.connect(VisibilityTimer(self, self.refresh_list).refresh_seen)
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.judged.connect(self._refresh_proposal)
-        self.thresholds.reading_chosen.connect(work.choose_reading)
         self.map.chosen.connect(
             lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QStackedWidget, QVBoxLayout, QWidget
 
 from app.flights.judging import Answer
 from app.flights.thresholds import (
@@ -24,12 +24,12 @@ from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.fields import Value
-from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.pages.logs.rows import limits_text, short_name
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.pages.logs.rows import button, limits_text, short_name
 from ui.pages.logs.work import LogsWork
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import named
 from ui.widgets.labels import IconLabel, text_label
@@ -47,19 +47,16 @@ class ProposalBar(QFrame):
     def __init__(self, services: Services, work: LogsWork, result: JobNotice) -> None:
         super().__init__()
         named(self, "logs_proposal", "card")
-        self.ask_open: AskOpen = ask_profile
-        self.ask_save: AskPath = ask_path
+        self.ask_save: AskPath = partial(ask_path, is_extended=True)
         self._work, self._result = work, result
         self._exchange, self._remembered = services.exchange, services.preferences
         self.picture = IconLabel("logs_proposal_icon", _ICON_PX)
         self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
         self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
         self.strip = named(NoticeBar(), "logs_notice")
-        self.take = named(QPushButton(icon(Icon.CHECK), tr("Try proposal")), "logs_take")
-        self.take.clicked.connect(self._use_proposal)
-        self.use = named(QPushButton(icon(Icon.SETTINGS), tr("Use in Settings")), "logs_use")
+        self.take = button("logs_take", tr("Try proposal"), Icon.CHECK, self._use_proposal)
+        self.use = button("logs_use", tr("Use in Settings"), Icon.SETTINGS, self._use)
         self.use.setToolTip(tr("Nothing is sent."))
-        self.use.clicked.connect(self._use)
         summary = QWidget()
         texts = QVBoxLayout()
         texts.setSpacing(0)
@@ -150,32 +147,24 @@ class ProposalBar(QFrame):
 
     # Profiles
 
-    def save_profile(self) -> None:
-        """Saves a new profile with the three thresholds."""
-        settings, suggested = self._work.settings(), self._remembered.profile_folder / "profile.toml"
+    def save_in_profile(self) -> None:
+        """Saves the three thresholds in a new profile, or changes them in one that is there."""
+        suggested = self._remembered.profile_folder / "profile.toml"
+        write = partial(self._write, self._work.settings())
+        self.ask_save(self, tr("Save in a profile…"), suggested, "*.toml", write)
 
-        def write(path: Path) -> None:
-            self._write(path, Profile(name=path.stem or tr("Profile"), settings=settings))
-
-        self.ask_save(self, tr("Save as profile…"), suggested, "*.toml", write)
-
-    def add_to_profile(self) -> None:
-        """Changes the three thresholds of a profile, and asks where to save it."""
-        self.ask_open(self, self._remembered.profile_folder, partial(self._add_to, self._work.settings()))
-
-    def _add_to(self, thresholds: Mapping[str, Value], path: Path) -> None:
-        profile = self._result.read_profile(path)
+    def _write(self, thresholds: Mapping[str, Value], path: Path) -> None:
+        profile: Profile | None = Profile(name=path.stem or tr("Profile"))
+        source = path if path.exists() else None
+        if source is not None:
+            profile = self._result.read_profile(path)
         if profile is None:
             return
         settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
         changed = profile._replace(settings=settings, approved_fingerprint=approved)
-        write = partial(self._write, profile=changed, source=path, loses_approval=loses_approval)
-        self.ask_save(self, tr("Add to a profile…"), path, "*.toml", write)
-
-    def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
-        fault = save_or_say_why_not(path, profile, source=source)
+        fault = save_or_say_why_not(path, changed, source=source)
         if fault is not None:
             self._result.notify(Meaning.DANGER, fault.translated())
             return

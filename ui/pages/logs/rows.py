@@ -3,11 +3,12 @@
 import math
 from collections.abc import Mapping
 from datetime import datetime
-from enum import Enum, IntEnum
+from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from PySide6.QtGui import QFontMetrics, QIcon
+from PySide6.QtWidgets import QPushButton
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
@@ -24,8 +25,9 @@ from protocol.messages import Source
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.pages.logs.work import LogRow
-from ui.style.icons import Icon, StateStyle, icon
+from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Meaning, font
+from ui.widgets.controls import ICON_PX, named
 
 READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
@@ -69,47 +71,39 @@ def assumed_text(values: Mapping[str, Value]) -> str:
 # Verdicts
 
 
-class Verdict(Enum):
-    """On a log with the chosen thresholds; the value is its word, marked."""
+class Verdict(NamedTuple):
+    """On a log with the chosen thresholds; only what is not as expected has a meaning."""
 
-    UNREAD = marked("not read")
-    # The two readings of the vendor's rule disagree.
-    DIFFERS = marked("unclear")
-    # Only after the impact.
-    LATE = marked("too late")
-    FIRES = marked("fires")
-    HOLDS = marked("no")
-    # It does not fire, but the log holds too little to say so.
-    NOT_JUDGED = marked("not judged")
+    # Marked.
+    word: str
+    icon: Icon
+    meaning: Meaning | None = None
+
+
+_UNREAD: Final = Verdict(marked("not read"), Icon.WARNING, Meaning.ATTENTION)
+_DIFFERS: Final = Verdict(marked("unclear"), Icon.UNKNOWN, Meaning.ATTENTION)
+# It does not fire, but the log holds too little to say so.
+_NOT_JUDGED: Final = Verdict(marked("not judged"), Icon.UNKNOWN, Meaning.ATTENTION)
+# Only after the impact.
+_LATE: Final = Verdict(marked("too late"), Icon.CLOCK, Meaning.DANGER)
+_FIRES: Final = Verdict(marked("fires"), Icon.PARACHUTE)
+_HOLDS: Final = Verdict(marked("no"), Icon.NOT_TRIGGERED)
+_VERDICTS: Final = (_UNREAD, _DIFFERS, _NOT_JUDGED, _LATE, _FIRES, _HOLDS)
 
 
 def verdict_of(outcome: FlightOutcome | None) -> Verdict:
     if outcome is None:
-        return Verdict.UNREAD
+        return _UNREAD
     if outcome.is_different:
-        return Verdict.DIFFERS
+        return _DIFFERS
     if outcome.answer is Answer.NOT_JUDGED:
-        return Verdict.NOT_JUDGED
+        return _NOT_JUDGED
+    must = outcome.group is FlightGroup.MUST
     if not outcome.direct.sources:
-        return Verdict.HOLDS
-    return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
-
-
-def appearance_of(group: FlightGroup, verdict: Verdict) -> StateStyle:
-    """Only what is not as expected has a meaning."""
-    match verdict:
-        case Verdict.UNREAD:
-            return StateStyle(Icon.WARNING, Meaning.ATTENTION)
-        case Verdict.DIFFERS | Verdict.NOT_JUDGED:
-            return StateStyle(Icon.UNKNOWN, Meaning.ATTENTION)
-        case Verdict.LATE:
-            return StateStyle(Icon.CLOCK, Meaning.DANGER)
-        case Verdict.FIRES:
-            return StateStyle(Icon.PARACHUTE, Meaning.DANGER if group is FlightGroup.MUST_NOT else None)
-        case Verdict.HOLDS if group is FlightGroup.MUST:
-            return StateStyle(Icon.CROSS, Meaning.DANGER)
-        case _:
-            return StateStyle(Icon.NOT_TRIGGERED, None)
+        return _HOLDS._replace(icon=Icon.CROSS, meaning=Meaning.DANGER) if must else _HOLDS
+    if must and not outcome.direct.is_in_time:
+        return _LATE
+    return _FIRES._replace(meaning=Meaning.DANGER) if outcome.group is FlightGroup.MUST_NOT else _FIRES
 
 
 def short_name(name: str) -> str:
@@ -181,17 +175,24 @@ def limits_text(limits: TriggerLimits) -> str:
     return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
 
 
+def button(name: str, text: str, picture: Icon, slot: object, role: str = "") -> QPushButton:
+    made = named(QPushButton(icon(picture, is_on_primary=role == "primary"), text), name, role)
+    set_icon_size(made, ICON_PX)
+    made.clicked.connect(slot)
+    return made
+
+
 # Columns
 
 
 class LogColumn(IntEnum):
     NAME = 0
-    KIND = 1
-    WHEN = 2
-    LENGTH = 3
-    MODULE = 4
-    ANSWER = 5
-    SIDE = 6
+    WHEN = 1
+    LENGTH = 2
+    MODULE = 3
+    ANSWER = 4
+    SIDE = 5
+    KIND = 6
 
 
 def _time_text(when: datetime) -> str:
@@ -239,44 +240,30 @@ def _kind_icon(row: LogRow) -> QIcon | None:
     return icon(Icon.SIMULATOR if entry.is_simulated else Icon.RECORDINGS)
 
 
-def _answer(row: LogRow) -> str:
+def _verdict(row: LogRow) -> Verdict | None:
     """Nothing is said of a recording that was not read yet."""
-    if row.outcome is None and row.why_not is None:
-        return ""
-    verdict = verdict_of(row.outcome)
-    if row.outcome is not None and verdict is Verdict.FIRES:
+    return None if row.outcome is None and row.why_not is None else verdict_of(row.outcome)
+
+
+def _answer(row: LogRow) -> str:
+    verdict = _verdict(row)
+    if row.outcome is not None and verdict is not None and verdict.word == _FIRES.word:
         return moment_text(row.outcome.direct.at_s)
-    return tr(verdict.value)
-
-
-def _style(row: LogRow) -> StateStyle | None:
-    if row.outcome is None and row.why_not is None:
-        return None
-    return appearance_of(row.group, verdict_of(row.outcome))
-
-
-def _answer_icon(row: LogRow) -> QIcon | None:
-    style = _style(row)
-    return None if style is None else icon(style.icon, style.meaning)
-
-
-def _answer_ink(row: LogRow) -> Meaning | None:
-    style = _style(row)
-    return None if style is None else style.meaning
+    return "" if verdict is None else tr(verdict.word)
 
 
 def _answer_order(row: LogRow) -> float:
     """What is not as expected first, then by time; what is not known last."""
-    style, at_s = _style(row), 1e8
+    verdict, at_s = _verdict(row), 1e8
     if row.outcome is not None:
         at_s = min(row.outcome.direct.at_s, row.outcome.damped.at_s, at_s)
-    if style is None:
+    if verdict is None:
         return 1e10
-    return at_s if style.meaning is not None else 1e9 + at_s
+    return at_s if verdict.meaning is not None else 1e9 + at_s
 
 
 def _widest_answer() -> str:
-    words = (tr(verdict.value) for verdict in Verdict)
+    words = (tr(verdict.word) for verdict in _VERDICTS)
     return max((*words, "8:88:88.8"), key=QFontMetrics(font()).horizontalAdvance)
 
 
@@ -288,7 +275,6 @@ COLUMNS: Final = (
         widest=lambda: "survey-00",
         stretches=True,
     ),
-    TableColumn[LogRow](marked("Kind"), _kind, widest=lambda: tr("Recording"), is_spare=True),
     TableColumn[LogRow](
         marked("Time"),
         _short_time,
@@ -301,18 +287,20 @@ COLUMNS: Final = (
         _length_s,
         is_right=True,
         widest=lambda: "88:88",
+        is_spare=True,
     ),
     TableColumn[LogRow](
         marked("Module"),
         lambda row: "—" if row.entry is None else clean(row.entry.module, longest=80) or "—",
         widest=lambda: "M-00",
+        is_spare=True,
     ),
     TableColumn[LogRow](
         marked("Fires"),
         _answer,
         _answer_order,
-        picture=_answer_icon,
-        ink=_answer_ink,
+        picture=lambda row: None if (verdict := _verdict(row)) is None else icon(verdict.icon, verdict.meaning),
+        ink=lambda row: None if (verdict := _verdict(row)) is None else verdict.meaning,
         widest=_widest_answer,
     ),
     TableColumn[LogRow](
@@ -321,4 +309,5 @@ COLUMNS: Final = (
         picture=lambda row: None if row.group is FlightGroup.UNSORTED else icon(SIDES[row.group].picture),
         widest=lambda: tr("Must not fire"),
     ),
+    TableColumn[LogRow](marked("Kind"), _kind, widest=lambda: tr("Recording"), is_spare=True),
 )

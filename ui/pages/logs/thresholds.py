@@ -1,36 +1,31 @@
-"""The chosen thresholds: sliders and the reading of the vendor's rule, and the map of false and missing triggers."""
+"""The chosen thresholds: sliders and the map of false and missing triggers."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading
 from app.flights.thresholds import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.pages.logs.rows import READING_WORDS, THRESHOLD_KEYS
+from ui.pages.logs.rows import THRESHOLD_KEYS
 from ui.plots.static_plot import StaticPlot
-from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import named
-from ui.widgets.sliders import Dial, WheelGuard, label_for
+from ui.widgets.sliders import Dial, label_for
 
 
 class ThresholdPanel(QWidget):
     chosen = Signal(object)
     """`TriggerLimits`."""
-    reading_chosen = Signal(object)
-    """`RuleReading`."""
     judged = Signal()
     """A number was typed; whether it can be used is `is_wrong`."""
 
@@ -43,12 +38,6 @@ class ThresholdPanel(QWidget):
         self.tilt = Dial("logs_tilt", minimum=0, maximum=180, step=1, unit="°")
         self.acceleration = Dial("logs_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
         self.time = Dial("logs_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
-        self.reading = named(QComboBox(), "logs_reading")
-        self.reading.setAccessibleName(tr("Interpretation"))
-        for row, reading in enumerate(RuleReading):
-            self.reading.addItem(tr(READING_WORDS[reading]), reading)
-            self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
-        WheelGuard(self.reading)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(Space.S)
@@ -63,27 +52,22 @@ class ThresholdPanel(QWidget):
             grid.addWidget(label_for(dial, tr(title)), row, 0)
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
-        grid.addWidget(label_for(self.reading, tr("Interpretation")), len(rows), 0)
-        grid.addWidget(self.reading, len(rows), 1)
         grid.setColumnStretch(1, 1)
         self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
         self.acceleration.turned.connect(
             lambda value: self._choose(self._limits._replace(freefall_acceleration_g=round(value, 1)))
         )
         self.time.turned.connect(lambda value: self._choose(self._limits._replace(freefall_time_s=round(value, 2))))
-        self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
 
     @property
     def is_wrong(self) -> bool:
         return any(dial.is_wrong for dial in (self.tilt, self.acceleration, self.time))
 
-    def show_limits(self, limits: TriggerLimits, reading: RuleReading) -> None:
+    def show_limits(self, limits: TriggerLimits) -> None:
         self._limits = limits
         self.tilt.set_value(limits.attitude_threshold_deg)
         self.acceleration.set_value(limits.freefall_acceleration_g)
         self.time.set_value(limits.freefall_time_s)
-        with QSignalBlocker(self.reading):
-            self.reading.setCurrentIndex(self.reading.findData(reading, Qt.ItemDataRole.UserRole))
 
     def nearest(self, values: Mapping[str, Value]) -> TriggerLimits:
         """The vendor's defaults replaced by these, by the setting's key, as the sliders can show them."""
@@ -151,29 +135,19 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
     height, width = size.height(), size.width()
     down, across = np.arange(height)[:, None], np.arange(width)[None, :]
     rows, columns = cells.wrong.shape
-    wrong, missed, _ = cells
-    shades = np.ceil(np.clip(wrong, 0, 1) * 255).astype(np.intp)
-    colours = _shades(theme.danger.wash, theme.danger.fill)[shades]
-    good = theme.tint(Meaning.GOOD).wash if has_must else theme.surface
-    colours[wrong == 0] = _rgb(good)
-    colours[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
-    strokes = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
-    pixels: Pixels
-    pixels, stroke, differs = (
-        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1)
-        for part in (colours, strokes, cells.differs)
+    wrong, missed, differs = (
+        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1) for part in cells
     )
+    share = (_MIN_SHADE + (1 - _MIN_SHADE) * wrong)[:, :, None]
+    wash, fill = np.array(_rgb(theme.danger.wash)), np.array(_rgb(theme.danger.fill))
+    pixels: Pixels = (wash + (fill - wash) * share).astype(np.uint8)
+    pixels[wrong == 0] = _rgb(theme.tint(Meaning.GOOD).wash if has_must else theme.surface)
+    pixels[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
+    stroke = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
     pixels[(down + across) % round(_HATCH_PX * ratio) < stroke] = _rgb(theme.muted)
     step, dot = round(_DOT_PX * ratio), round(2 * ratio)
     pixels[differs & (down % step < dot) & (across % step < dot)] = _rgb(theme.information.ink)
     return pixels
-
-
-@lru_cache(maxsize=4)
-def _shades(wash: str, fill: str) -> Pixels:
-    """Colours by share of false triggers (0 … 255)."""
-    shares = (_MIN_SHADE + (1 - _MIN_SHADE) * number / 255 for number in range(256))
-    return np.array([_rgb(mixed(wash, fill, share)) for share in shares], np.uint8)
 
 
 def _rgb(colour: QColor | str) -> tuple[int, int, int]:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
 
 from app.flights.columns import CsvColumns, parse_line, role_words
 from app.flights.flight_log import FlightLog
@@ -33,11 +33,11 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.save_bar import SaveNote
-from ui.pages.logs.rows import appearance_of, outcome_lines, row_text, short_name, verdict_of
+from ui.pages.logs.rows import button, outcome_lines, row_text, short_name, verdict_of
 from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
@@ -82,9 +82,8 @@ class LogView(QWidget):
         self._limits = TriggerLimits()
         self.plot: TimePlot | None = None
         self._reading: BackgroundTask[Opened] = BackgroundTask("dps-s log", self)
-        self.back = named(QPushButton(icon(Icon.CHEVRON_LEFT), tr("All logs")), "log_back")
+        self.back = button("log_back", tr("All logs"), Icon.CHEVRON_LEFT, self.close_log)
         self.back.setToolTip("Esc")
-        self.back.clicked.connect(self.close_log)
         self.name = named(ElidedLabel(), "log_name", "title")
         self.picture = IconLabel("log_icon", _ICON_PX)
         self.verdict = text_label("log_verdict", "strong", is_selectable=True)
@@ -94,13 +93,10 @@ class LogView(QWidget):
         self.line = named(QLineEdit(), "log_columns")
         self.line.setAccessibleName(tr("Columns"))
         self.line.returnPressed.connect(self._choose_columns)
-        self.read = named(QPushButton(tr("Read")), "log_read", "primary")
-        self.read.clicked.connect(self._choose_columns)
+        self.read = button("log_read", tr("Read"), Icon.CHECK, self._choose_columns, "primary")
         self.fault = text_label("log_fault", "danger")
-        self.values = named(QPushButton(icon(Icon.TABLE), tr("Save values…")), "log_save_values")
-        self.image = named(QPushButton(icon(Icon.CAMERA), tr("Save picture…")), "log_save_picture")
-        self.values.clicked.connect(self._save_values)
-        self.image.clicked.connect(self._save_picture)
+        self.values = button("log_save_values", tr("Save values…"), Icon.TABLE, self._save_values)
+        self.image = button("log_save_picture", tr("Save picture…"), Icon.CAMERA, self._save_picture)
         Shortcut(self.values, "Ctrl+S")
         Shortcut(self.image, "Ctrl+Shift+S")
         self._lay_out()
@@ -108,8 +104,8 @@ class LogView(QWidget):
     def _lay_out(self) -> None:
         head = QHBoxLayout()
         head.addWidget(self.name, 1)
-        for button in (self.values, self.image, self.back):
-            head.addWidget(button)
+        for one in (self.values, self.image, self.back):
+            head.addWidget(one)
         verdict = QHBoxLayout()
         verdict.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
         verdict.addWidget(self.verdict, 1)
@@ -133,7 +129,7 @@ class LogView(QWidget):
         """Reads the file in the background; of one that could not be read, says why, and asks for columns."""
         self.clear()
         self._row, self._limits = row, limits
-        self.name.setText(short_name(row.name) if row.entry is None else row.entry.module or row.label)
+        self.name.setText(short_name(row.name) if row.entry is None else row.label)
         self.details.setText("" if row.entry is None else clean(entry_text(row.entry), longest=1000))
         log = row.log
         if log is not None and log.why_not is not None:
@@ -184,9 +180,9 @@ class LogView(QWidget):
             self._say(Icon.UNKNOWN, tr("no status reports"), Meaning.ATTENTION)
         else:
             outcome = outcome_of(summarise(log), row.group, self._limits)
-            look = appearance_of(row.group, verdict_of(outcome))
+            verdict = verdict_of(outcome)
             group = "" if row.group is FlightGroup.UNSORTED else f" · {tr(row.group.value)}"
-            self._say(look.icon, "\n".join(outcome_lines(outcome)) + group, look.meaning)
+            self._say(verdict.icon, "\n".join(outcome_lines(outcome)) + group, verdict.meaning)
             details += [clean(problem.translated()) for problem in log.problems]
         self.details.setText("\n".join(dict.fromkeys(filter(None, details))))
         self.details.setToolTip(row_text(row))
@@ -270,7 +266,7 @@ class LogView(QWidget):
 def marks_of(outcome: FlightOutcome) -> list[Mark]:
     """Where it fires, control was lost, and it hit the ground, in times of the log."""
     flight = outcome.flight
-    meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
+    meaning = verdict_of(outcome).meaning
     marks = []
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
     is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S

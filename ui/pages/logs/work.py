@@ -86,20 +86,8 @@ class LogRow(NamedTuple):
         return None if self.entry is None else self.entry.trouble
 
 
-class LoadEnded(NamedTuple):
-    """`total` is None where it was cancelled before the files were counted."""
-
-    # What a person opened, in their order.
-    names: tuple[str, ...]
-    read: int
-    total: int | None
-    was_cancelled: bool = False
-    # An error of the operating system.
-    why: str = ""
-
-
 class Reading:
-    """Files and folders to read; `total`, `names` and `done` are written by the reading thread.
+    """Files and folders to read; `names`, `total` and `done` are written by the reading thread.
 
     `skipped`: what is already read. `settle` is called by that thread before it reads. `is_asked`: by a person.
     """
@@ -121,6 +109,9 @@ class Reading:
         self.done: deque[LogFile] = deque()
         # Of `done`, what was taken over.
         self.read = 0
+        self.was_cancelled = False
+        # An error of the operating system.
+        self.why = ""
 
     def run(self, running: Running) -> None:
         self._settle()
@@ -146,22 +137,21 @@ class LogsWork(QObject):
 
     changed = Signal()
     loading_ended = Signal(object)
-    """`LoadEnded`, of what a person opened."""
+    """`Reading`, of what a person opened."""
 
     def __init__(self, recordings: RecordingJobs, parent: QObject) -> None:
         super().__init__(parent)
         self.recordings = recordings
         self.logs: dict[str, LogFile] = {}
         self.limits = TriggerLimits()
-        # Of the map; list and proposal use both.
-        self.reading = RuleReading.DIRECT
         self.proposal: ThresholdProposal | None = None
         # The present one, or the last.
         self.loading = Reading()
         self._waiting: deque[Reading] = deque()
         self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
-        self._maps: tuple[FireMap, FireMap] | None = None
-        self._maps_of: tuple[float, RuleReading] | None = None
+        self._maps: list[FireMap] = []
+        # The acceleration of the maps.
+        self._maps_of_g = 0.0
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
 
     # What there is
@@ -205,19 +195,17 @@ class LogsWork(QObject):
             log, entry = self.logs.get(name), entries.get(name)
             summary = None if log is None else log.summary
             outcome = None if log is None or summary is None else outcome_of(summary, log.group, self.limits)
-            port = "" if entry is None else entry.port.removeprefix("/dev/")
-            rows.append(LogRow(name, port or label, log, entry, outcome))
+            of_module = "" if entry is None else entry.module or entry.port.removeprefix("/dev/")
+            rows.append(LogRow(name, of_module or label, log, entry, outcome))
         return rows
 
-    def maps(self) -> tuple[FireMap, FireMap]:
-        """Maps of the chosen reading and of the other one, kept until something changes."""
-        key = (self.limits.freefall_acceleration_g, self.reading)
-        if self._maps is None or self._maps_of != key:
-            other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
+    def maps(self) -> list[FireMap]:
+        """One for each reading of the rule, kept until something changes."""
+        if not self._maps or self._maps_of_g != self.limits.freefall_acceleration_g:
             sides = self.sides()
             flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
-            self._maps = fire_map(*flights, self.limits, self.reading), fire_map(*flights, self.limits, other)
-            self._maps_of = key
+            self._maps = [fire_map(*flights, self.limits, reading) for reading in RuleReading]
+            self._maps_of_g = self.limits.freefall_acceleration_g
         return self._maps
 
     def settings(self) -> Mapping[str, Value]:
@@ -278,7 +266,7 @@ class LogsWork(QObject):
             known = self.logs.get(log.name, log)
             self.logs[log.name] = log._replace(group=known.group, samples=samples.get(log.name, -1))
             self.loading.read += 1
-        self._maps = None
+        self._maps = []
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -286,20 +274,21 @@ class LogsWork(QObject):
         if self.task.is_running:
             self._waiting.clear()
             self.task.cancel()
-            self._end(was_cancelled=True)
+            self.loading.was_cancelled = True
+            self._end()
             self.loading = Reading()  # discards what the thread still reads
 
     def _begin(self, reading: Reading) -> None:
         self.loading = reading
-        self.task.run(reading.run, lambda _none: self._end(), lambda error: self._end(error=error))
+        self.task.run(reading.run, lambda _none: self._end(), self._end)
 
-    def _end(self, *, was_cancelled: bool = False, error: Exception | None = None) -> None:
+    def _end(self, error: Exception | None = None) -> None:
         self.poll()
         self._change()
-        loading = self.loading
-        if loading.is_asked:
-            why = "" if error is None else error_text(error)
-            self.loading_ended.emit(LoadEnded(loading.names, loading.read, loading.total, was_cancelled, why))
+        if error is not None:
+            self.loading.why = error_text(error)
+        if self.loading.is_asked:
+            self.loading_ended.emit(self.loading)
         if self._waiting:
             self._begin(self._waiting.popleft())
         if error is not None and not isinstance(error, OSError):
@@ -310,11 +299,6 @@ class LogsWork(QObject):
     def choose(self, limits: TriggerLimits) -> None:
         if limits != self.limits:
             self.limits = limits
-            self.changed.emit()
-
-    def choose_reading(self, reading: RuleReading) -> None:
-        if reading is not self.reading:
-            self.reading = reading
             self.changed.emit()
 
     def move(self, names: Iterable[str], group: FlightGroup) -> None:
@@ -336,7 +320,7 @@ class LogsWork(QObject):
         self._change()
 
     def _change(self) -> None:
-        self._maps = self.proposal = None
+        self._maps, self.proposal = [], None
         sides = self.sides()
         if sides[FlightGroup.MUST_NOT] or sides[FlightGroup.MUST]:
             flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]

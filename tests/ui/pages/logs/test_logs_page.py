@@ -17,7 +17,6 @@ from pytestqt.qtbot import QtBot
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading
 from app.flights.many_logs import SummarisedLog
 from app.flights.summary import FirstFire, summarise
 from app.flights.thresholds import FireMap, FlightGroup
@@ -374,9 +373,6 @@ def test_logs_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
     page = desk.page
     assert desk.answers() == {"bump": "unclear"}
     assert page.counts.text() == "Must not fire: 1 of 1 fire"
-    page.thresholds.reading.setCurrentIndex(1)
-    page.thresholds.reading.activated.emit(1)
-    assert page.work.reading is RuleReading.DAMPED
     shown, other = page.work.maps()
     assert (shown.must_not_fired != other.must_not_fired).any()
     desk.add(tilted("steep", 80))
@@ -466,7 +462,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     path = tmp_path / "new.toml"
     bar.ask_save = choosing(path)
     desk.page.work.choose(TriggerLimits(62, 0.4, 1.25))
-    bar.save_profile()
+    bar.save_in_profile()
     assert read_profile(path).settings == {
         "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25,
     }  # fmt: skip
@@ -478,13 +474,16 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
         encoding="utf-8",
     )
     before = read_profile(path)
-    bar.ask_open = choosing(path)
-    bar.add_to_profile()
+    bar.save_in_profile()
     after = read_profile(path)
     assert after.settings == {**before.settings, **desk.page.work.settings()}
     assert (after.name, after.airframe, after.limits) == (before.name, before.airframe, before.limits)
     assert after.approved_fingerprint is None
     assert "approved settings code was removed" in desk.notice()
+    path.write_text("no profile", encoding="utf-8")
+    bar.save_in_profile()
+    assert "new.toml is not a profile" in desk.notice()
+    assert path.read_text(encoding="utf-8") == "no profile"
 
 
 @pytest.mark.promise("i")
