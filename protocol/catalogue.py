@@ -23,23 +23,18 @@ MAX_RECORDS = 9  # "记录最近的9次触发记录": the module keeps its last 
 class Hazard(Enum):
     """What a request can do to the module."""
 
-    NONE = "none"
-    """A question. May be repeated."""
-    CHANGES = "changes"
-    """Changes the module. Sent once; the result is proven by reading back."""
+    NONE = "none"  # a question. May be repeated.
+    CHANGES = "changes"  # changes the module. Sent once; the result is proven by reading back.
+    # Fires, arms, ends the session, moves the reference or can cut the link. Never without an explicit act.
     DANGEROUS = "dangerous"
-    """Fires, arms, ends the session, moves the reference or can cut the link. Never without an explicit act."""
 
 
 class Layout(Enum):
     """Layout of a module frame; the value is its length in bytes, header and checksum included."""
 
-    SHORT = 6
-    """41 75 code 01 D4 sum."""
-    STATUS = 8
-    """41 75 32 tilt acc trig act sum: no control byte."""
-    RECORD = 16
-    """41 75 35 01 and eleven data bytes, sum."""
+    SHORT = 6  # 41 75 code 01 D4 sum
+    STATUS = 8  # 41 75 32 tilt acc trig act sum: no control byte
+    RECORD = 16  # 41 75 35 01 and eleven data bytes, sum
 
 
 class Advice(NamedTuple):
@@ -47,8 +42,7 @@ class Advice(NamedTuple):
 
     text: str
     minimum: float | None = None
-    maximum_below: float | None = None
-    """Exclusive."""
+    maximum_below: float | None = None  # exclusive
 
     def is_followed_by(self, value: float) -> bool:
         if self.minimum is not None and value < self.minimum:
@@ -59,38 +53,23 @@ class Advice(NamedTuple):
 class Command(NamedTuple):
     """One row of the table. See the module's docstring."""
 
-    code: int
-    """D2."""
-    name: str
-    """The name in JSON, `--asked`, code and tests."""
-    title: str
-    """English, translatable."""
-    vendor_term: str
-    """The table's word."""
-    explanation: str
-    """One or two sentences for a technician; translatable."""
-    reply: Field | None = None
-    """Meaning of D4 in a six-byte reply; None for another layout or where D4 is fixed."""
-    reply_key: str | None = None
-    """Name of the reply's value in `dps-s decode`; carries the unit."""
+    code: int  # D2
+    name: str  # the name in JSON, `--asked`, code and tests
+    title: str  # English, translatable
+    vendor_term: str  # the table's word
+    explanation: str  # one or two sentences for a technician; translatable
+    reply: Field | None = None  # meaning of D4 in a six-byte reply; None for another layout or where D4 is fixed
+    reply_key: str | None = None  # name of the reply's value in `dps-s decode`; carries the unit
     layout: Layout = Layout.SHORT
-    query_data: int | None = None
-    """D4 of the query; None where it cannot be asked."""
-    query_hazard: Hazard = Hazard.NONE
-    """25 has the form of a query and is an act."""
-    write: Field | None = None
-    """Meaning of D4 in a set; None where it cannot be set."""
+    query_data: int | None = None  # D4 of the query; None where it cannot be asked
+    query_hazard: Hazard = Hazard.NONE  # 25 has the form of a query and is an act
+    write: Field | None = None  # meaning of D4 in a set; None where it cannot be set
     write_key: str | None = None
-    write_hazards: Mapping[int, Hazard] = MappingProxyType({})
-    """Hazard of a set by D4, where it is not CHANGES."""
-    extra_reply_codes: frozenset[int] = frozenset()
-    """Further codes of its reply (E3, E4)."""
-    acknowledged_by_one: bool = False
-    """A set may be acknowledged by D4 = 01 instead of the value (E2)."""
-    is_setting: bool = False
-    """In `read`'s "settings", in `set` and in profiles."""
-    default: int | None = None
-    """D4 as delivered, where the table gives it. Never shown as the module's value."""
+    write_hazards: Mapping[int, Hazard] = MappingProxyType({})  # hazard of a set by D4, where it is not CHANGES
+    extra_reply_codes: frozenset[int] = frozenset()  # further codes of its reply (E3, E4)
+    acknowledged_by_one: bool = False  # a set may be acknowledged by D4 = 01 instead of the value (E2)
+    is_setting: bool = False  # in `read`'s "settings", in `set` and in profiles
+    default: int | None = None  # D4 as delivered, where the table gives it. Never shown as the module's value.
     advice: Advice | None = None
 
     def __hash__(self) -> int:
@@ -320,11 +299,9 @@ class FramePart(NamedTuple):
     """One named value of a long frame."""
 
     name: str
-    first: int
-    """Index of its first byte in the frame (D0 is the header's first)."""
+    first: int  # index of its first byte in the frame (D0 is the header's first)
     field: Quantity | Flag
-    meaning: str
-    """English, for the page of the protocol."""
+    meaning: str  # English, for the page of the protocol
     length: int = 1
 
     def raw(self, frame: bytes) -> int:

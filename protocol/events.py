@@ -3,10 +3,9 @@
 Times (`at`) are the `now` of the link's caller: monotonic seconds.
 """
 
-import operator
 from collections import Counter
 from enum import Enum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from protocol.catalogue import Request
 from protocol.frame import Frame, Noise, Reason
@@ -15,15 +14,11 @@ from protocol.messages import Message, Reading
 
 class Role(Enum):
     ANSWER = "answer"
-    STREAMED = "streamed"
-    """A status nobody asked for: the serial output is on."""
-    LATE = "late"
-    """A reply to a request that was given up. Never used as a value, because it may be old."""
-    DUPLICATE = "doubled"
-    """A second answer to a request."""
+    STREAMED = "streamed"  # a status nobody asked for: the serial output is on
+    LATE = "late"  # a reply to a request that was given up. Never used as a value, because it may be old.
+    DUPLICATE = "doubled"  # a second answer to a request
     UNSOLICITED = "unasked"
-    ECHO = "echo"
-    """Our own bytes come back: a half-duplex adapter, or receive and transmit are shorted."""
+    ECHO = "echo"  # our own bytes come back: a half-duplex adapter, or receive and transmit are shorted
 
 
 class Sent(NamedTuple):
@@ -85,20 +80,15 @@ class OutcomeUnknown(NamedTuple):
 class EndReason(Enum):
     """Why a conversation ended. The first three are told by the link, the others by its owner."""
 
-    RESTARTED = "restarted"
-    """The module was switched on."""
-    SILENT = "silent"
-    """Nothing valid came although something was asked: the module may have been exchanged meanwhile."""
+    RESTARTED = "restarted"  # the module was switched on
+    SILENT = "silent"  # nothing valid came although something was asked: the module may have been exchanged meanwhile
+    # Something that does not change by itself was answered differently than before, or by two modules.
     CONTRADICTED = "contradicted"
-    """Something that does not change by itself was answered differently than before, or by two modules."""
     PORT_LOST = "port lost"
     CLOSED = "closed"
-    SLEPT = "slept"
-    """The computer slept, or the program stood still for seconds."""
-    ANOTHER = "another"
-    """A person said that another module is connected now."""
-    RATE_CHANGED = "rate changed"
-    """The port continues at another baud rate."""
+    SLEPT = "slept"  # the computer slept, or the program stood still for seconds
+    ANOTHER = "another"  # a person said that another module is connected now
+    RATE_CHANGED = "rate changed"  # the port continues at another baud rate
 
 
 class Contradiction(NamedTuple):
@@ -120,8 +110,7 @@ class Ended(NamedTuple):
 
     reason: EndReason
     at: float
-    contradiction: Contradiction | None = None
-    """What was told differently, where that is the reason."""
+    contradiction: Contradiction | None = None  # what was told differently, where that is the reason
 
 
 Outcome = Answered | Unanswered | OutcomeUnknown
@@ -131,23 +120,11 @@ Event = Sent | Received | Rejected | Outcome | Began | Ended
 class Counters:
     """Totals since the port was opened."""
 
-    def __init__(
-        self,
-        sent: int = 0,
-        frames: int = 0,
-        by_role: Counter[Role] | None = None,
-        rejected_bytes: Counter[Reason] | None = None,
-        time_outs: int = 0,
-        retries: int = 0,
-        restarts: int = 0,
-        bytes_received: int = 0,
-    ) -> None:
-        # In the order of the arguments, on which the sums depend.
-        self.sent, self.frames = sent, frames
-        self.by_role = Counter() if by_role is None else by_role
-        self.rejected_bytes = Counter() if rejected_bytes is None else rejected_bytes
-        self.time_outs, self.retries, self.restarts = time_outs, retries, restarts
-        self.bytes_received = bytes_received
+    def __init__(self, **counted: Any) -> None:
+        self.sent = self.frames = self.time_outs = self.retries = self.restarts = self.bytes_received = 0
+        self.by_role: Counter[Role] = Counter()
+        self.rejected_bytes: Counter[Reason] = Counter()
+        vars(self).update(counted)
 
     @property
     def rejected(self) -> int:
@@ -158,8 +135,8 @@ class Counters:
         return self + Counters()
 
     def __add__(self, other: "Counters") -> "Counters":
-        return Counters(*map(operator.add, vars(self).values(), vars(other).values()))
+        return Counters(**{name: value + vars(other)[name] for name, value in vars(self).items()})
 
     def __sub__(self, earlier: "Counters") -> "Counters":
         """What was counted since."""
-        return Counters(*map(operator.sub, vars(self).values(), vars(earlier).values()))
+        return Counters(**{name: value - vars(earlier)[name] for name, value in vars(self).items()})

@@ -38,12 +38,10 @@ class Quantity(NamedTuple):
     which multiplying by 0.02 does not.
     """
 
-    unit: str
-    """Symbol beside the number: "V", "g", "s", "°", or "" for a count."""
-    suffix: str
-    """Adds the unit to a name: "_v" makes "light_v"."""
+    unit: str  # symbol beside the number: "V", "g", "s", "°", or "" for a count
+    suffix: str  # adds the unit to a name: "_v" makes "light_v"
+    # Steps to one unit: 10 for a step of 0.1 V. Divides a power of ten, so that every step is a finite decimal.
     per_unit: int
-    """Steps to one unit: 10 for a step of 0.1 V. Divides a power of ten, so that every step is a finite decimal."""
 
     @property
     def allowed(self) -> frozenset[int]:
@@ -116,8 +114,7 @@ class Flag(NamedTuple):
 class Choice(NamedTuple):
     """One of a few values, each with its own code (the baud rates)."""
 
-    values: Mapping[int, int]
-    """Code on the wire -> value."""
+    values: Mapping[int, int]  # code on the wire -> value
     unit: str
     suffix: str = ""
 

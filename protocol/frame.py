@@ -11,9 +11,8 @@ every one-bit and every one-byte error, and misses about 6 % of two-bit errors. 
 value must also be ones that the table allows.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
-from functools import cache
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ from protocol.catalogue import (
     BY_CODE,
     COMMANDS,
     HEARTBEAT_CODE,
+    HEARTBEAT_REPLY,
     HOST_HEADER,
     MODULE_HEADER,
     QUERY,
@@ -28,7 +28,6 @@ from protocol.catalogue import (
     RECORD_PART,
     SET,
     STATUS_CODE,
-    Command,
     Layout,
     Request,
 )
@@ -70,8 +69,7 @@ class Fault(NamedTuple):
 
     reason: Reason
     text: str
-    values: Mapping[str, str] = MappingProxyType({})
-    """The placeholders of `text`."""
+    values: Mapping[str, str] = MappingProxyType({})  # the placeholders of `text`
 
     @property
     def detail(self) -> str:
@@ -121,52 +119,50 @@ def _short_values() -> dict[int, frozenset[int]]:
     return values
 
 
-def _host_form(command: Command) -> dict[int, frozenset[int]]:
-    form: dict[int, frozenset[int]] = {}
-    if command.query_data is not None:
-        form[command.query().control] = frozenset((command.query_data,))
-    if command.write is not None:
-        form[SET] = command.write.allowed
-    return form
+def _host_values() -> dict[tuple[int, int], frozenset[int]]:
+    """Values of D4 in a host frame, by code and control byte."""
+    values: dict[tuple[int, int], frozenset[int]] = {}
+    for command in COMMANDS:
+        if command.query_data is not None:
+            values[command.code, command.query().control] = frozenset((command.query_data,))
+        if command.write is not None:
+            values[command.code, SET] = command.write.allowed
+    return values
 
 
-SHORT_VALUES = _short_values()
-HOST_FORMS = {command.code: _host_form(command) for command in COMMANDS}
-"""Control byte -> values of D4 in a host frame, by code."""
-_HEARTBEAT_BODY = bytes((0xA5, 0x5A))
+_SHORT_VALUES = _short_values()
+_HOST_VALUES = _host_values()
+
+
+def fault(reason: Reason, text: str, **wrong: int) -> Fault:
+    return Fault(reason, text, {name: f"{byte:02X}" for name, byte in wrong.items()})
+
+
+def unknown_code(code: int) -> Fault:
+    return fault(Reason.UNKNOWN_CODE, marked("unknown command code {code}"), code=code)
+
+
+def wrong_control(control: int) -> Fault:
+    """A module frame whose control byte is not 01."""
+    return fault(Reason.CONTROL, marked("control byte {control}, expected 01"), control=control)
 
 
 def _sum_fault(raw: bytes) -> Fault | None:
     expected = checksum(raw[2:-1])
     if raw[-1] == expected:
         return None
-    values = {"found": f"{raw[-1]:02X}", "expected": f"{expected:02X}"}
-    return Fault(Reason.CHECKSUM, marked("checksum {found}, the sum is {expected}"), values)
+    return fault(Reason.CHECKSUM, marked("checksum {found}, the sum is {expected}"), found=raw[-1], expected=expected)
 
 
-@cache
-def unknown_code(code: int) -> Fault:
-    return Fault(Reason.UNKNOWN_CODE, marked("unknown command code {code}"), {"code": f"{code:02X}"})
-
-
-@cache
-def wrong_control(control: int) -> Fault:
-    """A module frame whose control byte is not 01."""
-    return Fault(Reason.CONTROL, marked("control byte {control}, expected 01"), {"control": f"{control:02X}"})
-
-
-def _wrong_value(raw: bytes) -> Fault:
-    values = {"value": f"{raw[4]:02X}", "code": f"{raw[2]:02X}"}
-    return Fault(Reason.VALUE, marked("value {value} is not allowed for {code}"), values)
+def _value_fault(raw: bytes, allowed: frozenset[int]) -> Fault | None:
+    if raw[4] in allowed:
+        return None
+    return fault(Reason.VALUE, marked("value {value} is not allowed for {code}"), value=raw[4], code=raw[2])
 
 
 def _flag_fault(*flags: int) -> Fault | None:
     text = marked("flag {value}, expected 00 or 01")
-    return next((Fault(Reason.VALUE, text, {"value": f"{flag:02X}"}) for flag in flags if flag > 1), None)
-
-
-def _check_status(raw: bytes) -> Fault | None:
-    return _sum_fault(raw) or _flag_fault(raw[5], raw[6])
+    return next((fault(Reason.VALUE, text, value=flag) for flag in flags if flag > 1), None)
 
 
 def is_empty_slot(raw: bytes) -> bool:
@@ -175,43 +171,35 @@ def is_empty_slot(raw: bytes) -> bool:
     return data == bytes(len(data)) or data == b"\xff" * len(data)
 
 
-def _check_record(raw: bytes) -> Fault | None:
-    if raw[3] != QUERY:
-        return wrong_control(raw[3])
-    fault = _sum_fault(raw)
-    if fault is not None or is_empty_slot(raw):
-        return fault
-    return _flag_fault(*(RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging")))
-
-
-def _check_short(raw: bytes) -> Fault | None:
+def check_module(raw: bytes) -> Fault | None:
+    """What is wrong with these bytes as a module frame, or None. They have a known code and one of its lengths; the
+    header is not checked."""
     code = raw[2]
+    if len(raw) == Layout.STATUS.value:
+        return _sum_fault(raw) or _flag_fault(raw[5], raw[6])
     if code == HEARTBEAT_CODE:
-        if raw[3:5] != _HEARTBEAT_BODY:
-            values = {"found": raw[3:5].hex(" ").upper()}
-            return Fault(Reason.VALUE, marked("heartbeat carries {found}, expected A5 5A"), values)
-        return _sum_fault(raw)
+        if raw[3:5] == HEARTBEAT_REPLY[3:5]:
+            return _sum_fault(raw)
+        text = marked("heartbeat carries {found}, expected A5 5A")
+        return Fault(Reason.VALUE, text, {"found": raw[3:5].hex(" ").upper()})
     if raw[3] != QUERY:
         return wrong_control(raw[3])
-    return _sum_fault(raw) or (None if raw[4] in SHORT_VALUES[code] else _wrong_value(raw))
+    if len(raw) == Layout.SHORT.value:
+        return _sum_fault(raw) or _value_fault(raw, _SHORT_VALUES[code])
+    flags = (RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging"))
+    return _sum_fault(raw) or (None if is_empty_slot(raw) else _flag_fault(*flags))
 
 
 def check_host(raw: bytes) -> Fault | None:
     """What is wrong with these six bytes as a host frame, or None. The header is not checked."""
-    forms = HOST_FORMS.get(raw[2])
-    if forms is None:
-        return unknown_code(raw[2])
-    values = forms.get(raw[3])
-    if values is None:
-        names = {"control": f"{raw[3]:02X}", "code": f"{raw[2]:02X}"}
-        return Fault(Reason.CONTROL, marked("control byte {control} does not go with command {code}"), names)
-    return _sum_fault(raw) or (None if raw[4] in values else _wrong_value(raw))
-
-
-MODULE_CHECKS: Mapping[int, Callable[[bytes], Fault | None]] = {
-    Layout.SHORT.value: _check_short, Layout.STATUS.value: _check_status, Layout.RECORD.value: _check_record,
-}  # fmt: skip
-"""By length: the check of a module frame, which has a known code; the header is not checked."""
+    code, control = raw[2], raw[3]
+    if code not in BY_CODE:
+        return unknown_code(code)
+    allowed = _HOST_VALUES.get((code, control))
+    if allowed is None:
+        text = marked("control byte {control} does not go with command {code}")
+        return fault(Reason.CONTROL, text, control=control, code=code)
+    return _sum_fault(raw) or _value_fault(raw, allowed)
 
 
 def module_lengths(code: int) -> tuple[int, ...]:
@@ -230,21 +218,7 @@ def decode_request(raw: bytes) -> Request:
     """Return the request in a valid host frame; raise `ValueError` for anything else."""
     if len(raw) != HOST_FRAME_LENGTH or raw[:2] != HOST_HEADER:
         raise ValueError(f"{raw.hex(' ')} is no host frame")
-    fault = check_host(raw)
-    if fault is not None:
-        raise ValueError(fault.detail)
+    wrong = check_host(raw)
+    if wrong is not None:
+        raise ValueError(wrong.detail)
     return Request(BY_CODE[raw[2]], raw[3], raw[4])
-
-
-def requests_in(heard: bytes) -> tuple[list[Request], bytes]:
-    """The valid host frames in these bytes, and the rest, which may begin another one; other bytes are skipped."""
-    requests: list[Request] = []
-    position = 0
-    while (start := heard.find(HOST_HEADER, position)) >= 0 and len(heard) - start >= HOST_FRAME_LENGTH:
-        raw = heard[start : start + HOST_FRAME_LENGTH]
-        if check_host(raw) is None:
-            requests.append(decode_request(raw))
-            position = start + HOST_FRAME_LENGTH
-        else:
-            position = start + 1
-    return requests, heard[start:] if start >= 0 else heard[position:][-1:]

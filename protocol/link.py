@@ -19,6 +19,8 @@ Rules:
 - A frame that began before a request was sent is not its answer.
 - Without a valid frame for `silence_s`, although something was asked, the conversation ends. The first frame after such
   a time may be another module's, so it ends it, too; but the reply to what was sent once, before, is its module's.
+- The time by which the owner calls `tick` too late does not count, up to the vendor's second: this program stood still,
+  and not the module. After a long delay nothing that changes the module is sent before its boot count is told.
 - An unasked heartbeat is a restart if it cannot be a late answer, or if two come; else the boot count is asked at once.
 - A boot count or a setting that reads otherwise, though nobody set it, ends the conversation (`contradictions`).
 - Some modules need a pause before they listen again, so a request may wait (`request_gap`); LOCK never does.
@@ -29,10 +31,10 @@ The owner writes the bytes of `take_outgoing` after each call, and calls `tick` 
 """
 
 import logging
+from collections.abc import Callable
 from math import inf
 
 from protocol.catalogue import BOOT_COUNT, HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
-from protocol.contradictions import ToldValues, reason_of
 from protocol.events import (
     Answered,
     Began,
@@ -48,11 +50,9 @@ from protocol.events import (
     Sent,
     Unanswered,
 )
-from protocol.flag_answers import FLAG_CODES, FlagAnswers
 from protocol.frame import Direction, Frame, Noise
 from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
-from protocol.request_gap import Gap
-from protocol.stale_replies import FENCES, StaleReplies
+from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, StaleReplies, ToldValues, reason_of
 from protocol.stream import Piece, StreamParser
 from protocol.timing import (
     ANSWER_S,
@@ -67,14 +67,14 @@ from protocol.timing import (
     RESTART_S,
     SLOW_S,
     TRIES,
+    Gap,
     RoundTrips,
 )
 
 _log = logging.getLogger(__name__)
 _HEARTBEAT = HEARTBEAT.query()
 _BOOTS = BOOT_COUNT.query()
-MOST_PROBES = 2 * TRIES
-"""So often the boot count is asked, until the module counts as silent."""
+MOST_PROBES = 2 * TRIES  # so often the boot count is asked, until the module counts as silent
 
 
 class LinkMisused(RuntimeError):
@@ -86,43 +86,34 @@ class _Flight:
 
     def __init__(self, request: Request, now: float, *, is_own: bool, limit_s: float = inf) -> None:
         self.request = request
-        self.is_own = is_own
-        """The link's own question, not its owner's."""
-        self.behind: Request | None = None
-        """What waits for the answer, where this is a fence."""
+        self.is_own = is_own  # the link's own question, not its owner's
+        self.behind: Request | None = None  # what waits for the answer, where this is a fence
         self.limit_s = limit_s
-        self.wanted_at = now
-        """Since when its next frame waits for a quiet line."""
-        self.attempts = 0
-        self.first_at = 0.0
-        self.sent_at = 0.0
-        """When it was last sent."""
-        self.probes = 0
+        self.wanted_at = now  # since when its next frame waits for a quiet line
+        self.attempts = self.probes = 0
+        self.first_at = self.sent_at = 0.0  # when it was first and last sent
         self.probed_at = -inf
+        # Bytes received when it was first sent: a frame that began among them is not its answer.
         self.received_before = 0
-        """Bytes received when it was first sent: a frame that began among them is not its answer."""
         self.records: list[Message] = []
         self.record_at = 0.0
-        self.is_past = False
-        """A probe was answered since the last record: no more can come."""
+        self.is_past = False  # a probe was answered since the last record: no more can come
+        # A set, an act or the query of the trigger records: never repeated.
+        self.is_once = request.command.layout is Layout.RECORD or not request.is_repeatable
 
-    @property
-    def is_record(self) -> bool:
-        return self.request.command.layout is Layout.RECORD
+    def unanswered(self, now: float) -> list[Event]:
+        """What its owner is told if it is not answered. A set or an act that was sent may have been carried out."""
+        if self.is_own:
+            return []
+        waited_s = now - self.first_at if self.attempts else 0.0
+        if self.behind is not None or not self.attempts:
+            return [Unanswered(self.behind or self.request, 0, waited_s, now)]
+        if self.request.is_repeatable:
+            return [Unanswered(self.request, self.attempts, waited_s, now)]
+        return [OutcomeUnknown(self.request, waited_s, now)]
 
-    @property
-    def is_once(self) -> bool:
-        """A set, an act or the query of the trigger records: never repeated."""
-        return self.is_record or not self.request.is_repeatable
 
-    @property
-    def most_attempts(self) -> int:
-        return MOST_PROBES if self.request == _BOOTS else TRIES
-
-    @property
-    def spoken_at(self) -> float:
-        """When it, or a probe behind it, was last sent."""
-        return max(self.sent_at, self.probed_at)
+_Step = Callable[[_Flight, float, list[Event]], None]
 
 
 class Link:
@@ -134,26 +125,22 @@ class Link:
         self.gap: Gap = Gap() if before is None else before.gap
         self.flags: FlagAnswers = FlagAnswers(now) if before is None else before.flags
         self.told = ToldValues()
-        self.round_trips = RoundTrips()
-        """Of this conversation."""
+        self.round_trips = RoundTrips()  # of this conversation
         self.is_begun = False
         self._parser = StreamParser()
         self._stale: StaleReplies = StaleReplies() if before is None else before._stale
         self._outgoing = bytearray()
         self._flight: _Flight | None = None
-        self._begin_at = now
-        """When the link asks for the next conversation."""
+        self._begin_at = now  # when the link asks for the next conversation
         self._last_byte_at = -inf
-        self._turned_at = now
-        """When it was last ticked."""
-        self._valid_at = now
-        """When the last valid frame came, or the conversation began."""
+        self._promised_at = inf  # when `tick` was to be called
+        self._delay_s = 0.0  # by how much it was called too late, since the last valid frame
+        self._is_delayed = False  # for longer than a silence
+        self._valid_at = now  # when the last valid frame came, or the conversation began
         self._boots_sent_at = now
-        self._boots_are_due = False
-        """An unasked heartbeat came."""
+        self._boots_are_due = False  # an unasked heartbeat came
         self._heartbeat_sent_at = now
-        self._unasked_at = -inf
-        """When the last unasked heartbeat came that may be a late answer."""
+        self._unasked_at = -inf  # when the last unasked heartbeat came that may be a late answer
         self._restarted_at = -inf
 
     # The owner's side
@@ -200,15 +187,19 @@ class Link:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
+        self._note_delay(now)
         is_change = not request.is_repeatable and request != LOCK
-        if now < self.flags.free_at(request) or (is_change and self._boots_are_due):
+        if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._is_delayed)):
             return [Unanswered(request, 0, 0.0, now)]
         flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
-        return self._take_off(flight, now, is_fenced=is_fenced)
+        events = self._take_off(flight, now, is_fenced=is_fenced)
+        self._promised_at = max(now, self.next_deadline(now))
+        return events
 
     def abandon(self, now: float) -> list[Event]:
         """Stop waiting for the request in flight, if any; a reply to it is late from now on."""
-        return _outcome(self._drop_flight(), now)
+        flight = self._drop_flight()
+        return [] if flight is None else flight.unanswered(now)
 
     def lock_again(self, now: float, attempt: int) -> list[Event]:
         """Send LOCK beside the request in flight; see the module's docstring. Its acknowledgement proves nothing: the
@@ -233,6 +224,7 @@ class Link:
         events: list[Event] = []
         if not data:
             return events
+        self._note_delay(now)
         self._last_byte_at = now
         self.counters.bytes_received += len(data)
         for piece in self._parser.feed(data):
@@ -245,27 +237,35 @@ class Link:
         if self._parser.pending and now >= self._last_byte_at + QUIET_S:
             for piece in self._parser.flush():
                 self._digest(piece, now, events)
-        has_stood_still = now - self._turned_at > self.silence_s  # this program, so nobody knows what happened
-        self._turned_at = now
+        self._note_delay(now)
         flight = self._flight
-        if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
+        if self.is_begun and flight is not None and now >= self._silent_at(flight):
             self._end(EndReason.SILENT, now, events)
-            flight = None
-        if flight is not None and now >= self._due_at(flight, now):
-            self._advance(flight, now, events)
+        if self._is_delayed:
+            self._is_delayed = False
+            self._ask_at_once(now, events)
+        if self._flight is not None:
+            self._advance(self._flight, now, events)
         if self._flight is None and now >= self._own_due_at():
             self._ask_own(now, events)
+        self._promised_at = max(now, self.next_deadline(now))
         return events
 
     def next_deadline(self, now: float) -> float:
         """When to call `tick` if nothing arrives before."""
         flight = self._flight
-        dues = [self._own_due_at() if flight is None else self._due_at(flight, now)]
+        dues = [self._own_due_at() if flight is None else self._next_step(flight, now)[0]]
         if self._parser.pending:
             dues.append(self._last_byte_at + QUIET_S)
         if flight is not None and self.is_begun:
             dues.append(self._silent_at(flight))
         return min(dues)
+
+    def _note_delay(self, now: float) -> None:
+        delay_s = max(0.0, now - self._promised_at)
+        self._promised_at = inf
+        self._delay_s += delay_s
+        self._is_delayed |= delay_s > self.silence_s
 
     # The link's own questions
 
@@ -297,88 +297,75 @@ class Link:
             fence = _Flight(self._stale.fence(now), now, is_own=flight.is_own, limit_s=flight.limit_s)
             fence.behind = request
             flight = fence
-        self._flight = flight
         events: list[Event] = []
-        self._advance(flight, now, events)
+        self._launch(flight, now, events)
         return events
 
-    def _due_at(self, flight: _Flight, now: float) -> float:
-        """When its next frame is due, or when it is given up."""
-        if not flight.attempts:
-            return self.gap.due(flight.request, flight.wanted_at, is_repeated=False, now=now)
-        if flight.records:
-            return self._records_due_at(flight)
-        trips = self.round_trips
-        ends_at = flight.first_at + flight.limit_s
-        if flight.is_once:
-            ends_at = min(ends_at, flight.first_at + ANSWER_S)
-            due_at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
-        elif flight.attempts < flight.most_attempts:
-            due_at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
-        elif flight.request != _BOOTS and flight.probes < MOST_PROBES:
-            due_at = flight.spoken_at + trips.repeat_s
-        else:
-            due_at = flight.spoken_at + trips.silence_s / 2  # for the answers on a slow line
-        due_at = min(due_at, self._look_at(flight))
-        return min(ends_at, self.gap.due(_BOOTS, due_at, is_repeated=True, now=max(now, due_at)))
-
-    def _look_at(self, flight: _Flight) -> float:
-        """When the boot count is asked behind a question on a slow line, where few repetitions fit into a silence."""
-        is_slow = self.is_begun and self.silence_s >= LONGEST_SILENCE_S
-        if not is_slow or flight.is_once:
-            return inf
-        trips, lag_s = self.round_trips, self.lag_s
-        # Where no answer can have come yet only one; then many, of which some may be lost.
-        often_at = self._valid_at + max(ASKS_AFTER * LONGEST_SILENCE_S, 1.5 * (lag_s or 0.0))
-        if flight.request == _BOOTS:
-            return max(often_at, flight.sent_at + trips.probe_s)
-        first_at = often_at if lag_s is None else self._valid_at + trips.asks_after_s
-        return first_at if flight.probed_at < first_at else max(often_at, flight.probed_at + trips.probe_s)
-
-    def _records_due_at(self, flight: _Flight) -> float:
-        trips = self.round_trips
-        ends_at = flight.first_at + RECORDS_LONGEST_S
-        if flight.is_past:
-            return min(ends_at, flight.record_at + RECORDS_QUIET_S, flight.probed_at + trips.asks_after_s)
-        return min(ends_at, max(flight.record_at + trips.asks_after_s, flight.probed_at + trips.repeat_s))
+    def _launch(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        self._flight = flight
+        self._advance(flight, now, events)
 
     def _advance(self, flight: _Flight, now: float, events: list[Event]) -> None:
-        """Send it, send it again, ask the boot count behind it, or give it up."""
-        first_at = flight.first_at
-        if not flight.attempts:
-            if now >= self._due_at(flight, now):
-                self._transmit(flight, now, events)
-        elif now >= first_at + flight.limit_s:
-            self._give_up(flight, now, events)
-        elif flight.records:
-            is_quiet = flight.is_past and now >= flight.record_at + RECORDS_QUIET_S
-            if is_quiet or now >= first_at + RECORDS_LONGEST_S:
-                self._finish_records(flight, now, events)
-            else:
-                self._probe(flight, now, events)
-        elif flight.is_once:
-            if now >= first_at + ANSWER_S:
-                self._give_up(flight, now, events)  # something else came, or it would be silent
-            else:
-                self._probe(flight, now, events)
-        elif flight.is_own and not self.is_begun:
-            if now >= first_at + ANSWER_S:
-                self._give_up(flight, now, events)  # asked again, so that no late answer begins a conversation
-            else:
-                self._transmit(flight, now, events)
-        else:
-            self._repeat(flight, now, events)
+        at, step = self._next_step(flight, now)
+        if now >= at:
+            step(flight, now, events)
 
-    def _repeat(self, flight: _Flight, now: float, events: list[Event]) -> None:
-        """Send the question again, or the boot count behind it."""
-        can_probe = flight.request != _BOOTS and flight.probes < MOST_PROBES
-        can_send = flight.attempts < flight.most_attempts
-        if can_probe and (not can_send or now >= self._look_at(flight)):
-            self._probe(flight, now, events)
-        elif can_send:
-            self._transmit(flight, now, events)
-        elif self.is_begun:
-            self._end(EndReason.SILENT, now, events)  # also if something streams: it does not hear us
+    def _next_step(self, flight: _Flight, now: float) -> tuple[float, _Step]:
+        """Whether the request in flight is sent, the boot count is asked behind it, or it is given up, and when."""
+        trips, request = self.round_trips, flight.request
+        if not flight.attempts:
+            return self.gap.due(request, flight.wanted_at, is_repeated=False, now=now), self._transmit
+        send: _Step = self._probe
+        end: _Step = self._give_up
+        ends_at = flight.first_at + flight.limit_s
+        if flight.records:
+            ends_at, end = flight.first_at + RECORDS_LONGEST_S, self._finish_records
+            at = max(flight.record_at + trips.asks_after_s, flight.probed_at + trips.repeat_s)
+            if flight.is_past:
+                ends_at = min(ends_at, flight.record_at + RECORDS_QUIET_S)
+                at = flight.probed_at + trips.asks_after_s
+        elif flight.is_once:
+            # Something else came in this time, or it would be silent.
+            ends_at = min(ends_at, flight.first_at + ANSWER_S)
+            at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
+        else:
+            at, send = self._next_question(flight)
+            if flight.is_own and not self.is_begun:
+                # Asked again, so that no late answer begins a conversation.
+                ends_at, send = flight.first_at + ANSWER_S, self._transmit
+        at = self.gap.due(_BOOTS, at, is_repeated=True, now=max(now, at))
+        return (ends_at, end) if now >= ends_at or ends_at <= at else (at, send)
+
+    def _next_question(self, flight: _Flight) -> tuple[float, _Step]:
+        """When a question is sent again, or the boot count behind it."""
+        trips, is_boots = self.round_trips, flight.request == _BOOTS
+        can_send = flight.attempts < (MOST_PROBES if is_boots else TRIES)
+        can_probe = not is_boots and flight.probes < MOST_PROBES
+        spoken_at = max(flight.sent_at, flight.probed_at)
+        if can_send:
+            at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
+        elif can_probe:
+            at = spoken_at + trips.repeat_s
+        else:
+            return spoken_at + trips.silence_s / 2, self._fall_silent  # for the answers on a slow line
+        if not self.is_begun or self.silence_s < LONGEST_SILENCE_S:
+            return at, self._transmit if can_send else self._probe
+        # On a slow line few repetitions fit into a silence. Where no answer can have come yet only one; then many, of
+        # which some may be lost.
+        look_at = often_at = self._valid_at + max(ASKS_AFTER * LONGEST_SILENCE_S, 1.5 * (self.lag_s or 0.0))
+        if is_boots:
+            return min(at, max(often_at, flight.sent_at + trips.probe_s)), self._transmit
+        if self.lag_s is not None:
+            look_at = self._valid_at + trips.asks_after_s
+        if flight.probed_at >= look_at:
+            look_at = max(often_at, flight.probed_at + trips.probe_s)
+        is_look = can_probe and (look_at <= at or not can_send)
+        return min(at, look_at), self._probe if is_look else self._transmit
+
+    def _fall_silent(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        """Nobody answers, also if something streams: it does not hear us."""
+        if self.is_begun:
+            self._end(EndReason.SILENT, now, events)
         else:
             self._give_up(flight, now, events)
 
@@ -396,6 +383,7 @@ class Link:
         events.append(self._put(request, flight.attempts, now))
 
     def _probe(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        """Ask the boot count behind it."""
         flight.probes += 1
         flight.probed_at = now
         self.gap.on_spoken(now)
@@ -430,10 +418,10 @@ class Link:
         is_answer = flight is not None and self._is_answer(flight, piece, now)
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
-        if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
+        if self.is_begun and now - self._valid_at >= self._patience_s and not is_proof:
             self._end(EndReason.SILENT, now, events)
             is_answer = False
-        self._valid_at = now
+        self._valid_at, self._delay_s = now, 0.0
         if answers(piece.raw, _HEARTBEAT):
             self._stale.on_heartbeat(now)
         if flight is not None and is_answer:
@@ -469,7 +457,7 @@ class Link:
         self._note(events, frame, message, Role.ANSWER, now)
         if request == _BOOTS and flight.first_at >= self._unasked_at:
             self._unasked_at = -inf  # the count is the same, so that heartbeat was no restart's
-        if flight.is_record:
+        if request.command.layout is Layout.RECORD:
             flight.records.append(message)
             flight.record_at = now
             flight.is_past = False
@@ -509,8 +497,7 @@ class Link:
 
     def _open(self, fence: _Flight, request: Request, now: float, events: list[Event]) -> None:
         """No earlier reply can follow: send what waited for that."""
-        self._flight = _Flight(request, now, is_own=fence.is_own, limit_s=fence.limit_s)
-        self._advance(self._flight, now, events)
+        self._launch(_Flight(request, now, is_own=fence.is_own, limit_s=fence.limit_s), now, events)
 
     def _finish_records(self, flight: _Flight, now: float, events: list[Event]) -> None:
         self._drop_flight(is_answered=True)
@@ -519,39 +506,37 @@ class Link:
 
     def _on_other(self, frame: Frame, now: float, events: list[Event]) -> None:
         """Take a frame that does not answer the request in flight."""
-        stale = self._stale
+        stale, raw = self._stale, frame.raw
         stale.drop_expired(now)
-        copied = stale.copied(frame.raw, now)
-        if copied is not None:  # before "late": a copy must not stand for a reply that is still to come
-            message = decode(frame.raw, copied.request)
-            if not stale.is_owed(frame.raw):
-                self.told.note_unasked(message, now)
-            if isinstance(message, Status):
-                stale.expect_no_copy(frame.raw)  # the next ones may be streamed
-            self._note(events, frame, message, Role.LATE if copied.is_late else Role.DUPLICATE, now)
-            if isinstance(message, Heartbeat):
-                self._ask_at_once(now, events)
+        copied = stale.copied(raw, now)
+        late = (
+            stale.pop_late(raw) if copied is None else None
+        )  # a copy does not stand for a reply that is still to come
+        asked = late.request if late is not None else copied.request if copied is not None else None
+        message, role = decode(raw, asked), Role.UNSOLICITED
+        if copied is not None:
+            role = Role.LATE if copied.is_late else Role.DUPLICATE
+        elif late is not None:
+            role = Role.LATE
+            stale.expect_copy(raw, asked, now, is_late=True)
+        if copied is None and self._contradicts(frame, message, role, now, events):
             return
-        late = stale.pop_late(frame.raw)
-        if late is not None:
-            stale.expect_copy(frame.raw, late.request, now, is_late=True)
-            message = decode(frame.raw, late.request)
-            if self._contradicts(frame, message, Role.LATE, now, events):
-                return
-            self._note(events, frame, message, Role.LATE, now)
-            if isinstance(message, Heartbeat):
-                self._ask_at_once(now, events)
-            elif late.request == _BOOTS:
-                self._on_probe_answered(late.at, now, events)
-            return
-        message = decode(frame.raw)
-        if self._contradicts(frame, message, Role.UNSOLICITED, now, events):
-            return
+        if late is None and not (copied is not None and stale.is_owed(raw)):
+            self.told.note_unasked(message, now)
         if isinstance(message, Heartbeat):
-            stale.expect_copy(frame.raw, None, now)
-            self._on_unasked_heartbeat(now, events)
-        self.told.note_unasked(message, now)
-        self._note(events, frame, message, Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED, now)
+            if role is Role.UNSOLICITED:
+                stale.expect_copy(raw, None, now)
+                self._on_unasked_heartbeat(now, events)
+            else:
+                self._ask_at_once(now, events)
+        elif isinstance(message, Status):
+            if copied is not None:
+                stale.expect_no_copy(raw)  # the next ones may be streamed
+            elif late is None:
+                role = Role.STREAMED
+        self._note(events, frame, message, role, now)
+        if late is not None and asked == _BOOTS:
+            self._on_probe_answered(late.at, now, events)
 
     def _on_unasked_heartbeat(self, now: float, events: list[Event]) -> None:
         if now - self._restarted_at < RESTART_S:
@@ -607,10 +592,15 @@ class Link:
 
     # Ends
 
+    @property
+    def _patience_s(self) -> float:
+        """For how long nothing valid may come."""
+        return min(LONGEST_SILENCE_S, self.silence_s + self._delay_s)
+
     def _silent_at(self, flight: _Flight) -> float:
         if not flight.attempts:
             return inf
-        silent_at = self._valid_at + self.silence_s
+        silent_at = self._valid_at + self._patience_s
         if flight.is_once:
             # The vendor gives the module a second for its own answer, counted from the request.
             return max(silent_at, flight.first_at + ANSWER_S)
@@ -632,15 +622,16 @@ class Link:
             _log.debug("%s: no answer to %d attempts", flight.request.command.name, flight.attempts)
         if flight.is_own:
             self._begin_at = now
-        events += _outcome(flight, now)
+        events += flight.unanswered(now)
 
     def _end(
         self, reason: EndReason, now: float, events: list[Event], contradiction: Contradiction | None = None
     ) -> None:
         flight = self._drop_flight()
+        outcome = [] if flight is None else flight.unanswered(now)
         self._begin_at = now
         if not self.is_begun:
-            events += _outcome(flight, now)
+            events += outcome
             return
         _log.debug("ended: %s", reason.value)
         self.is_begun = False
@@ -651,17 +642,4 @@ class Link:
         if reason is EndReason.RESTARTED:
             self.counters.restarts += 1
         events.append(Ended(reason, now, contradiction))
-        events += _outcome(flight, now)
-
-
-def _outcome(flight: _Flight | None, now: float) -> list[Event]:
-    """What became of a request of the owner that was not answered. A set or an act may have been carried out."""
-    if flight is None or flight.is_own:
-        return []
-    if flight.behind is not None:
-        return [Unanswered(flight.behind, 0, now - flight.first_at, now)]
-    if not flight.attempts:
-        return [Unanswered(flight.request, 0, 0.0, now)]
-    if flight.request.is_repeatable:
-        return [Unanswered(flight.request, flight.attempts, now - flight.first_at, now)]
-    return [OutcomeUnknown(flight.request, now - flight.first_at, now)]
+        events += outcome

@@ -25,10 +25,8 @@ from protocol.catalogue import (
 from protocol.fields import Value
 from protocol.frame import encode_long, is_empty_slot
 
-HIGHEST_CELL_V = 4.2
-"""A full lithium cell; the table's own example says D2 = 4.2 V (E12)."""
-LOWEST_CELL_V = 2.5
-"""A lithium cell below this is destroyed and cannot have supplied the module."""
+HIGHEST_CELL_V = 4.2  # a full lithium cell; the table's own example says D2 = 4.2 V (E12)
+LOWEST_CELL_V = 2.5  # a lithium cell below this is destroyed and cannot have supplied the module
 
 
 class Heartbeat:
@@ -70,10 +68,8 @@ class Acknowledgement(NamedTuple):
 class Status(NamedTuple):
     """Code 32: `41 75 32 tilt acc trig act sum`. Also what is streamed."""
 
-    tilt_deg: int
-    """Angle to the horizontal plane, whole degrees, 0 … 255."""
-    acceleration_g: float
-    """Magnitude, 0.0 … 25.5 g in steps of 0.1."""
+    tilt_deg: int  # angle to the horizontal plane, whole degrees, 0 … 255
+    acceleration_g: float  # magnitude, 0.0 … 25.5 g in steps of 0.1
     triggered: bool
     active: bool
 
@@ -105,16 +101,13 @@ class TriggerRecord(NamedTuple):
 
     boot_count: int
     uptime_s: int
-    sources: tuple[str, ...]
-    """Names from `Source`, lower case, lowest bit first."""
+    sources: tuple[str, ...]  # names from `Source`, lower case, lowest bit first
     attitude_threshold_deg: int
     freefall_acceleration_g: float
     freefall_time_s: float
     serial_connected: bool
-    charging: bool
-    """00 is charging, the opposite of command 33."""
-    light_v: float
-    """The light at the trigger; the example's caption "threshold" is wrong (E14)."""
+    charging: bool  # 00 is charging, the opposite of command 33
+    light_v: float  # the light at the trigger; the example's caption "threshold" is wrong (E14)
     cell_voltage_v: float
     raw: bytes
 

@@ -1,28 +1,41 @@
-"""Earlier requests whose replies may still arrive and must not be taken for an answer.
-
-Replies come in the order of the requests. A late one is expected for `LATE_S`, a copy for `DOUBLED_S`; only the answer
-to a later request proves that none can follow. All this is the line's, so it outlives a conversation: else a late
-answer to an old question would be the next one's.
-"""
+"""What must not be taken for the answer to a request: late and doubled replies, copies of the acknowledgements of 16
+and 17, and values that another module tells."""
 
 from collections import deque
 from math import inf
 from typing import NamedTuple
 
-from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, SETTINGS, STATUS, Layout, Request
-from protocol.messages import answers
-from protocol.timing import DOUBLED_S, LATE_S, RESTART_S
+from protocol.catalogue import (
+    ATTITUDE_TRIGGER,
+    BOOT_COUNT,
+    BOOTS,
+    BY_NAME,
+    FREEFALL_TRIGGER,
+    HEARTBEAT,
+    READABLE_SETTINGS,
+    STATUS,
+    Command,
+    Layout,
+    Request,
+)
+from protocol.events import Contradiction, EndReason
+from protocol.messages import Message, Reading, answers
+from protocol.timing import DOUBLED_S, LATE_S, REPEATED_S, RESTART_S
 
 _HEARTBEAT = HEARTBEAT.query()
+# Questions, of which one goes first where an earlier reply could be mistaken for an answer; so many, as a search for
+# the baud rate leaves several unanswered. No heartbeat: one may come unasked.
 FENCES = (
     BOOT_COUNT.query(),
     *(BY_NAME[name].query() for name in ("charging", "active", "triggered", "light")),
-    *(command.query() for command in SETTINGS if command.reads_back),
+    *(command.query() for command in READABLE_SETTINGS),
 )
-"""Questions, of which one goes first where an earlier reply could be mistaken for an answer; so many, as a search for
-the baud rate leaves several unanswered. No heartbeat: one may come unasked."""
 _MAX_EXPECTED = 64
 _MAX_COPIED = 8
+TRIGGER_FLAGS = (FREEFALL_TRIGGER, ATTITUDE_TRIGGER)  # in the order in which they are set without a wait between them
+FLAG_CODES = frozenset(command.code for command in TRIGGER_FLAGS)
+LASTING = frozenset((BOOT_COUNT, *READABLE_SETTINGS))
+MAX_STARTS = 3  # a module starts no more often between two of its answers; 256 starts are counted
 
 
 class Owed(NamedTuple):
@@ -46,15 +59,19 @@ def _overlap(request: Request, other: Request) -> bool:
 
 
 class StaleReplies:
-    """See the module's docstring. Times are the link's `now`."""
+    """Earlier requests whose replies may still arrive. Times are the link's `now`.
+
+    Replies come in the order of the requests. A late one is expected for `LATE_S`, a copy for `DOUBLED_S`; only the
+    answer to a later request proves that none can follow. All this is the line's, so it outlives a conversation: else a
+    late answer to an old question would be the next one's.
+    """
 
     def __init__(self) -> None:
         self._owed: deque[Owed] = deque(maxlen=_MAX_EXPECTED)
+        # Requests to which a (further) reply may still come, however late, and when they were last sent.
         self._not_past: dict[Request, float] = {}
-        """Requests to which a (further) reply may still come, however late, and when they were last sent."""
         self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
-        self._heartbeats_at = (-inf, -inf)
-        """When the last two came, the last one first."""
+        self._heartbeats_at = (-inf, -inf)  # when the last two came, the last one first
 
     # What may still come
 
@@ -167,3 +184,132 @@ class StaleReplies:
 
     def _copied_requests(self, now: float) -> list[Request]:
         return [copy.request for copy in self._copied if copy.request is not None and now <= copy.until]
+
+
+class FlagAnswers:
+    """When 16 and 17 may be set, and when their answers are known (E4). Belongs to the line, as `StaleReplies` does.
+
+    The acknowledgement of 17 may come under 16, and neither can be asked for. So on a line that repeats what it passes
+    on (some bridges do, up to seconds later) a copy of one acknowledgement looks like the other one, which never came.
+    Time tells them apart:
+
+    - A set waits until no answer to an earlier one can come any more, also after an acknowledgement, and after the port
+      was opened, as an earlier program may have set them. The one exception is 16 directly after a 17 that was answered
+      under 17: no copy of that answer can be taken for the answer to 16.
+    - What was acknowledged counts only after a further wait without a frame of either.
+    - Where an acknowledgement came twice nothing counts in this conversation: this line repeats answers.
+    """
+
+    def __init__(self, now: float) -> None:
+        self._free_at = now + LATE_S
+        self._last_at = -inf  # when the last frame of either was sent or came
+        self._unanswered: list[Request] = []
+        self._is_told_apart = False  # the last one was a 17 that was answered under 17
+        self.has_repeated = False  # an acknowledgement came twice
+
+    def free_at(self, request: Request) -> float:
+        """When `request` may be sent; at any time if it sets neither of them."""
+        if request.command not in TRIGGER_FLAGS:
+            return -inf
+        if request.command is ATTITUDE_TRIGGER and self._is_told_apart:
+            return -inf
+        return self._free_at
+
+    def are_known(self, now: float) -> bool:
+        """Whether what was acknowledged counts."""
+        return not self.has_repeated and now >= self._last_at + LATE_S
+
+    def on_sent(self, request: Request, now: float) -> None:
+        if request.command in TRIGGER_FLAGS:
+            self._note(now)
+            self._unanswered.append(request)
+
+    def on_answer(self, request: Request, raw: bytes, now: float) -> None:
+        """Note the acknowledgement of the set in flight."""
+        self._note(now)
+        if request in self._unanswered:  # not after a restart
+            self._unanswered.remove(request)
+        self._is_told_apart = request.command is FREEFALL_TRIGGER and raw[2] == FREEFALL_TRIGGER.code
+
+    def on_other(self, raw: bytes, now: float) -> None:
+        """Note a frame of theirs that nobody waits for: a late answer, or a copy."""
+        self._note(now)
+        late = next((request for request in self._unanswered if answers(raw, request)), None)
+        if late is not None:
+            self._unanswered.remove(late)
+        else:
+            self.has_repeated = True
+
+    def begin_again(self) -> None:
+        """Another conversation begins on the same line."""
+        self._unanswered.clear()
+        self.has_repeated = False
+        self._is_told_apart = False
+
+    def _note(self, now: float) -> None:
+        self._last_at = now
+        self._free_at = now + LATE_S
+        self._is_told_apart = False
+
+
+class ToldValues:
+    """What the module last told of each lasting value: two different answers to one question come from two modules on
+    this line, or another one than before. Times are the link's `now`.
+
+    Only the boot count and the settings that can be read are compared: they change by a set or a restart only. A frame
+    that may be old, or the acknowledgement of a set, is not compared for a while after that set.
+    """
+
+    def __init__(self) -> None:
+        self._told: dict[Command, Reading] = {}
+        self._set_at: dict[Command, float] = {}
+        self.twice_at = -inf  # when a value was last told that nobody had asked for: a question was answered twice
+
+    def forget(self) -> None:
+        """Another conversation begins."""
+        self._told.clear()
+
+    def is_answered_twice(self, now: float) -> bool:
+        """Whether that was a moment ago: there may be two modules on this line that tell the same."""
+        return now - self.twice_at <= REPEATED_S
+
+    def on_sent(self, request: Request, now: float) -> None:
+        if request.is_set and request.command in LASTING:
+            self._told.pop(request.command, None)
+            self._set_at[request.command] = now
+
+    def note_unasked(self, message: Message, now: float) -> None:
+        """Note a value that nobody waits for; not what may acknowledge a set."""
+        if not isinstance(message, Reading) or not message.command.can_be_asked:
+            return
+        if not self._was_set(message.command, now):
+            self.twice_at = now
+
+    def _was_set(self, command: Command, now: float) -> bool:
+        """Whether it was set a moment ago, so that a frame may be older, or the acknowledgement."""
+        set_at = self._set_at.get(command)
+        return set_at is not None and now - set_at <= REPEATED_S
+
+    def contradicted(self, message: Message, now: float, *, is_answer: bool) -> Contradiction | None:
+        """Whether `message` says otherwise than what was told before. `is_answer`: to the question in flight, so it is
+        newer than a set."""
+        if not isinstance(message, Reading) or message.command not in LASTING:
+            return None
+        if not is_answer and self._was_set(message.command, now):
+            return None
+        before = self._told.get(message.command)
+        if before is None:
+            if is_answer:
+                self._told[message.command] = message
+            return None
+        return None if before.raw == message.raw else Contradiction(before, message)
+
+
+def reason_of(contradiction: Contradiction, *, is_asked: bool) -> EndReason:
+    """A boot count that grew a little is a restart whose heartbeats were lost; not where one question was answered
+    twice, so that it came unasked."""
+    before, after = contradiction
+    starts = (after.raw - before.raw) % BOOTS
+    if is_asked and after.command is BOOT_COUNT and starts <= MAX_STARTS:
+        return EndReason.RESTARTED
+    return EndReason.CONTRADICTED

@@ -29,13 +29,13 @@ from protocol.catalogue import (
 from protocol.frame import (
     HOST_FRAME_LENGTH,
     MAX_FRAME_LENGTH,
-    MODULE_CHECKS,
     Direction,
     Fault,
     Frame,
     Noise,
     Reason,
     check_host,
+    check_module,
     decode_request,
     module_lengths,
     unknown_code,
@@ -46,8 +46,8 @@ from protocol.translatable import marked
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"
 _STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,64}", re.DOTALL)  # bounded: a bad frame makes the search start again
+# Repeated headers: each is rejected because the next one is not a valid code.
 _REPEATED_HEADER = re.compile(rb"(?:Au){2,}(?=Au)|(?:Ba){2,}(?=BaBa)")
-"""Repeated headers: each is rejected because the next one is not a valid code."""
 _STATUS_LENGTH = Layout.STATUS.value
 _SHORT_LENGTH = Layout.SHORT.value
 _AFTER_A_FRAME = (b"", MODULE_HEADER, HOST_HEADER)
@@ -71,8 +71,8 @@ class StreamParser:
         self._follows_host = follows_host
         self._pending = b""
         self._offset = 0
-        self._blame: Fault = _NO_HEADER
-        self._blamed_bytes = 0
+        # Why the bytes are rejected that come before the next frame, or pause.
+        self._fault = _NO_HEADER
 
     @property
     def end(self) -> int:
@@ -91,7 +91,7 @@ class StreamParser:
     def flush(self) -> list[Piece]:
         """Decide about the pending bytes: the line has been quiet, so nothing more belongs to them."""
         pieces = self._parse(self._pending, is_final=True) if self._pending else []
-        self._blamed_bytes = 0  # bytes after a pause do not belong to the frame that broke off
+        self._fault = _NO_HEADER  # bytes after a pause do not belong to the frame that broke off
         return pieces
 
     def _parse(self, data: bytes, *, is_final: bool) -> list[Piece]:
@@ -102,9 +102,9 @@ class StreamParser:
             header = _HEADER.search(data, position)
             if header is None:
                 keeps_last = not is_final and data[-1] in _HEADER_STARTS
-                position = self._give_up(pieces, data, position, end - keeps_last)
+                position = self._reject(pieces, data, position, end - keeps_last)
                 break
-            position = self._give_up(pieces, data, position, header.start())
+            position = self._reject(pieces, data, position, header.start())
             run = _STATUS_RUN.match(data, position)
             if run is not None:
                 accepted = self._parse_status_run(pieces, data, position, run.end())
@@ -116,17 +116,16 @@ class StreamParser:
                 break
             if isinstance(outcome, Frame):
                 pieces.append(outcome)
-                self._blamed_bytes = 0
+                self._fault = _NO_HEADER
                 if self._follows_host and outcome.direction is Direction.HOST_TO_MODULE:
                     self.asked = decode_request(outcome.raw)
                 position += len(outcome.raw)
             else:
-                # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
+                self._fault = outcome
                 repeated = _REPEATED_HEADER.match(data, position)
-                stop = position + 1 if repeated is None else repeated.end() - 1
-                self._blame, self._blamed_bytes = outcome, stop - position + self._reject_length(data, position) - 1
-                pieces.append(Noise(b"", outcome, self._offset + position))
-                position = self._give_up(pieces, data, position, stop)
+                position = self._reject(
+                    pieces, data, position, position + 1 if repeated is None else repeated.end() - 1
+                )
         self._pending = data[position:]
         self._offset += position
         return pieces
@@ -149,64 +148,51 @@ class StreamParser:
         pieces.extend(
             [Frame(_TO_HOST, run[at : at + _STATUS_LENGTH], first + at) for at in range(0, len(run), _STATUS_LENGTH)]
         )
-        self._blamed_bytes = 0
+        self._fault = _NO_HEADER
         return len(run)
 
-    def _give_up(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
-        """Reject the bytes from `start` to `end`; the first ones may still belong to the frame that failed."""
-        while start < end:
-            if self._blamed_bytes:
-                fault, stop = self._blame, min(end, start + self._blamed_bytes)
-                self._blamed_bytes -= stop - start
-            else:
-                fault, stop = _NO_HEADER, end
-            raw = data[start:stop]
+    def _reject(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
+        """Reject the bytes from `start` to `end`; return the end."""
+        if start < end:
+            raw = data[start:end]
             last = pieces[-1] if pieces else None
-            if isinstance(last, Noise) and last.fault is fault:
-                pieces[-1] = Noise(last.raw + raw, fault, last.offset)
+            if isinstance(last, Noise) and last.fault is self._fault:
+                pieces[-1] = last._replace(raw=last.raw + raw)
             else:
-                pieces.append(Noise(raw, fault, self._offset + start))
-            start = stop
+                pieces.append(Noise(raw, self._fault, self._offset + start))
         return end
-
-    def _reject_length(self, data: bytes, position: int) -> int:
-        if data[position : position + 2] != MODULE_HEADER:
-            return HOST_FRAME_LENGTH
-        lengths = module_lengths(data[position + 2]) if position + 2 < len(data) else ()
-        return max(lengths, default=_SHORT_LENGTH)  # an unknown or missing code: most likely the usual length
 
     def _candidate(self, data: bytes, position: int, *, is_final: bool) -> Frame | Fault | None:
         """The frame at this header, why there is none, or None while more bytes are needed."""
+        needs = _INCOMPLETE if is_final else None
         available = len(data) - position
         offset = self._offset + position
         if data[position : position + 2] != MODULE_HEADER:
             if available < HOST_FRAME_LENGTH:
-                return _INCOMPLETE if is_final else None
+                return needs
             raw = data[position : position + HOST_FRAME_LENGTH]
             return check_host(raw) or Frame(Direction.HOST_TO_MODULE, raw, offset)
         if available < 3:
-            return _INCOMPLETE if is_final else None
+            return needs
         code = data[position + 2]
         lengths = module_lengths(code)
         if not lengths:
             return unknown_code(code)
         if code == RECORD_CODE:
-            return self._record_or_voltage(data, position, is_final=is_final)
+            return self._record_or_voltage(data[position : position + MAX_FRAME_LENGTH], offset, is_final=is_final)
         if available < lengths[0]:
-            return _INCOMPLETE if is_final else None
+            return needs
         raw = data[position : position + lengths[0]]
-        return MODULE_CHECKS[len(raw)](raw) or Frame(_TO_HOST, raw, offset)
+        return check_module(raw) or Frame(_TO_HOST, raw, offset)
 
-    def _record_or_voltage(self, data: bytes, position: int, *, is_final: bool) -> Frame | Fault | None:
-        raw = data[position : position + MAX_FRAME_LENGTH]
-        voltage = raw[:_SHORT_LENGTH]
-        offset = self._offset + position
+    def _record_or_voltage(self, raw: bytes, offset: int, *, is_final: bool) -> Frame | Fault | None:
         asked = self.asked.command if self.asked is not None else None
         if len(raw) > 3 and raw[3] != QUERY:
             return wrong_control(raw[3])
+        voltage = raw[:_SHORT_LENGTH]
         if len(voltage) < _SHORT_LENGTH:
             return _INCOMPLETE if is_final else None
-        voltage_fault = MODULE_CHECKS[_SHORT_LENGTH](voltage)
+        voltage_fault = check_module(voltage)
         if voltage_fault is None and asked is CELL_VOLTAGE:
             return Frame(_TO_HOST, voltage, offset)
         if len(raw) < MAX_FRAME_LENGTH and not is_final:
@@ -215,7 +201,7 @@ class StreamParser:
         stands_alone = asked is not TRIGGER_RECORDS and raw[_SHORT_LENGTH : _SHORT_LENGTH + 2] in _AFTER_A_FRAME
         if voltage_fault is None and stands_alone:
             return Frame(_TO_HOST, voltage, offset)
-        record_fault = MODULE_CHECKS[MAX_FRAME_LENGTH](raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
+        record_fault = check_module(raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
         if record_fault is None:
             return Frame(_TO_HOST, raw, offset)
         is_short = asked is CELL_VOLTAGE or len(raw) == _SHORT_LENGTH

@@ -1,44 +1,44 @@
-"""The times of the line, in seconds with their sources, and the measured round trips that some of them follow."""
+"""The times of the line, in seconds with their sources; the measured round trips that some of them follow; and the
+pause that some modules need before a request."""
 
 from collections import deque
+from math import inf
 
-ANSWER_S = 1.0
-""" "若1秒内没有收到模块答复": the vendor gives the module one second."""
-HEARTBEAT_EVERY_S = 10.0
-""" "建议上位机发送间隔时间10-30秒"."""
-BOOT_COUNT_EVERY_S = 1.0
-"""While the module streams, only its boot count tells that another one streams now."""
-QUIET_S = 0.25
-"""Silence that ends a frame; the pieces of a reply come with shorter pauses."""
-RECORDS_QUIET_S = 0.5
-"""Without a further trigger record for this long there are no more (E6)."""
+from protocol.catalogue import LOCK, Request
+
+ANSWER_S = 1.0  # "若1秒内没有收到模块答复": the vendor gives the module one second
+HEARTBEAT_EVERY_S = 10.0  # "建议上位机发送间隔时间10-30秒"
+BOOT_COUNT_EVERY_S = 1.0  # while the module streams, only its boot count tells that another one streams now
+QUIET_S = 0.25  # silence that ends a frame; the pieces of a reply come with shorter pauses
+RECORDS_QUIET_S = 0.5  # without a further trigger record for this long there are no more (E6)
 RECORDS_LONGEST_S = 10.0
-LATE_S = 3.0
-"""A later reply no longer counts as a reply to its request."""
-REPEATED_S = 5.0
-"""A bridge that repeats what it passes on has done so within this time."""
-DOUBLED_S = 0.02
-"""A doubled answer follows within this time; a restart's second heartbeat only after 50 ms."""
-RESTART_S = 0.3
-"""Two unasked heartbeats within this time are a restart ("间隔50ms", plus the adapter's delay)."""
+LATE_S = 3.0  # a later reply no longer counts as a reply to its request
+REPEATED_S = 5.0  # a bridge that repeats what it passes on has done so within this time
+DOUBLED_S = 0.02  # a doubled answer follows within this time; a restart's second heartbeat only after 50 ms
+RESTART_S = 0.3  # two unasked heartbeats within this time are a restart ("间隔50ms", plus the adapter's delay)
 
-SHORTEST_SILENCE_S = 0.45
-"""So half a second is always noticed."""
+SHORTEST_SILENCE_S = 0.45  # so half a second is always noticed
 LONGEST_SILENCE_S = ANSWER_S
 SILENCE_ROUND_TRIPS = 20
-ASKS_AFTER = 0.4
-"""The link asks after this part of a silence."""
+ASKS_AFTER = 0.4  # the link asks after this part of a silence
+# Until a round trip is measured, a question is repeated so often; doubled while repeated ones are answered.
 FIRST_GUESS_S = 0.25
-"""Until a round trip is measured, a question is repeated so often; doubled while repeated ones are answered."""
 SOONEST_REPEAT_S = 0.05
 REPEAT_ROUND_TRIPS = 3
-TRIES = 6
-"""So often a question is sent; then the boot count, to find out whether the module is there."""
+TRIES = 6  # so often a question is sent; then the boot count, to find out whether the module is there
+# So many frames can be answered within a silence, so that a line that loses some does not look silent.
 FRAMES_IN_A_SILENCE = 9
-"""So many frames can be answered within a silence, so that a line that loses some does not look silent."""
-SLOW_S = 0.3
-"""On a line with longer round trips only questions and LOCK are sent."""
+SLOW_S = 0.3  # on a line with longer round trips only questions and LOCK are sent
 MAX_SAMPLES = 256
+
+ONCE_S = 0.05  # before a set or an act
+QUESTION_S = 0.032  # before a question, once `LOST_IN_A_ROW` quick ones were answered only when repeated
+LOST_IN_A_ROW = 3
+MAX_S = 0.2  # the longest time for which a request is delayed
+MAX_INTERVALS = 8
+CLEAR_S = 0.004  # the time that a request and the start of its reply need before the next streamed report
+STREAM_LATE_S = 0.01  # how long to wait for a streamed report that is late
+SAME_READ_S = 0.0005
 
 
 class RoundTrips:
@@ -114,3 +114,64 @@ class RoundTrips:
         """Between the questions for the boot count behind one that is not answered on a slow line."""
         left_s = (1.0 - ASKS_AFTER) * self.silence_s - (self.usual_s or 0.0)
         return max(SOONEST_REPEAT_S, left_s / (FRAMES_IN_A_SILENCE - 1))
+
+
+class Gap:
+    """Quiet time before a request: some modules need a pause after a reply before they listen again. Quiet means that
+    neither side sends; streamed reports do not count.
+
+    Questions start without a pause, as a lost one is repeated; where quick ones are lost one after the other, those of
+    this connection wait from then on. Sets and acts are sent only once, so they always wait. LOCK never does.
+
+    A module on a half-duplex line does not receive while it is sending. So sets, acts and repeated questions are sent
+    directly after a streamed report, before the next one is due. Times are the link's `now`.
+    """
+
+    def __init__(self) -> None:
+        self._spoken_at = -inf
+        self._attempts = 0  # of the request in flight
+        self._lost_in_a_row = 0
+        self.question_s = 0.0  # the pause before a question, once it was learnt
+        self._streamed_at = -inf
+        self._intervals: deque[float] = deque(maxlen=MAX_INTERVALS)
+
+    def due(self, request: Request, since: float, *, is_repeated: bool, now: float) -> float:
+        """When `request` may be sent: at `since`, or at most `MAX_S` later."""
+        if request == LOCK:
+            return since
+        ready_at = self._spoken_at + (self.question_s if request.is_repeatable else ONCE_S)
+        if is_repeated or not request.is_repeatable:
+            ready_at = self._between_reports(max(now, since, ready_at))
+        return max(since, min(ready_at, since + MAX_S))
+
+    def _between_reports(self, at: float) -> float:
+        """`at`, or later where a streamed report is due."""
+        if not self._intervals or self._streamed_at == at:
+            return at
+        next_at = self._streamed_at + min(self._intervals)
+        if at < next_at - CLEAR_S:
+            return at
+        return max(at, next_at + STREAM_LATE_S)
+
+    def on_spoken(self, now: float) -> None:
+        """Note a frame of either side that is not a streamed report."""
+        self._spoken_at = now
+
+    def on_streamed(self, now: float) -> None:
+        interval_s = now - self._streamed_at
+        if interval_s > 1.0:
+            self._intervals.clear()
+        elif interval_s > SAME_READ_S:
+            self._intervals.append(interval_s)
+        self._streamed_at = now
+
+    def sent(self, *, is_repeated: bool, now: float) -> None:
+        self._attempts = self._attempts + 1 if is_repeated else 1
+        self._spoken_at = now
+
+    def answered(self) -> None:
+        """Note that the request in flight was answered. Nothing is learnt from unanswered ones: the module may not know
+        them, or may be absent."""
+        self._lost_in_a_row = self._lost_in_a_row + 1 if self._attempts > 1 else 0
+        if self._lost_in_a_row == LOST_IN_A_ROW:
+            self.question_s = QUESTION_S

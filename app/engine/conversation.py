@@ -17,8 +17,8 @@ from app.text.user_error import ErrorCode, UserError
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
-from protocol.flag_answers import TRIGGER_FLAGS, FlagAnswers
 from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
+from protocol.stale_replies import TRIGGER_FLAGS, FlagAnswers
 from protocol.timing import SLOW_S
 from protocol.translatable import marked
 

@@ -30,10 +30,9 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
-from protocol.contradictions import ToldValues
 from protocol.events import Answered, Counters, EndReason, Received
-from protocol.flag_answers import FlagAnswers
 from protocol.messages import Reading, Status
+from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.translatable import marked
 
 if TYPE_CHECKING:

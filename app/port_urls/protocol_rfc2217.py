@@ -13,8 +13,8 @@ from serial.serialutil import SerialException, SerialTimeoutException
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
+# For each of its two parts, where the URL has no `timeout`; with pyserial's three seconds opening takes too long.
 NEGOTIATION_S = 1.0
-"""For each of its two parts, where the URL has no `timeout`; with pyserial's three seconds opening takes too long."""
 _log = logging.getLogger(__name__)
 
 

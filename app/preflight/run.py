@@ -4,7 +4,7 @@
                   -> cell, charge, light -> two seconds of status -> settings, who is there, once more
 
 The flags are known some seconds after they were set, because on some lines an answer comes twice
-(`protocol.flag_answers`). What decides is asked twice, because the 8-bit checksum lets some damaged frames pass: two
+(`protocol.stale_replies`). What decides is asked twice, because the 8-bit checksum lets some damaged frames pass: two
 answers that differ end the conversation. An interruption makes the check void, and that is the whole treatment of
 restarts, silences and exchanged modules. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes
 the rate.
@@ -22,7 +22,7 @@ from app.safety.journal import Journal, NoJournal
 from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.events import Answered, Role
-from protocol.flag_answers import TRIGGER_FLAGS
+from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)

@@ -8,7 +8,7 @@ accepted that. Who is there is asked before the first set and after each pause; 
 or may be active, unless a person has unlocked it. Only reading back proves a value, twice, because the 8-bit sum misses
 about 6 % of two-bit errors. The last reading decides: it shows what the module changed late or unasked. What cannot be
 read back (E8) is never verified, only acknowledged; of the two triggers even that is known only some seconds later
-(E4, `protocol.flag_answers`). The free-fall trigger comes before the attitude trigger, which need not wait then.
+(E4, `protocol.stale_replies`). The free-fall trigger comes before the attitude trigger, which need not wait then.
 
 An interruption ends it. What was set and not yet read back is unknown then; what was verified was verified then.
 """
@@ -34,8 +34,8 @@ from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, C
 from protocol.events import Answered, Contradiction, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.fields import Value
-from protocol.flag_answers import TRIGGER_FLAGS
 from protocol.messages import Acknowledgement, Reading
+from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)

@@ -34,8 +34,9 @@ from protocol.catalogue import (
     TENTH_VOLT,
     Request,
 )
-from protocol.frame import encode_long, encode_reply, requests_in
+from protocol.frame import Direction, Frame, decode_request, encode_long, encode_reply
 from protocol.messages import Source
+from protocol.stream import StreamParser
 
 BOOT_GAP_S = 0.05  # "间隔50ms"
 ACCEPTED = 0x01
@@ -81,7 +82,7 @@ class SimulatedModule:
         self._stream_due_s = math.inf
         self._booted_s = 0.0
         self._sampled_s = -math.inf
-        self._heard = b""
+        self._heard = StreamParser()
         self._heard_s = -math.inf
 
     @property
@@ -140,7 +141,7 @@ class SimulatedModule:
 
     def power_off(self) -> None:
         self.is_on = False
-        self._heard = b""
+        self._heard = StreamParser()
         self._heard_s = -math.inf
         self._line_free_s = -math.inf
         self.stop_stream()
@@ -270,11 +271,10 @@ class SimulatedModule:
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host; the answers are collected."""
         self.advance(now_s)
-        requests, self._heard = requests_in(self._heard + data)
-        for request in requests:
-            if self.is_on:
+        for piece in self._heard.feed(data):
+            if self.is_on and isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
                 self._heard_s = now_s
-                self.obey(request, now_s)
+                self.obey(decode_request(piece.raw), now_s)
 
     def obey(self, request: Request, now_s: float) -> None:
         """Carry out a request, and answer it."""

@@ -24,9 +24,9 @@ from protocol.catalogue import (
 from protocol.events import Counters, Role
 from protocol.fields import Done, Field, Flag, Quantity, Value, ValueRefused
 from protocol.frame import (
-    MODULE_CHECKS,
     Reason,
     check_host,
+    check_module,
     checksum,
     decode_request,
     encode_long,
@@ -55,7 +55,7 @@ def test_host_frames_both_ways(vector: Vector) -> None:
 @pytest.mark.parametrize("vector", FROM_MODULE, ids=lambda vector: vector.id)
 def test_module_frames_are_built_byte_for_byte(vector: Vector) -> None:
     raw = vector.raw
-    assert MODULE_CHECKS[len(raw)](raw) is None
+    assert check_module(raw) is None
     assert len(raw) in module_lengths(raw[2])
     built = encode_reply(raw[2], raw[4]) if len(raw) == 6 and raw[2] != 1 else encode_long(raw[2], raw[3:-1])
     assert built == raw
@@ -76,14 +76,14 @@ def test_exactly_the_replies_of_the_table_pass() -> None:
         if code in (STATUS_CODE, 0x01):
             continue
         for data in range(256):
-            is_valid = MODULE_CHECKS[6](encode_reply(code, data)) is None
+            is_valid = check_module(encode_reply(code, data)) is None
             assert is_valid is (code == RECORD_CODE or data in REPLIES[code])
 
 
 @pytest.mark.parametrize("vector", VECTORS, ids=lambda vector: vector.id)
 def test_a_wrong_sum_is_told_with_both_numbers(vector: Vector) -> None:
     raw = vector.raw[:-1] + bytes((vector.raw[-1] ^ 0x80,))
-    fault = check_host(raw) if vector.is_from_host else MODULE_CHECKS[len(raw)](raw)
+    fault = check_host(raw) if vector.is_from_host else check_module(raw)
     assert not sum_is_right(raw)
     assert fault is not None
     assert fault.reason is Reason.CHECKSUM
@@ -124,13 +124,13 @@ def test_an_unused_slot_is_all_00_or_all_ff(data: bytes, is_empty: bool) -> None
 def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int) -> None:
     data = bytearray(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB"))
     data[position] = 0x02
-    fault = MODULE_CHECKS[16](bytes(data) + bytes((checksum(bytes(data[2:])),)))
+    fault = check_module(bytes(data) + bytes((checksum(bytes(data[2:])),)))
     assert fault is not None
     assert (fault.reason, fault.detail) == (Reason.VALUE, "flag 02, expected 00 or 01")
 
 
 def test_a_record_with_another_control_byte_is_rejected() -> None:
-    fault = MODULE_CHECKS[16](encode_long(RECORD_CODE, b"\2" + bytes(11)))
+    fault = check_module(encode_long(RECORD_CODE, b"\2" + bytes(11)))
     assert fault is not None
     assert (fault.reason, fault.detail) == (Reason.CONTROL, "control byte 02, expected 01")
 
@@ -240,10 +240,14 @@ def test_a_lenient_flag_takes_any_byte() -> None:
 # What was counted
 
 
+def counted(sent: int, frames: int, roles: Counter[Role], rejected: Counter[Reason]) -> Counters:
+    return Counters(sent=sent, frames=frames, by_role=roles, rejected_bytes=rejected)
+
+
 def test_counts_are_added_and_what_was_counted_since_is_their_difference() -> None:
-    before = Counters(1, 2, Counter({Role.ANSWER: 2}), Counter({Reason.CHECKSUM: 6}), 3, 4, 5)
-    since = Counters(10, 20, Counter({Role.ANSWER: 19, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 60}), 30, 40, 50)
-    total = Counters(11, 22, Counter({Role.ANSWER: 21, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 66}), 33, 44, 55)
+    before = counted(1, 2, Counter({Role.ANSWER: 2}), Counter({Reason.CHECKSUM: 6}))
+    since = counted(10, 20, Counter({Role.ANSWER: 19, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 60}))
+    total = counted(11, 22, Counter({Role.ANSWER: 21, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 66}))
     assert vars(before + since) == vars(total)
     assert vars(total - before) == vars(since)
     assert total.rejected == 66

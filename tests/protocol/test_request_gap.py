@@ -4,7 +4,7 @@ import pytest
 
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent, Unanswered
-from protocol.request_gap import CLEAR_S, LOST_IN_A_ROW, MAX_S, ONCE_S, QUESTION_S, STREAM_LATE_S, Gap
+from protocol.timing import CLEAR_S, LOST_IN_A_ROW, MAX_S, ONCE_S, QUESTION_S, STREAM_LATE_S, Gap
 from tests.support.line.link_bench import STREAMED, Bench, named
 
 SET = BY_NAME["freefall_time"].set(1.2)

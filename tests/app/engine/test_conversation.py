@@ -16,9 +16,9 @@ from app.safety.acts import REQUESTS, Act
 from app.text.user_error import ErrorCode
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
-from protocol.flag_answers import FlagAnswers
 from protocol.frame import Direction, Frame, encode_long, encode_reply
 from protocol.messages import Acknowledgement, Reading, decode
+from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
 from tests.support.line.link_bench import PULSE, RECORD
 

@@ -45,7 +45,7 @@ def slept(rig: Rig) -> None:
 
 
 def stood_still(rig: Rig) -> None:
-    rig.clock.now_s += 0.7
+    rig.clock.now_s += 1.2
     rig.step_for(0.1)
 
 

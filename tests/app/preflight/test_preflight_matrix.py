@@ -10,7 +10,7 @@ from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import ActivatedBy
 from protocol.catalogue import BOOT_COUNT, CELL_VOLTAGE, STATUS, Hazard
-from protocol.flag_answers import TRIGGER_FLAGS
+from protocol.stale_replies import TRIGGER_FLAGS
 from tests.app.records.test_record import AT, PERSON
 from tests.support.records.preflight_rig import FAULTS, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stations_made import station

@@ -14,10 +14,9 @@ from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
-from protocol.contradictions import ToldValues
 from protocol.events import Counters, EndReason
-from protocol.flag_answers import FlagAnswers
 from protocol.frame import decode_request
+from protocol.stale_replies import FlagAnswers, ToldValues
 from tests.support.line.lies import lying_bench
 from tests.support.line.odd_module import end_faults
 from tests.support.line.truth import Truth
