@@ -123,7 +123,7 @@ class _Reader(NamedTuple):
     """What the value of a key must be. `read` raises `UserError` or ValueError for anything else."""
 
     read: Callable[[object], Any]
-    expected: str
+    expected: str | UserMessage
 
 
 def _of_kind(kind: Any, expected: str) -> _Reader:
@@ -157,12 +157,12 @@ def _code(value: object) -> str:
 
 def _setting(command: Command) -> _Reader:
     field = field_of(command)
+    expected: str | UserMessage = "true, false"
     if isinstance(field, Quantity):
-        expected = f"{field.text(0)} … {field.text(255)}, ± {field.text(1)}"
+        steps = marked("{low} to {high}, in steps of {step}")
+        expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
     elif isinstance(field, Choice):
         expected = ", ".join(map(str, field.values.values()))
-    else:
-        expected = "true, false"
     return _Reader(partial(fitting, field), expected)
 
 
@@ -208,7 +208,7 @@ def _read_table(
     return found
 
 
-def _expected(key: str, expected: str) -> UserMessage:
+def _expected(key: str, expected: str | UserMessage) -> UserMessage:
     return message(marked("{key}: expected {expected}."), key=key, expected=expected)
 
 

@@ -50,7 +50,7 @@ def test_all_errors_of_a_profile_are_said_and_nothing_is_sent(
     path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n", encoding="utf-8")
     printed = dps_s(["set", "--profile", str(path), "--port", port], 2)
     assert printed.err.splitlines() == [
-        "settings.freefall_acceleration_g: expected 0.0 g … 25.5 g, ± 0.1 g.",
+        "settings.freefall_acceleration_g: expected 0.0 g to 25.5 g, in steps of 0.1 g.",
         "“settings.freefall_tme_s” is unknown.",
     ]
     assert wire == []

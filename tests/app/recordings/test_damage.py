@@ -118,6 +118,11 @@ def chunks_in(data: bytes | bytearray) -> list[tuple[int, int]]:
     return places
 
 
+def test_an_end_that_was_cut_off_is_missed(whole: Whole, tmp_path: Path) -> None:
+    """Of a file that was closed properly; there may have been bytes without a report."""
+    assert changed_but_read(whole, tmp_path, whole.path.read_bytes()[:-20]).damage is not None
+
+
 def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> None:
     data = whole.path.read_bytes()
     start, end = chunks_in(data)[5]
