@@ -2716,10 +2716,6 @@
         <translation>模拟模块</translation>
     </message>
     <message>
-        <source>Simulator</source>
-        <translation>模拟器</translation>
-    </message>
-    <message>
         <source>Since the last check it fired, or was told to.</source>
         <translation>上次检查之后已触发或收到开伞指令。</translation>
     </message>

@@ -5,7 +5,7 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QToolBar, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QWidget
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
@@ -107,12 +107,7 @@ class MainWindow(QMainWindow):
         in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
-        foot = named(QToolBar(), "foot")
-        foot.setMovable(False)
-        foot.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        foot.toggleViewAction().setVisible(False)
-        foot.addWidget(self.status_bar)
-        self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, foot)
+        self.setStatusBar(self.status_bar)
 
     def _wire(self) -> None:
         ports = self._ports

@@ -1,122 +1,85 @@
-"""Status bar: the age of the last frame and the recording, or what needs attention."""
+"""Status bar: passing messages, a fault of the line, the age of the last frame and the recording, or what needs
+attention."""
 
 from collections.abc import Callable
 from typing import Final
 
-from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QFontMetrics, QResizeEvent
-from PySide6.QtWidgets import QAbstractButton, QFrame, QLabel, QWidget
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QFontMetrics
+from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
 
 from app.engine.worker import Batch
-from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
+from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
 from ui.session.ports import Ports
 from ui.session.recording import RecordingState
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, font, scaled
-from ui.widgets.controls import control, named
+from ui.style.theme import Meaning, Size, Space, font
+from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
-HEIGHT_PX: Final = 40
-"""That of a button with the gaps around it."""
-WIDE_PX: Final = 1180
-"""Width from which there is room for more than the notice."""
 MESSAGE_S: Final = 6.0
 TICK_MS: Final = 300
-_SIGN_PX: Final = 14
-_RECORD_PX: Final = 12
 
 
-class AgeLabel(TickingLabel):
-    """Says how long ago something happened, and ticks while it is visible."""
-
-    def __init__(self, clock: Callable[[], float]) -> None:
-        super().__init__()
-        self._clock = clock
-        self._at: float | None = None
-        self._late_s: float | None = None
-        VisibilityTimer(self, self._write, every_ms=TICK_MS)
-
-    def show_age(self, at: float | None, *, late_s: float | None = None) -> None:
-        """Of what happened `at` this time of the clock; None: nothing has. `late_s`: it is known to be as late."""
-        is_other = (self._at is None, self._late_s is None) != (at is None, late_s is None)
-        self._at, self._late_s = at, late_s
-        if is_other:
-            self._write()
-
-    def _write(self) -> None:
-        text = "" if self._at is None else tr("{time} ago", time=duration(self._clock() - self._at))
-        self.setText(text if self._late_s is None else tr("{time} late", time=duration(self._late_s)))
-
-
-class StatusBar(QFrame):
-    """Shows passing messages, a fault of the line, and the time since the last frame.
-
-    A notice takes their place, so that nothing else in the window moves when it appears; its height is the same.
-    """
+class StatusBar(QStatusBar):
+    """A notice takes the place of what passes, so that nothing else in the window moves when it appears."""
 
     def __init__(self, ports: Ports, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
+        self.setSizeGripEnabled(False)
         self._ports, self._in_use = ports, in_use
         self._module: ShownModule | None = None
+        self._heard_at: float | None = None
+        self._late_s: float | None = None
+        self._beside: list[QWidget] = []
         self._message_end = QTimer(self, singleShot=True)
         self._message_end.timeout.connect(lambda: self.show_message(""))
-        self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
-        self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        self.notice_bar = notice_bar
         self.fault = named(QLabel(), "line_fault", "attention")
         self.passing = named(ElidedLabel(), "passing_message", "small")
-        self.age = control(AgeLabel(ports.clock), "last_heard", says=tr("Time since the last frame"), role="small")
+        self.passing.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         # A description, since a name would replace the text for screen readers.
         self.passing.setAccessibleDescription(tr("Message"))
-        self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._left = named(QWidget(), "status_message")
-        in_row(self.sign, self.fault, (self.passing, 1), of=self._left, spacing=Space.XS, margins=(Space.M, 0, 0, 0))
-        self._notice_bar = notice_bar
-        self._ages = named(QWidget(), "status_ages")
-        self._ages_row = in_row(self.age, of=self._ages, spacing=Space.L, margins=(0, 0, Space.M, 0))
-        self._row = in_row((self._left, 1), (notice_bar, 1), self._ages, of=self, spacing=0, margins=0)
+        self.age = named(TickingLabel(), "last_heard", "small")
+        self.age.setAccessibleName(tr("Time since the last frame"))
+        self.sign = IconLabel("line_fault_sign", 14)
+        self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        self._line = named(QWidget(), "status_message")
+        in_row(self.sign, self.fault, (self.passing, 1), of=self._line, spacing=Space.XS, margins=(Space.M, 0, 0, 0))
+        self.addWidget(self._line, 1)
+        self.addWidget(notice_bar, 1)
+        self.add(self.age)
+        # Room for two lines of a notice, for the longest age, and for a button.
+        self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 2 * Space.XS)
+        longest = max((tr("{time} ago", time=duration(seconds)) for seconds in (99, 1.9)), key=len)
+        self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.M)
         notice_bar.changed.connect(self._share)
-        self._show_fault(None)
-        self._reserve()
         self._share()
+        self._show_fault("", "")
         ports.shown.connect(self._show_module)
         self._show_module(ports.module)
-        VisibilityTimer(self, restyle=self._reserve)
-
-    def _reserve(self) -> None:
-        """Reserves room for the longest age, so that nothing beside it moves, and for two lines of a notice."""
-        self.setFixedHeight(max(scaled(HEIGHT_PX), 2 * QFontMetrics(font()).lineSpacing() + 2 * Space.XS))
-        longest = max((tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9))), key=len)
-        self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.XS)
-        self.age.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        VisibilityTimer(self, self._show_age, every_ms=TICK_MS)
 
     def add(self, widget: QWidget) -> None:
-        """Adds `widget` at the right: a control at the end, where it stays, anything else before the age."""
-        if isinstance(widget, QAbstractButton):
-            self._row.addWidget(widget)
-        else:
-            self._ages_row.insertWidget(self._ages_row.indexOf(self.age), widget)
+        """Adds `widget` at the right."""
+        self._beside.append(widget)
+        self.addPermanentWidget(widget)
 
     def _share(self) -> None:
-        """Shows the notice in place of the messages, and of what is at the right where the window is narrow."""
-        is_noticed = self._notice_bar.notice is not None
-        self._left.setVisible(not is_noticed)
-        self._ages.setVisible(not is_noticed or self.width() >= scaled(WIDE_PX))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._share()
+        for part in (self._line, *self._beside):
+            part.setVisible(self.notice_bar.notice is None)
 
     def show_message(self, text: str, seconds: float = MESSAGE_S, *, is_noted: bool = True) -> None:
         """`is_noted`: a notice does not hide it."""
         self.passing.setText(text)
-        self._notice_bar.show_note(text if is_noted else "")
+        self.notice_bar.show_note(text if is_noted else "")
         if text:
             self._message_end.start(round(seconds * 1000))
 
@@ -126,30 +89,43 @@ class StatusBar(QFrame):
         self._module = module
         module.batch.connect(self.on_batch)
         self.show_message("")
-        self.age.show_age(module.statistics.last_frame_at)
-        self._show_fault(None)
+        self._heard_at, self._late_s = module.statistics.last_frame_at, None
+        self._show_age()
+        self._show_fault("", "")
 
     def on_batch(self, batch: Batch) -> None:
         link, line, view = batch.link, self._ports.module.statistics, batch.conversation
         if link is None:
-            self.age.show_age(None)
-            self._show_fault(None)
-            return
-        lag_s = view.lag_s if view.is_going else None
-        invalid_at = line.last_invalid_at
-        self.age.show_age(line.last_frame_at, late_s=lag_s if view.is_slow else None)
-        has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
-        self._show_fault(
-            line_outside(
+            self._heard_at = self._late_s = None
+            self._show_fault("", "")
+        else:
+            lag_s = view.lag_s if view.is_going else None
+            self._heard_at, self._late_s = line.last_frame_at, lag_s if view.is_slow else None
+            invalid_at = line.last_invalid_at
+            has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
+            outside = line_outside(
                 lag_s=lag_s, round_trip_s=link.round_trip_median_s, has_damaged=has_damaged, in_use=self._in_use
             )
-        )
+            if outside is None:
+                self._show_fault("", "")
+            else:
+                self._show_fault(tr(outside.fault.value), tr("limit {value}", value=outside.limit))
+        if not self.age.text() or self._heard_at is None:
+            self._show_age()
 
-    def _show_fault(self, outside: Outside | None) -> None:
-        self.fault.setText("" if outside is None else tr(outside.fault.value))
-        self.fault.setToolTip("" if outside is None else tr("limit {value}", value=outside.limit))
+    def _show_age(self) -> None:
+        if self._late_s is not None:
+            self.age.setText(tr("{time} late", time=duration(self._late_s)))
+        elif self._heard_at is not None:
+            self.age.setText(tr("{time} ago", time=duration(self._ports.clock() - self._heard_at)))
+        else:
+            self.age.clear()
+
+    def _show_fault(self, text: str, limit: str) -> None:
+        self.fault.setText(text)
+        self.fault.setToolTip(limit)
         for label in (self.sign, self.fault):
-            label.setVisible(outside is not None)
+            label.setVisible(bool(text))
 
 
 class RecordingSign(QWidget):
@@ -162,9 +138,9 @@ class RecordingSign(QWidget):
         super().__init__()
         self.setObjectName("session_sign")
         self._find_sign = find_sign
-        self._picture = IconLabel("session_sign_icon", _RECORD_PX)
+        self._picture = IconLabel("session_sign_icon", 12, keeps_place=True)
         self.label = named(QLabel(), "session_sign_text", "small")
-        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
+        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=(0, 0, Space.M, 0))
         self._is_reported = False
         VisibilityTimer(self, self.refresh)
         self.refresh()
@@ -174,19 +150,20 @@ class RecordingSign(QWidget):
         text = whole = ""
         if sign.trouble is not None:
             text, whole = tr("Not recorded"), sign.trouble.translated()
+        elif sign.since is not None and sign.dropped:
+            text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
+            whole = tr("The disk was too slow. Not recorded: {count}.", count=sign.dropped)
         elif sign.since is not None:
             text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
-            if sign.dropped:
-                text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
-                whole = tr("The disk was too slow. Not recorded: {count}.", count=sign.dropped)
         self.label.setText(text)
         self.setToolTip(whole)
         self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
-        self.setVisible(bool(text))
-        if sign.trouble is None and not sign.dropped:
+        if sign.trouble is not None or sign.dropped:
+            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        elif text:
             self._picture.show_icon(Icon.RECORD, is_muted=True)
         else:
-            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
+            self._picture.clear_icon()
         was_reported, self._is_reported = self._is_reported, sign.trouble is not None
         if self._is_reported and not was_reported:
             self.troubled.emit(sign.trouble)

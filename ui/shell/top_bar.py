@@ -1,8 +1,7 @@
 """Top bar, visible on every page: port and link, state of the module, LOCK."""
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QResizeEvent
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
@@ -15,15 +14,13 @@ from protocol.catalogue import BY_NAME
 from ui.forms.field_editors import explain_setting
 from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
-from ui.style.theme import Meaning, Space, font, scaled
+from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 
-BAR_PX = 48
-_AROUND_PX = 6
 EMPTY_CELL_V = 3.3
 FULL_CELL_V = 4.2
 """Usual range of a lithium cell, for the battery icon only."""
@@ -55,20 +52,20 @@ def port_title(state: LinkState, target: Target | None) -> str:
 
 
 class PortButton(QPushButton):
-    """Shows port and link state on two lines; opens the list of ports."""
+    """Shows port and link state on two lines, and opens the list of ports. The rate stands there where the title has
+    room for it; the tooltip has it always."""
 
     def __init__(self) -> None:
         super().__init__()
         self._shown: object = None
-        self._whole_title = ""
         control(self, "port_button", tip=tr("Choose a port"), key="Ctrl+K", role="quiet")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
-        self._arrow = IconLabel("port_arrow", 12, keeps_place=True)
-        self._arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
-        lines = in_column(1, self.title, self.word, 1, spacing=0, margins=0)
-        in_row(self._sign, (lines, 1), self._arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
+        lines = in_column(self.title, self.word, spacing=0, margins=0)
+        arrow = IconLabel("port_arrow", 12, keeps_place=True)
+        arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
+        self._row = in_row(self._sign, (lines, 1), arrow, of=self, spacing=Space.S, margins=(Space.S, Space.XS))
 
     def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
         if (title, phase, words) == self._shown:
@@ -76,8 +73,7 @@ class PortButton(QPushButton):
         self._shown = title, phase, words
         picture, meaning = _PHASES[phase]
         self._sign.show_icon(picture, meaning)
-        self._whole_title = title
-        self.fit()
+        self.title.setText(title.partition(" · ")[0] if is_text_large() else title)
         self.word.setText(words.word)
         self.word.setVisible(words.word != title)
         set_role(self.word, "attention" if meaning is Meaning.ATTENTION else "small")
@@ -85,32 +81,15 @@ class PortButton(QPushButton):
         word = tr("Offline") if phase is Phase.OFFLINE else words.word
         self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
         self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
+        self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        return QSize(scaled(280), scaled(BAR_PX) - 2 * _AROUND_PX)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(scaled(90), scaled(BAR_PX) - 2 * _AROUND_PX)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.fit()
-
-    def fit(self) -> None:
-        """The title; where it has no room a shorter one and no arrow, at last in small letters."""
-        whole = self._whole_title
-        short = tr("Simulator") if whole == tr("Simulated module") else whole.partition(" · ")[0]
-        set_role(self.title, "strong")
-        metrics, room = self.title.fontMetrics(), self.width() - self._sign.minimumWidth() - 3 * Space.S
-        has_room = metrics.horizontalAdvance(whole) <= room - self._arrow.minimumWidth() - Space.S
-        self.title.setText(whole if has_room else short)
-        self._arrow.setVisible(has_room)
-        if not has_room and metrics.horizontalAdvance(short) > room:
-            set_role(self.title, "caption")
+        return self._row.sizeHint()  # Qt's is of a button's own text
 
 
 class TopBar(QFrame):
-    """Port and link, module, states and LOCK, on every page."""
+    """Port and link, module, states and LOCK, on every page. Large text has the states on a second line; what has no
+    room then is elided, with a tooltip: the port and the name, never a state or LOCK."""
 
     panel_wanted = Signal()
 
@@ -125,18 +104,12 @@ class TopBar(QFrame):
         self.port.clicked.connect(self.panel_wanted)
         self.name = named(ElidedLabel(), "module_name", "strong")
         self.name.setAccessibleDescription(tr("Module"))
+        self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.activation = named(StateChip("", is_stacked=True), "activation_chip")
         self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
         self.triggers = named(StateChip("", is_stacked=True, is_captioned=True), "triggers_chip")
         self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
-        self.activation.set_caption(tr("Activation"))
-        self.trigger.set_caption(tr("Trigger"))
-        self.triggers.set_caption(tr("triggers"))
-        self.cell.set_caption(tr("Cell voltage"))
-        explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"),
-                     (self.triggers, "attitude_trigger"))  # fmt: skip
-        for chip, name in explained:
-            explain_setting(chip, BY_NAME[name])
+        self._name_states()
         self.lock = control(
             QPushButton(tr("LOCK")),
             "lock_button",
@@ -146,63 +119,35 @@ class TopBar(QFrame):
             about=tr("Standby at once: always allowed, never asked twice."),
         )
         ports.lock.buttons.add(self.lock)
-        self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._states = named(QWidget(), "states")
-        in_row(self.activation, self.trigger, self.triggers, self.cell, of=self._states, spacing=Space.XS, margins=0)
-        self._row = in_row(self.menu, self.port, (self.name, 1), self._states, Gap(Space.S), self.lock, spacing=Space.S)
-        self._column = in_column(self._row, of=self, spacing=_AROUND_PX,
-                                 margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX))  # fmt: skip
-        for widget in (self.menu, self.activation, self.trigger, self.triggers, self.cell, self.lock):
-            widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-        self._reserve()
-        self._fit()
+        self.lock.setMinimumWidth(scaled(92))  # bold while the module is active
+        self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
+        head = (self.menu, self.port, (self.name, 1))
+        margins = (Space.XS, Space.XS, Space.M, Space.XS)
+        if is_text_large():
+            first = in_row(*head, self.lock, spacing=Space.S)
+            in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
+        else:
+            in_row(*head, states, Gap(Space.S), self.lock, of=self, spacing=Space.S, margins=margins)
         self.refresh()
         for changed in (ports.changed, ports.ticked):
             changed.connect(self.refresh)
-        VisibilityTimer(self, self.refresh, restyle=self._fit)
+        VisibilityTimer(self, self.refresh)
 
-    def _fit(self) -> None:
-        """Sets the heights and widths that depend on theme and text size; where one line has no room for all, the
-        states are on a second one."""
-        self.menu.setFixedWidth(scaled(36))
-        self.port.fit()
-        self._fit_name()
-        self.lock.setMinimumWidth(scaled(92))  # bold while the module is active
-        widgets = (self.menu, self.port, self._states, self.lock)
-        least_px = sum(widget.minimumSizeHint().expandedTo(widget.minimumSize()).width() for widget in widgets)
-        is_folded = least_px + 6 * Space.S + Space.M > self.width()
-        if is_folded != (self._column.count() > 1):
-            (self._row if is_folded else self._column).removeWidget(self._states)
-            if is_folded:
-                self._column.addWidget(self._states, 0, Qt.AlignmentFlag.AlignRight)
-            else:
-                self._row.insertWidget(self._row.indexOf(self.name) + 1, self._states)
-        states_px = self.activation.sizeHint().height() + _AROUND_PX
-        self.setFixedHeight(scaled(BAR_PX) + (states_px if is_folded else 0))
-
-    def _fit_name(self) -> None:
-        """Shows a name of usual length in full, before the port's."""
-        full_px = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
-        self.name.setMinimumWidth(min(full_px, scaled(100)) if self.name.text() else 0)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def open_menu(self) -> None:
-        """Opens the menu below its button, without blocking."""
-        menu = self.menu.menu()
-        if menu is not None:
-            menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
-
-    def _reserve(self) -> None:
-        """Reserves room for the widest words, so that nothing moves when a state changes."""
-        ages = (
-            tr("{time} ago", time=duration(59 * 60)),
-            tr("{time} ago", time=duration(99)),
-            tr("{time} ago", time=duration(1.9)),
-            tr("unknown"),
+    def _name_states(self) -> None:
+        """Their captions, and room for the widest words, so that nothing moves when a state changes."""
+        explained = (
+            (self.activation, tr("Activation"), "activation"),
+            (self.trigger, tr("Trigger"), "triggered"),
+            (self.triggers, tr("triggers"), "attitude_trigger"),
+            (self.cell, tr("Cell voltage"), "cell_voltage"),
         )
+        for chip, caption, setting in explained:
+            chip.set_caption(caption)
+            chip.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+            explain_setting(chip, BY_NAME[setting])
+        ages = [tr("{time} ago", time=duration(seconds)) for seconds in (59 * 60, 99, 1.9)]
+        ages.append(tr("unknown"))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
         self.triggers.reserve(TriggerFlags.texts(), below=(tr("triggers"),))
@@ -211,14 +156,17 @@ class TopBar(QFrame):
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
 
+    def open_menu(self) -> None:
+        """Opens the menu below its button, without blocking."""
+        menu = self.menu.menu()
+        if menu is not None:
+            menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
+
     def refresh(self) -> None:
         port, now = self._ports.current, self._ports.clock()
         module, state = port.module, port.state
         self.port.show_link(port_title(state, port.target), state.phase, link_text(state, now))
-        name = module.name if port.is_requested else ""
-        if self.name.text() != name:
-            self.name.setText(name)
-            self._fit_name()
+        self.name.setText(module.name if port.is_requested else "")
         show_activation(self.activation, module.activation, now)
         if module.may_have_fired:
             self.trigger.show_state(tr("may have fired"), Icon.DANGER, Meaning.DANGER, detail=tr("before the restart"))

@@ -119,19 +119,6 @@ def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
                 assert cut_off(bar) == [], (language, theme)
 
 
-def test_the_port_is_named_whole_on_a_narrow_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("narrow"), window(qapp, tmp_path) as assembly:
-        main = assembly.window
-        assembly.appearance.choose(Choice.SUNLIGHT)
-        main.resize(960, 540)
-        connect(qtbot, assembly, "sim://narrow")
-        let_lay_out(main)
-        with watching() as drawn:
-            main.top_bar.port.grab()
-        assert next(one.text for one in drawn) in ("Simulator", "Simulated module")
-        assembly.appearance.choose(Choice.LIGHT)
-
-
 @pytest.mark.parametrize("percent", [100, 125, 150, 200])
 def test_the_port_is_named_whole_at_every_size_of_text(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, percent: int
