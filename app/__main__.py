@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.interruption import discard_output
+from app.terminal.interruption import discard
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import ErrorCode, UserError
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "--json" in words:  # else nothing is said: who pressed Ctrl-C knows
             _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
     except console.OutputLost as error:
-        discard_output()
+        discard(sys.stdout)
         if str(error):
             console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTIAL

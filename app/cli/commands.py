@@ -72,35 +72,15 @@ GROUPS: Final = {
         SubCommand("shutdown", "act", "Shut the module down", "shutdown --yes"),
     ),
     "Checks and records": (
-        SubCommand(
-            "preflight",
-            "preflight",
-            "Pre-flight check. READY: passed and locked. GO: passed and active.",
-            "preflight --module M-07 --enable-triggers --report M-07.pdf",
-        ),
-        SubCommand(
-            "provision",
-            "provision",
-            "Set up a batch of new modules",
-            "provision --profile survey.toml --names M-001..M-050 --yes",
-        ),
+        SubCommand("preflight", "preflight", "Pre-flight check: READY, GO or NO-GO", "preflight --module M-07"),
+        SubCommand("provision", "provision", "Set up a batch of new modules", "provision --profile p.toml --names M-1"),
         SubCommand("verify", "verify", "Verify a pre-flight record", "verify M-07.pdf"),
         SubCommand("archive", "archive", "Archive of all stations", "archive status"),
     ),
     "Recordings and flights": (
         SubCommand("record", "record", "Record until Ctrl-C", "record --seconds 60 session.mcap"),
-        SubCommand(
-            "recordings",
-            "recordings",
-            "List, export and delete recordings",
-            "recordings export latest session.csv",
-        ),
-        SubCommand(
-            "fired",
-            "fired",
-            "Would it have fired? Exit code 4: yes",
-            "fired flights/ --thresholds freefall_time_s=1.2",
-        ),
+        SubCommand("recordings", "recordings", "List, export and delete recordings", "recordings list"),
+        SubCommand("fired", "fired", "Would it have fired? Exit code 4: yes", "fired flights/ --must-not"),
         SubCommand("decode", "decode", "Explain captured bytes", "decode 41 75 32 07 0A 00 01 44"),
     ),
     "Program": (

@@ -2,8 +2,7 @@
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
 agree and no frame was lost; 1 if they may not be kept under that name; 2 if another kind of file would be replaced; 3
-without a link; 4 if they differ, the query was not answered, or the conversation ended: what came is listed then, and
-nothing is kept.
+without a link, or where the conversation ended meanwhile; 4 if they differ, or the query was not answered.
 """
 
 import argparse
@@ -13,10 +12,8 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from app.engine.conversation import Interrupted
-from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
-from app.procedures.history import History, Pass, history_of
+from app.procedures.history import History
 from app.procedures.read import read_settings
 from app.store.fact_store import Facts
 from app.system.files import write_whole
@@ -33,9 +30,7 @@ from app.trigger_records.fields import FIELDS, fields_of, source_message
 from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
 from app.trigger_records.history import cell_text, uptime_message
 from app.trigger_records.kept import Visit
-from protocol.catalogue import TRIGGER_RECORDS
-from protocol.events import Received, Role, Sent
-from protocol.messages import EmptySlot, TriggerRecord
+from protocol.messages import TriggerRecord
 
 HEAD = (*FIELDS, "confirmed")
 
@@ -79,26 +74,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     if args.csv is not None and args.csv.is_file() and not _is_replaceable(args.csv):
         raise console.Refused(tr("{file} exists and is another kind of file.", file=args.csv))
-    received = ReceivedRecords()
-    reading: TriggersReading | None = None
-    ended: Interrupted | None = None
-    with connected(args.port, args.baud, on_batch=received.on_batch) as opened:
-        try:
-            opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
-            reading = opened.run(read_triggers())
-        except Interrupted as error:
-            ended = error
-    history = received.history() if reading is None else reading.history
-    if ended is not None and not history.is_answered:
-        raise ended
+    with connected(args.port, args.baud) as opened:
+        opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
+        reading = opened.run(read_triggers())
+    history = reading.history
     is_written = _print(history, args)
-    if ended is not None:
-        console.notify(ended.sentence)
-        return console.PARTIAL
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
-    if name_given(args) and reading is not None:
+    if name_given(args):
         with records_of(args.port, module=name_given(args)) as records:
             refuse_another(opened.conversation, records, args)
             is_written &= _store_visit(reading, records, args)
@@ -114,26 +98,6 @@ def _is_replaceable(path: Path) -> bool:
     with suppress(OSError), path.open("rb") as file:
         return file.read(len(head)) in (head, b"")
     return True  # writing it says why
-
-
-class ReceivedRecords:
-    """The records as they came, by pass: the result where the conversation ends meanwhile."""
-
-    def __init__(self) -> None:
-        self._passes: list[list[TriggerRecord | EmptySlot]] = []
-
-    def on_batch(self, batch: Batch) -> None:
-        for event in batch.events:
-            match event:
-                case Sent(request=request) if request.command is TRIGGER_RECORDS:
-                    self._passes.append([])
-                case Received(message=TriggerRecord() | EmptySlot() as message, role=Role.ANSWER):
-                    self._passes[-1].append(message)
-                case _:
-                    pass
-
-    def history(self) -> History:
-        return history_of([Pass(tuple(messages)) for messages in self._passes])
 
 
 def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:

@@ -21,7 +21,7 @@ from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, expected
-from app.terminal.interruption import discard_output
+from app.terminal.interruption import discard
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
@@ -84,6 +84,6 @@ def _announce(address: str, link: Path | None) -> None:
     try:
         console.write_lines([address])
     except console.OutputLost:
-        discard_output()  # the link tells it
+        discard(sys.stdout)  # the link tells it
     if link is not None:
         console.notify(str(link))

@@ -7,7 +7,6 @@ later discards what is left of it.
 
 import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -28,7 +27,7 @@ class Signalled(KeyboardInterrupt):
 
 
 class _Signals:
-    """The signals of this process. `number` is that of the first one that came."""
+    """The signals of this process. `number` is that of the first one that came, `written` what is written just now."""
 
     def __init__(self) -> None:
         self.number: int | None = None
@@ -38,8 +37,7 @@ class _Signals:
     def note(self, number: int, _frame: FrameType | None) -> None:
         if self.number is None:
             self.number = number
-            if self.written is not None:
-                set_alarm(PATIENCE_S)
+            _set_alarm(PATIENCE_S)
 
     def discard(self, _number: int, _frame: FrameType | None) -> None:
         discard(self.written)
@@ -65,6 +63,7 @@ def signals_noted() -> Iterator[None]:
     try:
         yield
     finally:
+        _set_alarm(0.0)
         _signals.is_entered = False
         _signals.number = None
         for number, former in before.items():
@@ -80,22 +79,19 @@ def check_signals() -> None:
 @contextmanager
 def writing(stream: TextIO | None) -> Iterator[None]:
     """Surrounds every output, so that a reader that does not read cannot keep a signal from ending the command."""
-    if not _signals.is_entered or threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     _signals.written = stream
-    if _signals.number is not None:
-        set_alarm(PATIENCE_S)
     try:
         yield
     finally:
         _signals.written = None
-        set_alarm(0.0)
 
 
-def set_alarm(after_s: float) -> None:
+def _set_alarm(every_s: float) -> None:
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, after_s)
+        signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
 
 
 def discard(stream: TextIO | None) -> None:
@@ -105,7 +101,3 @@ def discard(stream: TextIO | None) -> None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
-
-
-def discard_output() -> None:
-    discard(sys.stdout)

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import app.__main__ as program
-from app.cli.act import exit_code
-from app.procedures.lock import Locked
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.system.folders import data_folder
@@ -62,10 +60,6 @@ def test_lock_is_sent_before_anything_is_answered(
     said = dps_s(["lock", "--port", port + module, "--yes"], code).err
     assert REQUESTS[Act.LOCK].encode() in wire[:2], "the link itself asks for the boot count when a port is opened"
     assert "not confirmed: treat the module as ACTIVE." in said
-
-
-def test_a_lock_that_lost_the_port_ends_as_one_without_a_link() -> None:
-    assert exit_code(Locked(outcome=Outcome.UNKNOWN, sent=1, is_port_lost=True)) == 3
 
 
 # `dps-s verify`: its exit codes and its JSON.
@@ -171,17 +165,6 @@ def test_without_a_threshold_that_is_none_nothing_is_judged(
     assert fired(capsys, "--thresholds", "freefall_time_s=1.2", named_alike)[0] == 4  # a log all the same
 
 
-def test_a_difference_between_the_readings_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "swing.ulg"
-    swing = np.where((TIMES >= 4) & (TIMES < 4.1), 70.0, 0.0)
-    path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, swing) + made.ulog_force(TIMES, 1.0)))
-    code, printed = fired(capsys, path, "--json")
-    assert code == 4
-    (problem,) = json.loads(printed.out)["problems"]
-    assert problem.startswith("angle lasts 0.2 s, ")
-    assert problem.endswith(": would not fire.")
-
-
 def test_for_people(crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, printed = fired(capsys, crash, "--must")
     assert code == 4
@@ -230,27 +213,3 @@ def test_a_log_that_holds_too_little_is_not_judged(tmp_path: Path, capsys: pytes
     assert "1 of 1 not judged." in fired(capsys, path)[1].out
     assert fired(capsys, path, "--thresholds", "freefall_trigger=false")[0] == 0
     assert fired(capsys, path, "--thresholds", "attitude_threshold_deg=15")[0] == 4
-
-
-def test_two_logs_of_one_name_and_a_folder_that_was_thinned_out(
-    calm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "1.ulg").write_bytes(calm.read_bytes())
-    (tmp_path / "b" / "2.ulg").write_bytes(b"no log")
-    code, printed = fired(capsys, tmp_path / "a", tmp_path / "b", "--must-not")
-    assert code == 2
-    assert str(Path("a", "1.ulg")) in printed.out
-    assert str(Path("b", "1.ulg")) in printed.out
-    assert "1 of 3 not read" in printed.out
-    assert "1 of 3 not read: no statement on the vendor's defaults." in printed.out
-
-
-def test_a_csv_file_with_chosen_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("when,angle\n" + "".join(f"{n / 50},{n % 100}\n" for n in range(200)), encoding="utf-8")
-    code, printed = fired(capsys, path, "--column", "time_s=when", "--column", "tilt_deg=angle", "--json")
-    assert code == 4
-    # After the first firing the parachute is open.
-    assert [one["t_s"] for one in json.loads(printed.out)["fires"]] == [1.2]

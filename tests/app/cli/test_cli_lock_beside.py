@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 
@@ -76,13 +75,3 @@ def test_the_first_frame_does_not_wait_for_the_store(module: RunningModule) -> N
         said_after_s = time.monotonic() - started
         assert process.wait() == 0
     assert said_after_s < (time.monotonic() - began) / 2
-
-
-def test_a_folder_that_may_not_be_entered(module: RunningModule, tmp_path: Path) -> None:
-    """A loop of links is refused to every user, also to root."""
-    data_folder().parent.mkdir(parents=True)
-    data_folder().symlink_to(data_folder().name)
-    said = locked(ran(*PROGRAM, "lock", "--port", module.port))
-    assert said.endswith("The audit log is incomplete.\n")
-    assert str(data_folder()) in said
-    assert "Unexpected" not in said

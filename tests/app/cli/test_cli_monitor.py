@@ -3,16 +3,13 @@
 import csv
 import io
 import json
-import threading
 from pathlib import Path
 
 import pytest
 
 import app.__main__ as program
 from app.captures.traffic import Way
-from app.engine.worker import Worker
 from app.recordings.library import RecordingLibrary
-from app.system.clock import steady_time
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, Program, bench_of, falls_after, run_here
 from tests.support.patience import in_time
@@ -43,23 +40,6 @@ def test_monitor_leaves_a_stream_that_was_on(
     assert [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code] == []
     assert bench_of(port).module.is_streaming
     assert 8 < len(Printed(capsys).out.splitlines()) < 160  # of 80 reports, each once; polled there are 8
-
-
-def test_monitor_goes_on_after_a_sleep(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    slept_s = 0.0
-
-    def sleep() -> None:
-        nonlocal slept_s
-        slept_s = 60.0
-
-    monkeypatch.setitem(vars(Worker)["__init__"].__kwdefaults__, "clock", lambda: steady_time() + slept_s)
-    timer = threading.Timer(1.0, sleep)
-    timer.start()
-    printed = dps_s(["monitor", "--port", f"{port}?rate=100", "--seconds", "62", "--json"])
-    timer.join()
-    times = [json.loads(line)["t_s"] for line in printed.out.splitlines()]
-    assert times[-1] > 61.5
-    assert printed.err == "The computer slept. Another module may answer from now on.\n"
 
 
 def test_reading_sends_nothing_that_changes(port: str, wire: list[bytes], dps_s: Program) -> None:
@@ -185,24 +165,6 @@ def test_a_session_is_decoded_from_its_file(
     assert "not a recording by this program" in run_here(capsys, ["decode", str(tmp_path / "b.mcap")], 2).err
 
 
-def test_a_capture_is_decoded_from_standard_input(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setattr(
-        "sys.stdin", io.StringIO("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\n")
-    )
-    query, status = (json.loads(line) for line in dps_s(["decode", "-", "--json"]).out.splitlines())
-    assert (query["direction"], status["tilt_deg"], status["t_s"]) == ("host_to_module", 7, 0.2)
-
-
-def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, dps_s: Program) -> None:
-    path = tmp_path / "a.txt"
-    path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
-    printed = dps_s(["decode", str(path), "--json"], 4)
-    first, *_, last = (json.loads(line) for line in printed.out.splitlines())
-    assert (first["valid"], first["direction"]) == (False, "module_to_host")
-    assert last["command"] == "status"
-    assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
-
-
 def test_a_dash_is_the_table_on_standard_output(port: str, dps_s: Program) -> None:
     printed = dps_s(["record", "--port", port, "--seconds", "1.3", "-"])
     table = list(csv.DictReader(io.StringIO(printed.out)))
@@ -210,16 +172,3 @@ def test_a_dash_is_the_table_on_standard_output(port: str, dps_s: Program) -> No
     assert {row["triggered"] for row in table} == {"", "false"}
     assert "Simulated module" in printed.err
     assert dps_s(["recordings", "export", "latest", "-"]).out == printed.out
-
-
-def test_an_exported_recording_replaces_no_file_unasked(port: str, dps_s: Program, tmp_path: Path) -> None:
-    path = tmp_path / "session.csv"
-    assert record(port, path) == 0
-    rows = path.read_bytes()
-    export = ["recordings", "export", "latest", str(path)]
-    assert "--force" in dps_s(export, 2).err
-    assert path.read_bytes() == rows
-    dps_s([*export, "--append"])
-    assert len(path.read_bytes()) > len(rows)
-    dps_s([*export, "--force"])
-    assert path.read_bytes() == rows

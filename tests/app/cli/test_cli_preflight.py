@@ -163,20 +163,6 @@ def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_f
     assert found == "fail"
 
 
-def test_what_is_wrong_is_said_before_anything_is_sent(
-    port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
-) -> None:
-    bad = tmp_path / "bad.toml"
-    bad.write_bytes(b"tilt = 3\nattitude_threshold_deg = 300\n" + b"# \xf0\x9f\xaa\x82" * 10)
-    huge = tmp_path / "huge.toml"
-    huge.write_bytes(b"a" * 10_000_000)
-    for words in ["--profile", str(bad)], ["--profile", str(huge)], ["--profile", "a\0b"], ["--module", "x" * 201]:
-        printed = dps_s(["preflight", "--port", port, *words], 2)
-        assert printed.out == ""
-        assert "Traceback" not in printed.err
-    assert wire == []
-
-
 def test_a_report_that_cannot_be_written_is_said(
     port: str, dps_s: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,20 +184,6 @@ def test_without_a_store_it_goes_on(port: str, dps_s: Program) -> None:
     assert printed.out.startswith("READY")
 
 
-def test_verify_of_what_is_no_record(dps_s: Program, tmp_path: Path) -> None:
-    assert program.main(["verify", "a\0b"]) == 2
-    (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "No pre-flight record" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
-    assert not (data_folder() / FILE_NAME).exists()
-
-
-def test_verify_says_what_became_of_a_damaged_store(dps_s: Program, tmp_path: Path) -> None:
-    data_folder().mkdir(parents=True)
-    (data_folder() / FILE_NAME).write_bytes(b"no database")
-    (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "cannot be used and are kept as" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_files: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
@@ -227,28 +199,6 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
     assert list(user_files.rglob(FILE_NAME))
     assert "未" not in done.stderr  # nothing was said not to be kept
-
-
-def test_history_keeps_what_it_reads_under_a_name(port: str, dps_s: Program, kept: Store) -> None:
-    words = ["history", "--port", f"{port}?history=9", "--json", "--module", " M-07 "]
-    printed = dps_s(words)
-    assert len(json.loads(printed.out)["records"]) == 9
-    assert printed.err == "M-07: 9 new; records: 9.\n"
-    bench = bench_of(port)
-    bench.module.activate(is_active=True)
-    assert bench.pulse_pwm()
-    assert dps_s(words).err == "M-07: 1 new; records: 10.\n"
-    records = records_of(kept, "M-07")
-    assert len(records) == 10
-    assert records[-1].raw[7] == 0x04
-
-
-def test_history_that_could_not_be_kept_is_done_in_part(port: str, dps_s: Program) -> None:
-    data_folder().parent.mkdir(parents=True)
-    data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = dps_s(["history", "--port", f"{port}?history=2", "--json", "--module", "M-07"], 4)
-    assert len(json.loads(printed.out)["records"]) == 2
-    assert "Not kept." in printed.err
 
 
 @pytest.mark.usefixtures("qapp")

@@ -1,6 +1,5 @@
 """`dps-s preflight`: READY and GO only in the connection in which the triggers were enabled."""
 
-import json
 from collections.abc import Callable
 from contextlib import closing
 
@@ -42,11 +41,6 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
         last = audit(store)[0]
     assert kept == ["GO", "READY"]
     assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
-
-
-def test_json_is_one_object_of_the_last_verdict(port: str, dps_s: Program) -> None:
-    shown = json.loads(dps_s([*ACTIVATE, "--port", port, "--json"]).out)
-    assert (shown["verdict"], shown["read"]["status"]["active"]) == ("GO", True)
 
 
 def _disable_light(port: str) -> None:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import IO
 
 import pytest
-import serial
 
 from app.captures.traffic import Way
 from app.recordings.library import RecordingLibrary
@@ -67,15 +66,6 @@ def assert_one_sentence(text: str) -> None:
     assert text.count("\n") == 1, text
     assert text.endswith(".\n")
     assert "Traceback" not in text
-
-
-def test_a_stranger_can_read_it(module: RunningModule) -> None:
-    run = dps_s("read", "--port", module.port, "--json")
-    assert (run.returncode, run.stderr) == (0, "")
-    assert json.loads(run.stdout)["boot_count"] == 37
-    people = dps_s("history", "--port", module.port)
-    assert (people.returncode, people.stderr) == (0, "")
-    assert people.stdout.startswith("Boot count  After power-on  Source")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -163,26 +153,6 @@ def test_unplugged_while_monitoring() -> None:
     assert f"{module.port} was unplugged" in errors
 
 
-def test_nobody_on_the_line() -> None:
-    master, slave = os.openpty()
-    try:
-        run = dps_s("read", "--port", os.ttyname(slave), "--json")
-    finally:
-        os.close(master)
-        os.close(slave)
-    assert run.returncode == 3
-    assert json.loads(run.stdout)["error"]["code"] == "no_link"
-    assert_one_sentence(run.stderr)
-
-
-def test_a_port_that_another_program_has(module: RunningModule) -> None:
-    with serial.Serial(module.port, exclusive=True):
-        run = dps_s("monitor", "--port", module.port)
-    assert (run.returncode, run.stdout) == (3, "")
-    assert_one_sentence(run.stderr)
-    assert f"{module.port} is in use by" in run.stderr
-
-
 def test_find_is_interrupted_like_any_program() -> None:
     """No result, so 130; and within the time that a person waits for Ctrl-C."""
     master, slave = os.openpty()
@@ -211,37 +181,10 @@ def test_a_full_disk_is_said() -> None:
     assert_one_sentence(run.stderr)
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is always full")
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [(["nosuch"], 2), (["set", "--nosuch"], 2), (["read", "--port"], 2), (["zero"], 2),
-     (["read", "--port", "/dev/nosuch"], 3)],
-)  # fmt: skip
-def test_messages_that_cannot_be_written_leave_the_exit_code(words: list[str], code: int) -> None:
-    """As where a log on a full disk, or a terminal that was closed, takes them."""
-    assert redirected("2>/dev/full", *words).returncode == code
-
-
 def test_messages_do_not_go_to_the_output_where_theirs_is_closed() -> None:
     run = redirected("2>&-", "find", "--port", "/dev/no-such-port", "--json")
     assert run.returncode == 3
     assert json.loads(run.stdout)["error"]["code"] == "no_port"
-
-
-def test_a_closed_input_is_an_empty_one() -> None:
-    run = redirected("<&-", "decode", "-")
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
-
-
-def test_no_port_gets_the_number_of_a_closed_stream() -> None:
-    """What the system or a library prints would go to the module."""
-    code = (
-        "import os, sys, app.__main__ as program\n"
-        "program.main(['decode', '-'])\n"
-        "sys.exit(os.open(os.devnull, os.O_RDWR))\n"
-    )
-    run = ran("sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", sys.executable, "-c", code, **STRICT)
-    assert run.returncode > 2
 
 
 def test_help_and_decode_need_no_serial_port() -> None:

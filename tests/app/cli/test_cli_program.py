@@ -2,9 +2,7 @@
 
 import argparse
 import errno
-import io
 import json
-import logging
 import os
 import re
 import signal
@@ -16,7 +14,6 @@ import pytest
 import serial
 
 import app.__main__ as program
-from app.cli.read import unanswered_reason
 from app.engine import ports as port_list
 from app.engine import transport
 from app.engine.ports import NOT_LISTED
@@ -26,8 +23,6 @@ from app.procedures.history import History
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
-from protocol.catalogue import STATUS
-from protocol.events import Unanswered
 from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
 from tests.support.setup_files import generator
@@ -45,16 +40,6 @@ def test_ctrl_c_while_qt_prints_does_not_end_the_process(monkeypatch: pytest.Mon
 
     monkeypatch.setattr("ui.files.report_printer.print_pages", interrupted)
     assert program._print_pages([], PAPERS["A4"], None) == b"%PDF"
-
-
-def test_no_permission(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(self: serial.Serial) -> None:
-        raise serial.SerialException(errno.EACCES, "could not open port: Permission denied")
-
-    monkeypatch.setattr(serial.Serial, "open", refuse)
-    printed = dps_s(["read", "--port", "/dev/ttyUSB9"], 3)
-    assert printed.err.startswith("No permission for /dev/ttyUSB9. ")
-    assert printed.err.count("\n") == 1
 
 
 def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,18 +107,6 @@ def test_a_bug_in_the_worker_is_one_calm_line(port: str, dps_s: Program, monkeyp
     assert printed.err.count("\n") == 1
 
 
-def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The ANSI code page, which Python takes there, lacks the dots in one country and the degrees in another."""
-    written = io.BytesIO()
-    monkeypatch.setattr(sys, "platform", "win32")
-    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding="ascii"))
-    monkeypatch.delenv("PYTHONIOENCODING", raising=False)
-    program._prepare_output()
-    print("60° …")
-    sys.stdout.flush()
-    assert written.getvalue().decode("utf-8").strip() == "60° …"
-
-
 def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
     monkeypatch.setattr("app.cli.ports.list_ports", lambda: [one])
@@ -141,10 +114,6 @@ def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.Monke
     assert told == {"ports": [one._asdict()]}
     assert faults("ports", told) == []
     assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in dps_s(["ports"]).out
-
-
-def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
-    assert port_list._scan_in_process(60) == port_list.scan()
 
 
 def test_no_ports_and_no_list(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,11 +151,6 @@ def test_a_reader_that_ended_takes_no_answer_for_yes(
 # What ends in the middle
 
 
-@pytest.mark.parametrize(("attempts", "text"), [(1, "no reply"), (2, "no reply within 0.4 s, asked 2 times")])
-def test_errors_say_how_often_it_was_asked(attempts: int, text: str) -> None:
-    assert unanswered_reason(Unanswered(STATUS.query(), attempts, 0.4, 0.0)).in_english() == text
-
-
 def test_records_that_never_agree_are_said_to_be_uncertain(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,34 +179,7 @@ def half_width(text: str) -> list[str]:
     return [text[max(0, found.start() - 12) : found.end() + 12] for found in HALF_WIDTH.finditer(text)]
 
 
-@pytest.mark.parametrize(
-    "text", ["选项:", "没有串口。 请插入", "串口 (dps-s ports)", "倾角, 光线", "已完成.", "倾角(度)", "真的吗?"]
-)
-def test_a_half_width_mark_is_found(text: str) -> None:
-    assert half_width(text)
-
-
-@pytest.mark.parametrize("text", ["选项：", "没有串口。请插入", "（dps-s ports）。", "3.80 V，见 x", "标题。  下一列"])
-def test_a_full_width_one_is_left_alone(text: str) -> None:
-    assert half_width(text) == []
-
-
 def test_no_translation_has_one() -> None:
     texts = read_translations(generator("translations").TS)
     places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
     assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}
-
-
-def test_a_reading_is_chinese_with_its_units(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    said = dps_s(["read", "--port", port]).out
-    assert said.count("115200 波特") == 2
-    assert "baud" not in said
-
-
-@pytest.mark.parametrize("is_window", [False, True])
-def test_a_warning_for_the_log_is_not_printed_by_a_command(is_window: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(program.DEBUG, raising=False)
-    monkeypatch.setattr(logging.getLogger(), "handlers", [])
-    program._prepare_log(is_window=is_window)
-    assert logging.getLogger().hasHandlers() is not is_window

@@ -6,14 +6,11 @@ from collections.abc import Callable, Iterable
 from contextlib import closing
 from functools import partial
 from pathlib import Path
-from time import sleep
 from typing import Any
 
 import pytest
 
-from app.cli import provision
 from app.cli.commands import BY_NAME
-from app.fleet.batch import BatchRun
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts
 from app.store.kinds import Content, ModuleProvisioned, PreflightCheck
@@ -21,7 +18,6 @@ from app.store.rows import Row
 from app.store.trouble import StoreFault, StoreTrouble
 from app.terminal import console
 from app.terminal.console import Refused
-from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
 from tests.support.line.odd_module import forget_settings
@@ -175,36 +171,10 @@ def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     assert batch(*ALLOWED)[2].startswith("M-002  READY")  # nothing is left, and nothing is waited for
 
 
-def test_what_is_being_kept_when_it_is_interrupted_is_in_the_list(
-    batch: Batch, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    keep = BatchRun.keep
-
-    def interrupted(*args: Any) -> UserMessage | None:
-        signal.raise_signal(signal.SIGINT)
-        sleep(0.5)  # a slow disk
-        return keep(*args)
-
-    monkeypatch.setattr(BatchRun, "keep", interrupted)
-    lines = batch(*ALLOWED, code=130)
-    assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
-
-
 def test_a_module_that_was_on_already_is_taken_however_soon_it_is_plugged_in(batch: Batch) -> None:
     """It does not restart, and the silence is too short for one that was unplugged for good."""
     plug = partial(exchange, boot_count=2, attitude_threshold=60, freefall_time=160)
     assert batch(*ALLOWED, plugs=[plug])[-1].startswith("M-002  READY")
-
-
-def test_a_signal_behind_the_last_module_keeps_nothing_from_being_told(
-    batch: Batch, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: object) -> bool:
-        signal.raise_signal(signal.SIGINT)
-        return True
-
-    monkeypatch.setattr(provision, "_write_labels", interrupted)
-    assert batch(*ALLOWED, plugs=[new(2)])[-1].startswith("M-002  READY")
 
 
 @pytest.mark.parametrize("frame", [24, 34, 60])
@@ -267,19 +237,6 @@ def test_without_consent_or_where_no_module_can_pass_nothing_is_sent(
     batch: Batch, wire: list[bytes], words: tuple[str, ...], profile: str, code: int
 ) -> None:
     batch(*words, profile=profile, code=code)
-    assert wire == []
-
-
-def test_with_auto_the_modules_are_looked_for_at_the_rate_of_the_profile(batch: Batch, port: str) -> None:
-    bench_of(port).module.baud_rate = 9600
-    lines = batch(*ALLOWED, "-b", "auto", "--names", "M-001", profile=SETTINGS + "baud_rate = 9600\n")
-    assert "M-001: READY" in lines
-
-
-def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    with closing(open_store()) as store:
-        register(store, "M-001")
-    assert batch(*ALLOWED, "--names", "M-001", code=1)[-1].split() == ["M-001", "open"]
     assert wire == []
 
 

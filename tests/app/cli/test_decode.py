@@ -2,9 +2,7 @@
 
 import io
 import json
-import os
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -25,15 +23,6 @@ def objects(text: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines()]
 
 
-def test_asked_counts_until_the_host_is_heard(dps_s: Program) -> None:
-    words = ["--json", "--asked", "cell_voltage", LIKE_A_VOLTAGE[:17], BY_ID["status-query"].hex, LIKE_A_VOLTAGE]
-    assert [one["command"] for one in objects(dps_s(["decode", *words]).out)] == [
-        "cell_voltage",
-        "status",
-        "trigger_records",
-    ]
-
-
 @pytest.mark.parametrize("name", ["not-there.hex", "no-folder/41", "folder"])
 def test_a_file_that_cannot_be_read_is_named(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
@@ -41,31 +30,6 @@ def test_a_file_that_cannot_be_read_is_named(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     assert dps_s(["decode", name], 2).err.startswith(f"{name} cannot be read: ")
-
-
-def test_two_files_are_refused_and_neither_is_said_to_be_no_file(tmp_path: Path, dps_s: Program) -> None:
-    files = [tmp_path / "a.txt", tmp_path / "b.txt"]
-    for file in files:
-        file.write_text(STATUS, encoding="utf-8")
-    printed = dps_s(["decode", *map(str, files)], 2)
-    assert printed.out == ""
-    assert "expected 41 75 32, FILE, -" in printed.err
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no such pipes")
-def test_a_pipe_with_a_name_is_read(tmp_path: Path, dps_s: Program) -> None:
-    """As in a shell: dps-s decode <(…)."""
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    writer = threading.Thread(target=pipe.write_text, args=(f"{STATUS}\n", "ascii"))
-    writer.start()
-    assert [one["hex"] for one in objects(dps_s(["decode", "--json", str(pipe)]).out)] == [STATUS]
-    writer.join()
-
-
-def test_standard_input_is_read_to_its_end(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"\ufeff{STATUS[:11]}\n{STATUS[11:]} {MISPRINT}"))
-    assert [one["hex"] for one in objects(dps_s(["decode", "--json", "-"], 4).out)] == [STATUS, MISPRINT]
 
 
 def test_bad_standard_input_is_refused_after_what_came_before(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:

@@ -15,8 +15,6 @@ from app.safety.left_active import KnownAs
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
 from app.store.fact_store import utc_now
-from app.store.opening import FILE_NAME
-from app.system.folders import data_folder
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
 from tests.support.cli_line import Program
 from tests.support.records.stored import audit, begin, left_in, open_store, settle
@@ -115,16 +113,6 @@ def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
             plug(*listed)
             said = dps_s(["read", "--port", device]).err
             assert (f"The module at {port} was left ACTIVE on " in said) is is_said
-
-
-def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, dps_s: Program) -> None:
-    leave(line)
-    (data_folder() / f"{FILE_NAME}-wal").unlink(missing_ok=True)
-    (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
-    printed = dps_s(["read", "--port", line])
-    assert "Boot count" in printed.out
-    assert printed.err.startswith("The records cannot be used")
-    assert printed.err.count("The records cannot be used") == 1
 
 
 @pytest.mark.parametrize(

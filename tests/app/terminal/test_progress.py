@@ -14,10 +14,9 @@ import pytest
 import app.__main__ as program
 from app.__main__ import PORT
 from app.engine import ports as port_list
-from app.engine.ports import NOT_LISTED, PortInfo
+from app.engine.ports import PortInfo
 from app.terminal import console, interruption
 from app.terminal.console import OutputLost, write
-from app.text.user_error import UserError
 from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -136,16 +135,6 @@ def test_the_environment_names_it(port: str, monkeypatch: pytest.MonkeyPatch, dp
     assert dps_s(["find", "--quiet"]).err == ""
 
 
-@pytest.mark.parametrize(("words", "code", "is_asked"), [([], 1, True), (["--activate"], 2, False)])
-def test_a_check_takes_it_too_unless_it_is_refused_without_yes(
-    words: list[str], code: int, is_asked: bool, port: str, no_waiting: None, monkeypatch: pytest.MonkeyPatch,
-    dps_s: Program
-) -> None:  # fmt: skip
-    monkeypatch.setenv(PORT, port)
-    printed = dps_s(["preflight", *words], code)
-    assert printed.err.startswith(f"Port {port} (DPS_S_PORT)\n") is is_asked
-
-
 @pytest.mark.parametrize(
     ("words", "ports", "code", "said"),
     [
@@ -163,15 +152,6 @@ def test_without_the_only_adapter_none_is_taken(
     assert dps_s(words, code).err == said
 
 
-def test_where_the_system_lists_none_nothing_is_taken(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    def refuse() -> list[PortInfo]:
-        raise UserError(NOT_LISTED)
-
-    found(monkeypatch)
-    monkeypatch.setattr(port_list, "list_ports", refuse)
-    assert "lists no serial ports" in dps_s(["read"], 3).err
-
-
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
 def test_verbose_says_what_is_asked(words: list[str], port: str, dps_s: Program) -> None:
     printed = dps_s([*words, "--port", port])
@@ -187,9 +167,3 @@ def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_
     assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
     assert sum(" < 41 75 " in line for line in lines) == len(wire)
     assert any("status: tilt 0°" in line for line in lines)
-
-
-def test_nested_commands_take_them_too(dps_s: Program) -> None:
-    assert "No recordings yet" in dps_s(["recordings", "list"]).err
-    assert program.main(["recordings", "list", "--quiet"]) == 0
-    assert dps_s(["--quiet", "recordings", "list"]).err == ""
