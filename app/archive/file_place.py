@@ -2,9 +2,8 @@
 
 import hashlib
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +13,26 @@ from app.store.rows import COLUMNS, Row
 from app.system.files import CANNOT_READ
 from app.text.user_error import ErrorCode, UserError
 
+# Digits of an id: 2**28 ms, about three days.
 BUCKET = 5
-"""Digits of an id: 2**28 ms, about three days."""
+# Bytes. A row that is larger refuses the file.
 LARGEST_ROW = 64_000_000
-"""Bytes. A row that is larger refuses the file."""
 _IS_ID = "length(id) = 40 AND id NOT GLOB '*[^0-9a-f]*'"
 
+# By the first digits of ids: how many there are, and a digest of them.
 Buckets = Mapping[str, tuple[int, str]]
-"""By the first digits of ids: how many there are, and a digest of them."""
 
 
-def digests(ids: Iterable[str]) -> Buckets:
-    """Of ids in their order; the same that a server makes (md5: to compare, not to protect)."""
+def digests(connection: sqlite3.Connection, *tables: str, where: str = "TRUE") -> Buckets:
+    """Of the ids in these tables together; the same that a server makes (md5: to compare, not to protect). SQLite puts
+    the ids of each part together, as a loop over 600,000 of them takes seconds."""
+    parts = [f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}" for table in tables]  # noqa: S608
+    ids = " UNION ".join(f"SELECT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where}" for table in tables)  # noqa: S608
+    query = f"SELECT count(*), group_concat(id, '') FROM ({ids} ORDER BY id)"  # noqa: S608
     found = {}
-    for bucket, group in groupby(ids, key=lambda id_: id_[:BUCKET]):
-        together = list(group)
-        digest = hashlib.md5("".join(together).encode(), usedforsecurity=False).hexdigest()
-        found[bucket] = (len(together), digest)
+    for (bucket,) in connection.execute(" UNION ".join(parts)).fetchall():
+        count, together = connection.execute(query, (bucket, f"{bucket}g")).fetchone()
+        found[bucket] = (count, hashlib.md5(together.encode(), usedforsecurity=False).hexdigest())
     return found
 
 
@@ -69,8 +71,7 @@ class FilePlace:
 
     def buckets(self) -> Buckets:
         with self._troubles():
-            ids = self._connection.execute(f"SELECT id FROM facts WHERE {_IS_ID} ORDER BY id")  # noqa: S608
-            return digests(id_ for (id_,) in ids)
+            return digests(self._connection, "facts", where=_IS_ID)
 
     def lengths(self, bucket: str) -> dict[str, int]:
         """Bytes of the content, by id."""

@@ -76,8 +76,10 @@ class _Exchange:
         # After a day, or with another version of the program, what was left out is looked at again.
         self._here.execute('DELETE FROM refused WHERE "on" <> ?', (self._today,))
         # With what was left out, else the two sides would never be equal.
-        ids = "SELECT id FROM facts UNION SELECT id FROM refused WHERE place = ? ORDER BY id"
-        ours = digests(id_ for (id_,) in self._here.execute(ids, (self._place.name,)))
+        self._here.execute("DROP TABLE IF EXISTS temp.left_out")
+        left_out = "CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?"
+        self._here.execute(left_out, (self._place.name,))
+        ours = digests(self._here, "main.facts", "own.facts", "temp.left_out")
         theirs = self._place.buckets()
         for bucket in sorted(ours.keys() | theirs.keys()):
             if ours.get(bucket) != theirs.get(bucket):
