@@ -1,20 +1,16 @@
-"""The map over thresholds counts the outcomes of the flights; its curves, the judge and the simulated module agree."""
+"""The map over thresholds counts the outcomes of the flights; its curves and the judge agree."""
 
 import math
 from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import NEVER, RuleReading, firing_curves, first_firings
 from app.flights.summary import LossOfControl, loss_of_control, moment_text, summarise
 from app.flights.thresholds import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
-from app.simulator.memory import Memory
-from app.simulator.module import SimulatedModule
-from app.simulator.physics import SENSOR_PERIOD_S, Physics, SensedMotion
 from protocol.messages import Source
 from tests.support.flights.made_flights import STEP_S, made_flight, plainly_judged, random_flight
 
@@ -83,36 +79,32 @@ def test_outcomes_show_where_the_readings_differ() -> None:
     assert not fell.is_different
 
 
-def test_an_acceleration_above_the_curves_is_refused() -> None:
-    with pytest.raises(LookupError):
-        fire_map([], [], TriggerLimits(freefall_acceleration_g=1.6), RuleReading.DIRECT)
-
-
-def test_a_flight_that_ends_calm_was_not_lost() -> None:
-    assert loss_of_control(made_flight(np.full(ROWS, 5.0), 1.0)) == LossOfControl(None, None)
-    assert loss_of_control(made_flight(np.full(0, 5.0), np.ones(0))) == LossOfControl(None, None)
-
-
-def test_a_hard_landing_is_no_loss_of_control() -> None:
+def shaken(*rows: int, force_g: float = 5.0) -> np.ndarray:
     force = np.ones(ROWS)
-    force[400] = 4.0
-    assert loss_of_control(made_flight(5.0, force)) == LossOfControl(None, 8.0)
+    force[list(rows)] = force_g
+    return force
 
 
-def test_a_peak_in_the_air_is_not_an_impact() -> None:
-    """Peaks for 0.5 s, then a calm flight, then it tips over until the end."""
-    force, tilt = np.ones(ROWS), np.zeros(ROWS)
-    force[100:125] = 4.0
-    tilt[300:] = 80.0
-    assert loss_of_control(made_flight(tilt, force)) == LossOfControl(pytest.approx(5.98), None)  # type: ignore[arg-type]
+TIPS_OVER = np.where(TIMES >= 4, 70.0, 0.0)
+LOSSES = {
+    "calm to its end": (made_flight(np.full(ROWS, 5.0), 1.0), None, None),
+    "empty": (made_flight(np.full(0, 5.0), np.ones(0)), None, None),
+    "a hard landing": (made_flight(5.0, shaken(400, force_g=4.0)), None, 8.0),
+    "shocks, then calm, then it tips over until the end": (
+        made_flight(np.where(TIMES >= 6, 80.0, 0.0), shaken(*range(100, 125), force_g=4.0)), 5.98, None,
+    ),
+    "shocks close together are one impact": (made_flight(TIPS_OVER, shaken(100, 250, 280, 340)), 3.98, 5.0),
+    "a touchdown without a shock": (made_flight(TIPS_OVER, 1.0, is_on_ground=TIMES >= 7), 3.98, 7.0),
+}  # fmt: skip
 
 
-def test_consecutive_peaks_are_one_impact() -> None:
-    force, tilt = np.ones(ROWS), np.zeros(ROWS)
-    tilt[200:] = 80.0
-    force[[100, 250, 280, 340]] = 5.0
-    lost = loss_of_control(made_flight(tilt, force))
-    assert lost == LossOfControl(pytest.approx(3.98), 5.0)  # type: ignore[arg-type]
+@pytest.mark.parametrize("case", LOSSES)
+def test_when_control_was_lost_and_it_hit_the_ground(case: str) -> None:
+    log, loss_s, impact_s = LOSSES[case]
+    lost = loss_of_control(log)
+    assert (lost.loss_s is None, lost.impact_s) == (loss_s is None, impact_s)
+    if loss_s is not None:
+        assert lost.loss_s == pytest.approx(loss_s)
 
 
 @pytest.mark.parametrize("has_peaks", [True, False])
@@ -214,78 +206,6 @@ def test_damped_ignores_a_spike_in_a_fall() -> None:
     damped = firing_curves(made_flight(0.0, force), RuleReading.DAMPED)
     assert direct.longest_fall_s[5] == pytest.approx(129 * STEP_S - STEP_S)
     assert damped.longest_fall_s[5] > 3.7
-
-
-# The simulated module
-
-
-FLIGHTS = 4 * settings().max_examples
-SAMPLES = 300
-
-
-class FlownWorld(Physics):
-    """Moves like the flight, sample by sample."""
-
-    def fly(self, tilt_deg: list[float], force_g: list[float]) -> None:
-        self.samples = iter(zip(tilt_deg, force_g, strict=True))
-        self.sampled_s: list[float] = []
-
-    def motion(self, at_s: float) -> SensedMotion:
-        self.sampled_s.append(at_s)
-        return SensedMotion(*next(self.samples))
-
-
-class WitnessedModule(SimulatedModule):
-    """Records the sample at which it fired."""
-
-    def __init__(self, world: Physics, memory: Memory) -> None:
-        super().__init__(world, memory=memory)
-        self.fired: list[tuple[float, Source]] = []
-
-    def fire(self, sources: Source, now_s: float) -> bool:
-        self.fired.append((now_s, sources))
-        return super().fire(sources, now_s)
-
-
-def sensed_flight(random: np.random.Generator) -> tuple[list[float], list[float]]:
-    """Swings and falls at the module's resolution."""
-    tilt = np.abs(np.cumsum(random.normal(0, random.choice([2, 8]), SAMPLES))) % 180
-    force = 1 + random.normal(0, 0.05, SAMPLES)
-    for _ in range(random.integers(0, 4)):
-        start, length = random.integers(0, SAMPLES), random.integers(1, 280)
-        force[start : start + length] = random.choice([0.0, 0.2, 0.3, 0.4, 0.6])
-    return np.rint(tilt).tolist(), (np.rint(np.abs(force) * 10) / 10).tolist()
-
-
-def module_fires(memory: Memory, tilt: list[float], force: list[float]) -> tuple[list[tuple[float, Source]], FlightLog]:
-    """Firings of the simulated module, and the flight it measured."""
-    world = FlownWorld(is_lifelike=True)
-    world.fly(tilt, force)
-    module = WitnessedModule(world, memory)
-    module.power_on(0.0)
-    module.activate(is_active=True)
-    module.advance((SAMPLES + 0.5) * SENSOR_PERIOD_S)
-    assert len(world.sampled_s) == SAMPLES
-    return module.fired, made_flight(tilt, force, time_s=world.sampled_s)
-
-
-@pytest.mark.promise("g")
-def test_the_simulated_module_and_the_analysis_agree() -> None:
-    random = np.random.default_rng(1000)
-    count = 0
-    for _ in range(FLIGHTS):
-        memory = Memory(
-            attitude_threshold=int(random.integers(20, 120)),
-            freefall_acceleration=int(random.integers(1, 10)),
-            freefall_time=int(random.integers(0, 120)),
-        )
-        fired, log = module_fires(memory, *sensed_flight(random))
-        limits = TriggerLimits(memory.attitude_threshold, memory.freefall_acceleration / 10, memory.freefall_time / 100)
-        assert plainly_judged(log, limits) == fired
-        first = firing_curves(log, RuleReading.DIRECT).first(limits)
-        assert first == (fired[0] if fired else (np.inf, Source(0)))
-        count += len(fired)
-    assert count > FLIGHTS
 
 
 @pytest.mark.parametrize(

@@ -89,11 +89,6 @@ def write_csv(path: Path, head: str, *columns: np.ndarray[tuple[int, ...], np.dt
     return path
 
 
-def test_a_csv_file_with_recognised_columns(tmp_path: Path) -> None:
-    path = write_csv(tmp_path / "a.csv", "t_s,tilt_deg,acceleration_g", FAST + STARTS_S, TILT, FORCE)
-    assert fires(read_flight_log(path)) == EXPECTED
-
-
 def test_a_csv_file_with_chosen_columns(tmp_path: Path) -> None:
     axis = FORCE * 9.80665
     path = write_csv(tmp_path / "a.csv", "when;ATT.Roll;p;ax;ay;az".replace(";", ","),
