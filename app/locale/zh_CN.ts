@@ -736,8 +736,8 @@
         <translation>坠机了吗？那么必须触发。</translation>
     </message>
     <message>
-        <source>Dimmed with an age: stale. Hatched: never reported.</source>
-        <translation>变淡并注明时间：已过时。斜纹：从未上报。</translation>
+        <source>Dimmed with an age: stale. Dashed: never reported.</source>
+        <translation>变淡并注明时间：已过时。虚线框：从未上报。</translation>
     </message>
     <message>
         <source>Disabled</source>

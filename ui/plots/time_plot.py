@@ -13,11 +13,12 @@ from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
-from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
-from ui.widgets.controls import ChoiceButton, control, named
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space, is_text_large
+from ui.widgets.controls import ChoiceButton, named
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -126,36 +127,30 @@ class PlotHeader(QWidget):
         super().__init__()
         self.setObjectName("time-plot-header")
         self._time_range = time_range
-        self._offers_pause: bool | None = None
         self.chip = named(StateChip(tr("Plots"), is_measured=True), "time-plot-state")
-        self.chip.set_caption(tr("Plots"))
         self._lengths = {length_s: self._segment(length_s) for length_s in _LENGTHS_S}
-        self._whole = control(
-            QToolButton(),
-            "time-plot-whole",
-            text=tr("All"),
-            key="End",
-            role="segment",
-            is_checkable=True,
-            slot=time_range.back_to_live,
-        )
-        self.pause = control(QPushButton(), "time-plot-pause", slot=time_range.toggle_pause)
-        self.pause.setAutoDefault(False)
-        in_row(self.chip, 1, *self._lengths.values(), self._whole, self.pause, of=self, spacing=Space.XS, margins=0)
+        self._whole = named(QToolButton(), "time-plot-whole", "segment")
+        self._whole.setText(tr("All"))
+        self._whole.setCheckable(True)
+        self._whole.clicked.connect(time_range.back_to_live)
         self._whole.setVisible(time_range.is_recorded)
+        self.pause = named(QPushButton(), "time-plot-pause")
+        self.pause.setAutoDefault(False)
+        self.pause.clicked.connect(time_range.toggle_pause)
         self.pause.setVisible(not time_range.is_recorded)
+        controls = in_row(1, *self._lengths.values(), self._whole, self.pause, spacing=Space.XS)
+        if is_text_large():
+            in_column(self.chip, controls, of=self, spacing=Space.XS, margins=0)
+        else:
+            in_row(self.chip, (controls, 1), of=self, margins=0)
 
-    def _segment(self, length_s: float) -> QToolButton:
+    def _segment(self, length_s: float) -> ChoiceButton:
         text, value = _LENGTHS_S[length_s]
-        button = control(
-            ChoiceButton(),
-            f"time-plot-window-{length_s:g}",
-            tip=tr("Length of the time line"),
-            role="segment",
-            slot=lambda: self._time_range.choose_length(length_s),
-        )
-        button.setAccessibleDescription(tr("Length of the time line"))
+        button = named(ChoiceButton(), f"time-plot-window-{length_s:g}", "segment")
         button.setText(tr(text, value=value))
+        button.setToolTip(tr("Length of the time line"))
+        button.setAccessibleDescription(tr("Length of the time line"))
+        button.clicked.connect(lambda: self._time_range.choose_length(length_s))
         return button
 
     def refresh(self) -> None:
@@ -164,20 +159,15 @@ class PlotHeader(QWidget):
         for length_s, segment in self._lengths.items():
             segment.setChecked(not time_range.is_whole and abs(time_range.span.length_s - length_s) < 1e-6)
         self._whole.setChecked(time_range.is_whole)
-        if time_range.is_live != self._offers_pause:
-            self._offers_pause = time_range.is_live
-            if time_range.is_live:
-                control(
-                    self.pause,
-                    "time-plot-pause",
-                    text=tr("Pause"),
-                    tip=tr("Pause; recording continues"),
-                    key="Space",
-                    picture=Icon.PAUSE,
-                )
-            else:
-                control(self.pause, "time-plot-pause", text=tr("Live"), key="End", picture=Icon.TO_LIVE)
-        self.chip.setVisible(not time_range.is_live)  # the title of the page says it
+        word = tr("Pause") if time_range.is_live else tr("Live")
+        if self.pause.accessibleName() != word:
+            self.pause.setAccessibleName(word)
+            self.pause.setText("" if is_text_large() else word)
+            self.pause.setIcon(icon(Icon.PAUSE if time_range.is_live else Icon.TO_LIVE))
+            tip = tr("Pause; recording continues") if time_range.is_live else word
+            self.pause.setToolTip(tip + in_brackets("Space" if time_range.is_live else "End"))
+        if self.chip.isHidden() is not time_range.is_live:
+            self.chip.setHidden(time_range.is_live)  # the title of the page says it
         if time_range.is_recorded:
             self.chip.show_state(tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
         elif not time_range.is_live:

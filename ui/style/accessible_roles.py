@@ -4,7 +4,7 @@ Qt gives a widget of our own the role of a container, which screen readers skip.
 names in `accessible_role`; a container with a name is a group.
 
 The name is asked for when somebody wants to know it, so it may hold a measured value or an age. A change of it is told
-only where Qt's own property changes: see `PaintedWidget.announce` and `TickingLabel`.
+only where Qt's own property changes: see `Spoken`.
 """
 
 from typing import Final, cast
@@ -25,7 +25,7 @@ class _Accessible(QAccessibleWidget):
 
 
 class _Leaf(_Accessible):
-    """A picture: what it is painted on is nothing of its own."""
+    """A picture or a value: its parts are nothing of their own."""
 
     def childCount(self) -> int:
         return 0
@@ -67,6 +67,7 @@ class _Container(_Accessible):
 
 _KINDS: Final[dict[QAccessible.Role, type[_Accessible]]] = {
     QAccessible.Role.Chart: _Leaf,
+    QAccessible.Role.StaticText: _Leaf,
     QAccessible.Role.RadioButton: _Choice,
 }
 
@@ -80,6 +81,24 @@ def _make(class_name: str, widget: QObject) -> QAccessibleInterface | None:
         return _KINDS.get(role, _Accessible)(widget, role)
     of_qt = next(kind for kind in type(widget).__mro__ if kind.__module__.startswith("PySide6."))
     return _Container(widget) if of_qt in _CONTAINERS else None
+
+
+class Spoken:
+    """A part of a widget's class: what it says may tick or be measured."""
+
+    _spoken = ""
+
+    def say(self, text: str, *, name: str = "") -> None:
+        """Lets screen readers say `text`. `name` is the part of it that neither ticks nor is measured: they learn at
+        once when that changes, of the rest when they ask."""
+        self._spoken = text
+        widget = cast("QWidget", self)
+        if QWidget.accessibleName(widget) != (name or text):
+            widget.setAccessibleName(name or text)
+
+    def accessibleName(self) -> str:
+        """Whole, as a screen reader gets it."""
+        return self._spoken or QWidget.accessibleName(cast("QWidget", self))
 
 
 _is_installed = False

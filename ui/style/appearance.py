@@ -52,6 +52,10 @@ def style_sheet(theme: Theme) -> str:
         on_information=theme.information.on_fill,
         rehearsal=theme.information.wash,
         attention_ink=theme.attention.ink,
+        attention_fill=theme.attention.fill,
+        attention_wash=theme.attention.wash,
+        on_attention=theme.attention.on_fill,
+        calm="normal" if theme.line_px == 1 else 700,
         edge=theme.border_px,
         # A style sheet takes pictures from files only, so the arrows and check marks of each theme are files.
         check=(FILES / f"{theme.name}-check.svg").as_posix(),

@@ -7,6 +7,7 @@ from PySide6.QtCore import QEvent, QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QWidget
 
+from ui.style.accessible_roles import Spoken
 from ui.style.theme import Meaning, Theme, current
 
 _EDGE_PX = 4
@@ -21,7 +22,7 @@ class Freshness(Enum):
     UNKNOWN = "unknown"
 
 
-class PaintedWidget(QWidget):
+class PaintedWidget(Spoken, QWidget):
     """A widget that paints itself: it measures and repaints after a change of theme."""
 
     accessible_role: ClassVar = QAccessible.Role.StaticText
@@ -30,7 +31,6 @@ class PaintedWidget(QWidget):
     """Its size hint, where that does not depend on what it shows."""
     least: ClassVar = QSize()
     """Its minimum size hint; without one it is the size hint."""
-    _spoken = ""
 
     def sizeHint(self) -> QSize:
         return QSize(self.usual)
@@ -57,15 +57,9 @@ class PaintedWidget(QWidget):
         return painter
 
     def announce(self, text: str, *, name: str = "") -> None:
-        """Let screen readers say `text`, and paint again. `name`: the part of it that neither ticks nor is measured;
-        screen readers learn at once when that changes, of the rest when they ask."""
-        self._spoken = text
-        self.setAccessibleName(name or text)
+        """Lets screen readers say `text`, see `Spoken.say`, and paints again."""
+        self.say(text, name=name)
         self.update()
-
-    def accessibleName(self) -> str:
-        """Whole, as a screen reader gets it."""
-        return self._spoken or super().accessibleName()
 
 
 def paint_banner(widget: QWidget, meaning: Meaning, *, is_foot: bool = False) -> None:
@@ -116,17 +110,6 @@ def hatch(painter: QPainter, outline: QPainterPath, colour: QColor | str) -> Non
         ]
     )
     painter.restore()
-
-
-def unknown_box(painter: QPainter, theme: Theme, box: QRectF, word: str, font: QFont) -> None:
-    """A dashed, hatched box with a word in its middle on clear ground."""
-    outline = QPainterPath()
-    outline.addRoundedRect(box.adjusted(1, 1, -1, -1), 6, 6)
-    hatch(painter, outline, theme.muted if theme.line_px > 1 else theme.divider)
-    painter.setPen(pen(theme.border, theme.border_px, is_dashed=True))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.drawPath(outline)
-    cleared_word(painter, theme, box, word, font)
 
 
 def cleared_word(painter: QPainter, theme: Theme, box: QRectF, word: str, font: QFont) -> None:

@@ -4,7 +4,7 @@ what stands in place of an empty list."""
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt
-from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.text.sentences import join_sentences
@@ -128,16 +128,18 @@ class IconLabel(QLabel):
     def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
         """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
         self._size_px = scaled(size_px)
-        self._shown: tuple[Icon, Meaning | None, bool] | None = None
+        self._shown: tuple[Icon, Meaning | None, bool, bool] | None = None
         super().__init__()
         named(self, name)
         if keeps_place:
             self.setFixedSize(self._size_px, self._size_px)
 
-    def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
-        """Shows `picture` in the colour of its meaning, of muted text, or of plain text."""
-        if self._shown != (picture, meaning, is_muted):
-            self._shown = (picture, meaning, is_muted)
+    def show_icon(
+        self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False, is_filled: bool = False
+    ) -> None:
+        """Shows `picture` in the colour of its meaning, also on a ground filled with it, of muted text, or of text."""
+        if self._shown != (picture, meaning, is_muted, is_filled):
+            self._shown = (picture, meaning, is_muted, is_filled)
             self._draw()
 
     def clear_icon(self) -> None:
@@ -146,8 +148,10 @@ class IconLabel(QLabel):
 
     def _draw(self) -> None:
         if self._shown is not None:
-            picture, meaning, is_muted = self._shown
-            ink = current().muted if is_muted else current().ink(meaning)
+            picture, meaning, is_muted, is_filled = self._shown
+            ink = QColor(current().muted) if is_muted else current().ink(meaning)
+            if is_filled and meaning is not None:
+                ink = QColor(current().tint(meaning).on_fill)
             self.setPixmap(pixmap(picture, self._size_px, ink, ratio=self.devicePixelRatioF()))
 
     def event(self, event: QEvent) -> bool:

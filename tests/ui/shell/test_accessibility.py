@@ -97,7 +97,7 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
         ]
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert controls > 500
-    assert texts > 300
+    assert texts > 80
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
 
 

@@ -96,8 +96,7 @@ def test_each_meaning_has_colours_and_an_icon_of_its_own(one: Theme) -> None:
 @each_theme
 def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
     known = {one.text, one.muted, one.disabled, one.border, one.divider, one.selection, one.primary, one.on_primary}
-    known |= set(surfaces_of(one)) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
-    known |= {one.information.ink, one.information.wash, one.attention.ink}
+    known |= set(surfaces_of(one)) | {colour for tint in one.meanings.values() for colour in tint}
     used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
     assert used <= known
     assert "$" not in style_sheet(one)

@@ -46,6 +46,7 @@ from ui.style.theme import Meaning
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import scroll_area
+from ui.widgets.sliders import WheelGuard
 
 SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
@@ -259,6 +260,8 @@ class ServiceForm(QWidget):
         self.due = control(QDateEdit(), "service_due", says=tr("Due again on"))
         self.who = control(QLineEdit(), "service_who", says=tr("Done by"))
         self.note = control(QLineEdit(), "service_note", says=tr("Note"))
+        for turned in (self.kind, self.on, self.due):
+            WheelGuard(turned)
         for edit in (self.who, self.note):
             edit.setMaxLength(MAX_LENGTH)
         for day in (self.on, self.due):

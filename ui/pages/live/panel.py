@@ -44,7 +44,7 @@ _NO_STREAM: Final = marked("no stream")
 class LivePanel(QFrame):
     def __init__(self) -> None:
         super().__init__()
-        control(self, "live_panel", role="card", about=tr("Dimmed with an age: stale. Hatched: never reported."))
+        control(self, "live_panel", role="card", about=tr("Dimmed with an age: stale. Dashed: never reported."))
         self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
@@ -52,8 +52,7 @@ class LivePanel(QFrame):
         self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
         self.stream = named(Readout("", unit="/s", template="00", size=Size.TITLE), "live_stream")
         self.boot_count = named(Readout("", size=Size.TITLE), "live_boot_count")
-        for widget in (self.gauge, *self._tiles):
-            widget.use_card_background()
+        self.gauge.use_card_background()
         self._stream_kind: tuple[bool, bool, str] | None = None
         self._counted_at = 0.0
         self._cell_caption = _CELL

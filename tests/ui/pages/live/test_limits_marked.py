@@ -29,7 +29,7 @@ def test_a_recording_marks_them_under_the_cursor(spoken: str, qtbot: QtBot, qapp
         desk.until(lambda: desk.page.view.plot is not None)
         plot = given(desk.page.view.plot)
         plot.time_range.show_instant(1005.0)
-        expected = "（！）电压低，限值 3.80" if spoken == CHINESE else " (!) low, limit 3.80"
+        expected = "（!）电压低，限值 3.80" if spoken == CHINESE else " (!) low, limit 3.80"
         assert expected in plot.reading
 
 

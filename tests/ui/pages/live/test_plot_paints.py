@@ -285,10 +285,10 @@ def test_equal_reports_paint_no_number(bench: Bench, paints: Paints) -> None:
         ({"light_v": 0.5}, {"live_light"}),
     ],
 )
-def test_a_number_that_changes_is_painted_and_nothing_below_it(
+def test_a_number_that_changes_is_painted_and_no_other(
     bench: Bench, paints: Paints, values: dict[str, float], painted: set[str]
 ) -> None:
-    assert paints.of(bench, **values) & (_NUMBERS | _BELOW_THEM) == painted
+    assert paints.of(bench, **values) & _NUMBERS == painted
 
 
 def test_the_rate_is_painted_twice_a_second_and_its_end_at_once(bench: Bench, paints: Paints) -> None:
