@@ -137,15 +137,6 @@ def test_the_stream_keeps_its_rate_and_ends() -> None:
     assert tick(module, 10.0) == b""
 
 
-def test_a_line_that_is_full_leaves_frames_out_and_never_queues_them() -> None:
-    module = running(memory=Memory(baud_code=2))
-    module.change(rate=1440)
-    say(module, "42 61 13 02 01 16")
-    sent = module.collect(2.0)
-    assert len(sent) == pytest.approx(2 * 9600 / 10 / 8, rel=0.05)
-    assert sent[-1].ends_s < 2.02
-
-
 def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> None:
     module = running()
     say(module, "42 61 10 02 01 13")
@@ -244,16 +235,6 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     assert not records(module, 300.0)[-1].serial_connected, "nobody had asked for more than 30 s"
 
 
-def test_triggers_at_the_same_moment_share_a_record() -> None:
-    module = running()
-    say(module, "42 61 10 02 01 13")
-    say(module, "42 61 22 02 00 24")
-    module.world.tilt_deg = 80
-    module.world.drop(20, 0.0)
-    tick(module, 1.0)
-    assert [record.sources for record in records(module, 1.0)] == [("attitude", "freefall")]
-
-
 def test_the_last_nine_records_are_kept_oldest_first() -> None:
     module = running()
     say(module, "42 61 10 02 01 13")
@@ -283,11 +264,3 @@ def test_what_is_no_valid_frame_is_not_answered_and_the_next_one_is() -> None:
     for wrong in ("42 61 31 01 00 33", "42 61 31 01 01 33", "42 61 99 01 00 9a", "42 61 24 02 09 2f", "42 42 61"):
         assert say(module, wrong) == ""
     assert say(module, "42 61 23 01 00 24") == "41 75 23 01 01 25"
-
-
-def test_half_a_frame_does_not_spoil_the_next_one() -> None:
-    module = running()
-    assert say(module, "42 61 23", 0.0) == ""
-    assert say(module, "01 00 24", 0.01) == "41 75 23 01 01 25"
-    assert say(module, "42 61 23", 1.0) == ""
-    assert say(module, "42 61 23 01 00 24", 2.0) == "41 75 23 01 01 25"
