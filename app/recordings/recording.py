@@ -52,7 +52,7 @@ class Recording(Measured):
         self._limits: list[tuple[float, ModuleLimits]] = []
         markers: list[Marker] = []
         decoder, pace = msgspec.json.Decoder(RecordedReport), GilYield()
-        last_ns = file.opening.wall_ns(file.opening.start_s)
+        last_ns = file.opening.start_ns
         for one in file.messages():
             last_ns = max(last_ns, one.log_ns)
             if one.topic == STATUS:
@@ -128,7 +128,7 @@ class RecordedTraffic:
 
     def __iter__(self) -> Iterator[CaptureEntry]:
         file = SessionFile(self.path)
-        start_ns = last_ns = file.opening.wall_ns(file.opening.start_s)
+        start_ns = last_ns = file.opening.start_ns
         missing_count = 0
         for one in file.messages():
             last_ns = max(last_ns, one.log_ns)

@@ -74,9 +74,9 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
         """Nanoseconds since 1970 minus those of the program's clock; whole microseconds."""
         return round((self.started_at.timestamp() - self.start_s) * 1e6) * 1000
 
-    def wall_ns(self, at_s: float) -> int:
-        """A time of the program's clock as files have it."""
-        return round(at_s * NANOSECONDS) + self.wall_offset_ns
+    @property
+    def start_ns(self) -> int:
+        return round(self.start_s * NANOSECONDS) + self.wall_offset_ns
 
     def clock_s(self, wall_ns: int) -> float:
         return (wall_ns - self.wall_offset_ns) / NANOSECONDS

@@ -17,6 +17,7 @@ from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, limits_of
 from app.recordings.session_file import (
     EVENTS,
     MAX_CHUNK_BYTES,
+    NANOSECONDS,
     OPENING,
     RX,
     STATE,
@@ -43,6 +44,8 @@ class SessionWriter:
         self.path = path
         self.opening = opening
         self.state = State(end_s=opening.start_s)
+        self._end_s = opening.start_s
+        self._offset_ns = opening.wall_offset_ns
         self._limits = NO_LIMITS
         # Values polled before the beginning are in the previous recording.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(opening.start_s, -math.inf))
@@ -70,11 +73,11 @@ class SessionWriter:
         """Takes in what the next `flush` writes."""
         for entry in entries_of(batch.events, 0.0):
             # Strictly ascending times tell the order of both directions.
-            self._line_ns = max(self._line_ns + 1, self.opening.wall_ns(entry.at_s))
+            self._line_ns = max(self._line_ns + 1, self._ns(entry.at_s))
             self._add(RX if entry.way is Way.IN else TX, self._line_ns, entry.raw)
         for sample in batch.samples:
             report = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
-            self._add(STATUS, self.opening.wall_ns(sample.at), msgspec.json.encode(report))
+            self._add(STATUS, self._ns(sample.at), msgspec.json.encode(report))
         has_triggered = any(sample.triggered for sample in batch.samples)
         self._advance(
             reports=self.state.reports + len(batch.samples),
@@ -94,7 +97,7 @@ class SessionWriter:
 
     def note(self, at: float, event: str, **values: object) -> None:
         text = json.dumps({"event": event, **values}, ensure_ascii=False)
-        self._add(EVENTS, self.opening.wall_ns(at), text.encode("utf-8", "backslashreplace"))
+        self._add(EVENTS, self._ns(at), text.encode("utf-8", "backslashreplace"))
 
     def name_module(self, module: str, began_at: float) -> None:
         """`began_at`: when the conversation began in which the name was said."""
@@ -108,7 +111,7 @@ class SessionWriter:
             self._mcap.finish()  # type: ignore[no-untyped-call]
         else:
             self._mcap.flush()  # type: ignore[no-untyped-call]
-        self._advance(end_s=max(self.state.end_s, now_s), is_ended=is_last)
+        self._advance(end_s=max(self._end_s, now_s), is_ended=is_last)
         # The state is written behind what it tells of: it never promises what is not in the file.
         self._file.seek(self._state_at)
         self._file.write(metadata_record(STATE, self.state))
@@ -135,9 +138,10 @@ class SessionWriter:
 
     def _add(self, topic: str, log_ns: int, data: bytes) -> None:
         self._mcap.add_message(self._channels[topic], log_ns, data, log_ns)
-        at_s = self.opening.clock_s(log_ns)
-        if at_s > self.state.end_s:
-            self._advance(end_s=at_s)
+
+    def _ns(self, at_s: float) -> int:
+        self._end_s = max(self._end_s, at_s)
+        return round(at_s * NANOSECONDS) + self._offset_ns
 
     def _register_channels(self) -> None:
         for topic in (RX, TX):

@@ -27,14 +27,14 @@ def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry],
     streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
     for recorded in merge(*streams, key=itemgetter(0)):
         if recorded[0] > flush_s:
-            writer.flush(writer.state.end_s)
+            writer.flush(opening.start_s)
             flush_s = recorded[0] + FLUSH_EVERY_S
         if isinstance(recorded, CaptureEntry):
             writer.put(_received(recorded, parser), ())
         else:
             writer.note(recorded[0], **recorded[1])  # type: ignore[arg-type]
-    writer.flush(writer.state.end_s)
-    writer.flush(writer.state.end_s, is_last=True)
+    writer.flush(opening.start_s)
+    writer.flush(opening.start_s, is_last=True)
     writer.close()
 
 
