@@ -11,6 +11,7 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 """
 
 from enum import Enum
+from functools import lru_cache
 from typing import NamedTuple
 
 from app.engine.conversation import reason_message
@@ -20,7 +21,7 @@ from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
-from protocol.events import Began, Ended, Event, OutcomeUnknown, Unanswered
+from protocol.events import Began, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
 from protocol.fields import Done, Field
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import Acknowledgement, EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord, decode
@@ -56,9 +57,15 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     return _message_text(read_reply(piece.raw, asked), asked)
 
 
-def link_sentence(event: Event) -> str:
-    """What an event of the link says, in the language in use; "" for traffic."""
+def event_sentence(event: Event) -> str:
+    """What an event of the link says, in the language in use; "" for what its frames have told."""
     match event:
+        case Sent():
+            return _sentence(Direction.HOST_TO_MODULE, event.raw, None)
+        case Received():
+            return _sentence(event.frame.direction, event.frame.raw, _asked_before(event))
+        case Rejected():
+            return sentence(event.noise)
         case Unanswered() if event.attempts == 0:
             return tr("not sent: the module stopped answering")
         case Unanswered():
@@ -75,6 +82,23 @@ def link_sentence(event: Event) -> str:
             return reason_message(event.reason, event.contradiction).translated()
         case _:
             return ""
+
+
+@lru_cache(maxsize=4096)
+def _sentence(direction: Direction, raw: bytes, asked: Asked) -> str:
+    """Cached, since few frames differ and a search needs those of all rows."""
+    return sentence(Frame(direction, raw), asked)
+
+
+def _asked_before(received: Received) -> Asked:
+    """What the link took the frame for an answer to."""
+    match received.message:
+        case Acknowledgement(request=request):
+            return request
+        case Reading(command=command) if received.role is not Role.UNSOLICITED and command.can_be_asked:
+            return command.query()
+        case _:
+            return None
 
 
 def read_reply(raw: bytes, asked: Asked) -> Message:

@@ -1,11 +1,11 @@
 """Output of -v on standard error: requests and their outcomes; with -vv every frame."""
 
-from app.captures.explain import link_sentence, sentence
-from app.captures.traffic import Explainer, entries_of
+from app.captures.explain import event_sentence
+from app.captures.traffic import entries_of
 from app.engine.worker import Batch
 from app.terminal.console import notify
 from app.text.i18n import tr
-from protocol.events import Answered, Event, OutcomeUnknown, Unanswered
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Rejected, Sent, Unanswered
 
 
 class Trace:
@@ -13,7 +13,6 @@ class Trace:
 
     def __init__(self, *, has_frames: bool) -> None:
         self._has_frames = has_frames
-        self._explainer = Explainer()
         self._started_at: float | None = None
         self._connection = ""
 
@@ -26,22 +25,20 @@ class Trace:
             self._connection = connection
             self._print(batch.at, connection)
         for event in batch.events:
-            if self._has_frames:
-                for entry in entries_of((event,), self._started_at):
-                    for row in self._explainer.feed(entry):
-                        raw = row.piece.raw.hex(" ").upper()
-                        notify(f"{row.at_s or 0.0:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
             words = _words(event)
-            if words:
-                self._print(event.at, words)
+            if not isinstance(event, Sent | Received | Rejected):
+                if words:
+                    self._print(event.at, words)
+            elif self._has_frames:
+                for entry in entries_of((event,), self._started_at):
+                    notify(f"{entry.at_s:9.3f} {entry.way.value} {entry.raw.hex(' ').upper()}  {words}")
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
 
 
 def _words(event: Event) -> str:
-    """Empty for traffic."""
-    words = link_sentence(event)
+    words = event_sentence(event)
     if isinstance(event, Answered):
         words = "" if event.round_trip_s is None else f"{1000 * event.round_trip_s:.1f} ms"
     elif not isinstance(event, Unanswered | OutcomeUnknown):

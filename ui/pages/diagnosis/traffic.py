@@ -9,6 +9,7 @@ from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QOb
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
+from app.captures.explain import event_sentence
 from app.engine.worker import Batch
 from app.system.wall_clock import clock_text, wall_offset_s
 from app.text.i18n import tr
@@ -16,16 +17,7 @@ from protocol.events import Answered, Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
 from ui.forms.table_kit import Index, list_rows
-from ui.pages.diagnosis.traffic_texts import (
-    colour_of,
-    hex_of,
-    icon_of,
-    is_rejected,
-    is_streamed,
-    meaning_of,
-    shown,
-    words_of,
-)
+from ui.pages.diagnosis.traffic_texts import colour_of, hex_of, icon_of, is_rejected, is_streamed, shown, words_of
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import control, named
@@ -165,7 +157,7 @@ def matches(row: Event, query: str, query_hex: str) -> bool:
     seen = shown(row)
     if query_hex and query_hex in seen.raw.hex():
         return True
-    return query in meaning_of(row).lower() or query in seen.kind.lower()
+    return query in event_sentence(row).lower() or query in seen.kind.lower()
 
 
 def hex_part(text: str) -> str:
@@ -189,7 +181,7 @@ def _text_of(row: Event, column: int) -> str:
         case Column.BYTES:
             return hex_of(shown(row).raw, SHOWN_BYTES)
         case Column.MEANING:
-            return meaning_of(row)
+            return event_sentence(row)
 
 
 def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
@@ -335,7 +327,7 @@ class TrafficView(QWidget):
             return
         event = self.model.rows[self.shown.mapToSource(self.shown.index(selected[0], 0)).row()]
         seen = shown(event)
-        self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{meaning_of(event)}")
+        self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{event_sentence(event)}")
 
     def _apply_theme(self) -> None:
         self.table.setFont(font(Size.SMALL))

@@ -1,15 +1,13 @@
 """Text, icon and colour of a row of the traffic list."""
 
-from functools import cache, lru_cache
+from functools import cache
 from typing import NamedTuple
 
 from PySide6.QtGui import QColor, QIcon
 
-from app.captures.explain import Asked, link_sentence, sentence
+from app.captures.explain import event_sentence
 from app.text.i18n import tr
 from protocol.events import Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
-from protocol.frame import Direction, Frame
-from protocol.messages import Acknowledgement, Reading
 from protocol.translatable import marked
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, current
@@ -51,34 +49,6 @@ def shown(row: Event) -> Shown:
             return Shown(tr("link"), b"", Icon.INFORMATION)
 
 
-def meaning_of(row: Event) -> str:
-    match row:
-        case Sent():
-            return _sentence(Direction.HOST_TO_MODULE, row.raw, None)
-        case Received():
-            return _sentence(row.frame.direction, row.frame.raw, _asked(row))
-        case Rejected():
-            return sentence(row.noise)
-        case _:
-            return link_sentence(row)
-
-
-@lru_cache(maxsize=4096)
-def _sentence(direction: Direction, raw: bytes, asked: Asked) -> str:
-    """Cached, since few frames differ and a search needs all rows."""
-    return sentence(Frame(direction, raw), asked)
-
-
-def _asked(received: Received) -> Asked:
-    match received.message:
-        case Acknowledgement(request=request):
-            return request
-        case Reading(command=command) if received.role is not Role.UNSOLICITED and command.can_be_asked:
-            return command.query()
-        case _:
-            return None
-
-
 def hex_of(raw: bytes, longest: int | None = None) -> str:
     """ "41 75 32"; longer ones are cut after `longest` bytes, with the number of the rest."""
     if longest is None or len(raw) <= longest:
@@ -89,7 +59,7 @@ def hex_of(raw: bytes, longest: int | None = None) -> str:
 def words_of(row: Event) -> str:
     """Kind, all bytes and meaning, separated by tabs."""
     seen = shown(row)
-    return "\t".join((seen.kind, hex_of(seen.raw), meaning_of(row)))
+    return "\t".join((seen.kind, hex_of(seen.raw), event_sentence(row)))
 
 
 def is_rejected(row: Event) -> bool:
