@@ -10,14 +10,13 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import LOOSE_ENDS, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
-from app.guided.tilt import Span, TiltDirection, Turn, _result
+from app.guided.tilt import Span, TiltDirection
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
 from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from protocol.events import EndReason
 from tests.support.hands import Hands, guided
-from tests.support.line.exchange import ExchangedRig
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -83,15 +82,6 @@ def test_a_sensor_that_is_off_fires_too_late(zero: float, verdict: GuidedVerdict
 @pytest.mark.parametrize(("low", "high", "is_near"), [(63, 66, True), (64, 66, False), (54, 57, True), (54, 56, False)])
 def test_an_angle_within_three_degrees_of_the_threshold_passes(low: int, high: int, is_near: bool) -> None:
     assert Span(high, low).is_near(60) is is_near
-
-
-def test_an_angle_is_shown_as_one_where_two_reports_in_a_row_hold_it() -> None:
-    assert [Span(60, high).message().in_english() for high in (61, 62)] == ["61°", "60–62°"]
-
-
-def test_the_value_for_programs_is_that_of_the_first_report_after_the_change() -> None:
-    turn = Turn(TiltDirection.FORWARD, 71.0, fired=Span(68.0, 71.0), rearmed=Span(62.0, 58.0))
-    assert [one.value for one in _result([turn], 70.0).measured[:2]] == [71.0, 58.0]
 
 
 def _activate_with(bench: SimulatedBench, threshold: float) -> None:
@@ -162,22 +152,6 @@ def test_a_fall_of_few_reports_is_unclear() -> None:
     assert done.verdict is GuidedVerdict.UNCLEAR
 
 
-def test_a_jerk_is_no_fall() -> None:
-    """It was only lowered: then it falls."""
-    rig = streaming()
-    bench, start = rig.bench, rig.clock.now_s
-    fallen: list[float] = []
-
-    def fall_later() -> None:
-        if not fallen and rig.clock.now_s > start + 4.0:
-            fallen.append(rig.clock.now_s)
-            bench.drop(0.5)
-
-    done = result(guided(rig, GuidedKind.FREE_FALL, height_m=0.02, each=fall_later))
-    assert fallen
-    assert done.measured[0].value == pytest.approx(0.32, abs=0.05)
-
-
 @pytest.mark.parametrize(
     ("threshold", "open_row"), [(18, "passed"), (30, "failed"), (25, "failed"), (24, "passed"), (2, "passed")]
 )
@@ -236,16 +210,6 @@ def test_what_a_loose_plug_does_to_the_conversation_is_its_result(reason: EndRea
     assert ended is None or shown == reason_message(ended.reason, ended.contradiction).in_english()
 
 
-def test_a_person_who_says_that_it_is_another_module_ends_the_plug_test() -> None:
-    rig = settled_rig()
-    job = rig.job(measure_link(PersonSteps()), expects=LOOSE_ENDS)
-    rig.step_for(1.0)
-    rig.session.treat_as_another()
-    rig.step_until(lambda: job.has_ended)
-    with pytest.raises(Interrupted):
-        job.outcome()
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
     rig = settled_rig(active=True)
@@ -277,17 +241,6 @@ def _restart(rig: Rig) -> None:
     rig.step_for(1.0)
 
 
-@pytest.mark.parametrize(
-    ("kind", "at"),
-    [*((GuidedKind.BAY, at) for at in range(8, 40, 6)), *((GuidedKind.FREE_FALL, at) for at in range(3, 8))],
-)
-def test_another_module_in_its_place_breaks_it_off(kind: GuidedKind, at: int) -> None:
-    """One that has been switched on as often, and has been so all the time."""
-    rig = ExchangedRig(at, boots=37)
-    assert isinstance(guided(rig, kind), Interrupted)
-    assert rig.is_exchanged
-
-
 def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
     rig = streaming()
     start = rig.clock.now_s
@@ -297,28 +250,6 @@ def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
             rig.bench.module.activate(is_active=False)
 
     assert reason(guided(rig, GuidedKind.TILT, each=lock)) == "The module was locked."
-
-
-@pytest.mark.parametrize("kind", KINDS[:3])
-def test_nobody_there_ends_it(kind: GuidedKind, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Hands, "hear", lambda _hands, _report: None)
-    monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
-    rig = settled_rig()
-    assert reason(guided(rig, kind)) == "No step within 5 s."
-
-
-@pytest.mark.parametrize("kind", KINDS[:2])
-def test_a_module_that_falls_silent_breaks_it_off(kind: GuidedKind) -> None:
-    rig = settled_rig()
-
-    def silence() -> None:
-        if rig.clock.now_s > start + 4:
-            rig.bench.change(drop=1.0, direction="both")
-
-    height_m = 0.0 if kind is GuidedKind.FREE_FALL else 0.5
-    start = rig.clock.now_s
-    done = guided(rig, kind, each=silence, height_m=height_m)
-    assert reason(done) == "The module was silent for a moment."
 
 
 def test_only_the_tilt_needs_an_active_module_and_says_what_must_be_removed() -> None:

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from app.guided.guided_store import keep_test, last_tests
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
-from app.limits.past import LastTested
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.preflight.findings import CheckResult, Person
 from app.records.filing import file_check
 from app.records.record import read_document
@@ -106,16 +105,7 @@ def test_a_demand_that_makes_no_sense_is_refused_with_its_key(bad: str) -> None:
     assert f"tests.{bad.split()[0]}" in said
 
 
-def test_tests_must_be_a_table() -> None:
-    with pytest.raises(ProfileRefused):
-        parse_profile(b"tests = 3\n")
-
-
 # The pre-flight check
-
-
-def _tested(kind: GuidedKind, days: float | None, verdict: GuidedVerdict = PASSED) -> dict[GuidedKind, LastTested]:
-    return {kind: LastTested(StoredTest(kind=kind, verdict=verdict, at="2026-01-01", who="Li"), days)}
 
 
 @pytest.mark.parametrize(
@@ -159,16 +149,6 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         assert "Fires: " not in text
     document = read_document(filed.exported.text.encode())
     assert verify(document, StationNames(None)).state is not RecordState.ALTERED
-
-
-def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
-    rows: list[object] = [
-        None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [{}]},
-        {"test": "bay", "verdict": "failed", "measured": "x"}, {"test": "link", "verdict": "failed", "measured": [1]},
-    ]  # fmt: skip
-    text = report_html(signed_record(tests=[row for row in rows if isinstance(row, dict)]))
-    assert "<b>," not in text
-    assert "&lt;b&gt;" in text
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from app.cli.history import page_of as records_page
-from app.cli.monitor import StatusLines
 from app.cli.read import Findings, page_of
-from app.engine.conversation import ConversationView, How, Known, StatusSample
-from app.engine.procedure import LinkView
+from app.engine.conversation import ConversationView, How, Known
 from app.limits.limits import SETTING_BOUNDS, softened
 from app.limits.out_of_limits import (
     LimitsInUse,
@@ -34,11 +32,9 @@ from app.records.report import report_html
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.trigger_records.history import sentence
-from protocol.events import Counters
 from protocol.fields import Value
 from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
-from tests.support.records.recordings_made import batch
 from tests.support.records.stations_made import station
 
 SOFT = """
@@ -81,11 +77,6 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert record.softer_limits == ["tilt", "cell_voltage"]
     assert [caveat.in_english() for caveat in record.caveats] == ["Looser than advised: Tilt: level, Cell voltage."]
     assert "Looser than advised: Tilt: level, Cell voltage." in report_html(sign(record, station()))
-
-
-def test_what_is_advised_of_both_ends_is_said() -> None:
-    soft = Profile(limits={"acceleration_min_g": 0.8, "acceleration_max_g": 1.2})
-    assert softened(soft)["acceleration"].in_english() == "≥ 0.9 g, ≤ 1.1 g"
 
 
 def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
@@ -211,22 +202,3 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     assert records_page(History((kept._replace(cell_voltage_v=3.9),)))[1].endswith("3.90 V")
     assert record_outside(kept._replace(cell_voltage_v=4.7)) is None  # implausible, and marked as that
     assert record_outside(kept._replace(cell_voltage_v=4.7, charging=True)) is None
-
-
-@pytest.mark.promise("g")
-def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
-    lines = StatusLines()
-    link = LinkView(Counters(), 0.15, 0.15)
-    for at, seen in enumerate(link._replace(round_trip_median_s=trip_s) for trip_s in (0.02, 0.15, 1.2)):
-        sample = StatusSample(float(at), 7, 1.0, False, False)
-        lines.print(batch(float(at), sample)._replace(link=seen), 0.0)
-    fine, slow, late = capsys.readouterr().out.splitlines()
-    assert "(!)" not in fine
-    assert slow.endswith("locked (!) line slow, limit 100 ms")
-    assert late.endswith("locked (!) line late, limit 0.3 s")
-
-
-def test_a_threshold_that_is_not_known_judges_nothing() -> None:
-    device = conversation({"light_v": Known(3.0, How.READ, NOW)})
-    assert value_outside("light_v", device, NOW, LimitsInUse()) is None
-    assert value_outside("cell_voltage_v", device, NOW, LimitsInUse()) is None

@@ -4,17 +4,9 @@ What is judged stands beside the module's own log and state; the module shares n
 """
 
 import itertools
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import IO
 
 import pytest
 
-from app.engine.procedure import Job
-from app.engine.worker import Batch, Worker
 from app.limits.past import Past
 from app.modules.names import Remembered
 from app.preflight.activation import activate_ready
@@ -31,7 +23,6 @@ from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.module_line import ModuleRig
-from tests.support.patience import PATIENCE_S
 from tests.support.thorough import some
 
 ACTIVATION, ATTITUDE, FREEFALL = 0x10, 0x16, 0x17
@@ -146,12 +137,6 @@ def test_a_status_that_30_or_31_contradicts_is_no_pass(instead: dict[int, str], 
     assert finding.shown.in_english().startswith("30: " if against == "activation" else "31: ")
 
 
-@pytest.mark.parametrize("code", [0x30, 0x31])
-def test_a_module_that_does_not_answer_one_of_them_is_not_ready(code: int) -> None:
-    _evidence, assessment = check(ModuleRig(Options(lost_queries={code: -1})))
-    assert assessment.verdict is Verdict.NO_GO
-
-
 def test_after_activating_30_has_to_agree_too() -> None:
     rig = ModuleRig()
     ready = check(rig)[1]
@@ -206,45 +191,3 @@ def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> No
 
 
 # In another process
-
-
-@contextmanager
-def module_process(*options: str) -> Iterator[tuple[str, IO[str]]]:
-    """The port, and where it takes its orders."""
-    words = [sys.executable, "-m", "tests.module", *options]
-    root = Path(__file__).parents[3]
-    with subprocess.Popen(words, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        try:
-            yield process.stdout.readline().strip(), process.stdin
-        finally:
-            process.stdin.close()
-
-
-@pytest.mark.promise("f")
-def test_a_module_in_another_process_is_ready_until_it_restarts() -> None:
-    batches: list[Batch] = []
-    worker = Worker(batches.append)
-    worker.start()
-    try:
-        with module_process("delay_s=0.002") as (port, orders):
-            worker.open(port, 115200)
-            evidence = Evidence(port=port)
-            job = worker.submit(Job(run_preflight(evidence, is_enabling=True, journal=FakeJournal())))
-            assert job.wait(PATIENCE_S)
-            assert job.outcome() is evidence
-            ready = assess(case_of(evidence))
-            assert (ready.verdict, ready.open_checks) == (Verdict.READY, ())
-            print("restart", file=orders, flush=True)
-            again = Evidence(port=port)
-            job = worker.submit(Job(run_preflight(again), conversation=evidence.conversation))
-            assert job.wait(PATIENCE_S)
-            assert isinstance(job.error, UserError)
-            assert again.void is None or again.void.word in ("restarted", "silent", "contradicted")
-            ended = next(batch.conversation for batch in reversed(batches) if batch.conversation.ended is not None)
-            void = void_reason(ready, ended, batches[-1].at)
-            assert void is not None
-            assert ended.number == evidence.conversation
-    finally:
-        worker.stop()

@@ -111,22 +111,6 @@ NOT_CHARGING: list[Value] = [False, False]
 
 
 @pytest.mark.parametrize(
-    ("limits", "check_id", "shown", "limit"),
-    [
-        ({"acceleration_min_g": 0.85}, "acceleration", "0.8 g", "0.85–1.1 g"),
-        ({"acceleration_spread_max_g": 0.15}, "acceleration_spread", "0.2 g", "≤ 0.15 g / 2 s"),
-        ({"cell_voltage_min_v": 3.815}, "cell_voltage", "3.81 V", "≥ 3.815 V"),
-    ],
-)
-def test_no_value_that_fails_looks_like_its_limit(
-    limits: Mapping[str, float], check_id: str, shown: str, limit: str
-) -> None:
-    found = finding(check_id, Profile(limits=limits), reports=still(seen(0, 0.8, False, False)),
-                    series={"cell_voltage_v": [3.81, 3.81], "charging": NOT_CHARGING})  # fmt: skip
-    assert (found.result, found.shown.in_english(), found.limit.in_english()) == (FAIL, shown, limit)
-
-
-@pytest.mark.parametrize(
     ("series", "result", "shown"),
     [
         ({"cell_voltage_v": [3.8, 4.0], "charging": NOT_CHARGING}, PASS, "3.80 V"),

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import pytest
 
 from app.preflight.verdict import Verdict
-from tests.support.line.sim_line import Rig
-from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
+from tests.support.records.preflight_rig import assert_only_questions, check
 
 
 class Lie(NamedTuple):
@@ -36,22 +35,3 @@ def test_what_moves_is_named(name: str) -> None:
     assert checked.assessment.verdict is Verdict.NO_GO
     assert lie.named in checked.against
     assert_only_questions(checked)
-
-
-def test_the_name_says_what_it_was_and_what_it_is() -> None:
-    checked = check(options={"read_changes": "20:20=14@50"})
-    finding = next(one.finding for one in checked.assessment.checks if one.check.id == "connection")
-    assert finding.shown.in_english() == "Attitude threshold: 60°, then 20°. Two modules on this line?"
-
-
-@pytest.mark.parametrize("code", [0x20, 0x21, 0x22, 0x15, 0x23])
-@pytest.mark.promise("f")
-def test_what_is_answered_once_only_is_unknown(code: int) -> None:
-    """The setting is answered before the measuring and not after it."""
-
-    def silence(rig: Rig) -> None:
-        rig.bench.change(mute_codes=frozenset((code,)))
-
-    checked = check(Fault(frozenset(), arrange=on_request(0x33, 1, silence)))
-    assert checked.assessment.verdict is Verdict.NO_GO
-    assert "read_twice" in checked.against

@@ -5,16 +5,14 @@ from dataclasses import replace
 import pytest
 
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
+from app.preflight.verdict import CHECKS, Verdict, assess, verdict_of
 from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
-from app.settings.profiles import ActivatedBy
-from protocol.catalogue import BOOT_COUNT, CELL_VOLTAGE, STATUS, Hazard
+from protocol.catalogue import BOOT_COUNT, CELL_VOLTAGE, Hazard
 from protocol.stale_replies import TRIGGER_FLAGS
 from tests.app.records.test_record import AT, PERSON
 from tests.support.records.preflight_rig import FAULTS, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stations_made import station
-from tests.support.thorough import some
 
 
 def test_a_sound_module_is_ready() -> None:
@@ -56,20 +54,6 @@ def test_each_single_fault_is_named_and_its_record_does_not_contradict_itself(na
     assert signed.record.follows is Verdict.NO_GO
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_no_pair_of_faults_hides_one(name: str) -> None:
-    names = list(FAULTS)
-    later = names[names.index(name) + 1 :]
-    for other in some(later, one_in=20, first=len(later)):
-        pair = (FAULTS[name], FAULTS[other])
-        checked = check(*pair)
-        assert checked.assessment.verdict is Verdict.NO_GO, (name, other)
-        # Two faults of one setting, or of one state, are one fault of another value.
-        expected = set().union(*(fault.named for fault in pair))
-        assert expected <= checked.against, (name, other, expected - checked.against)
-        assert_only_questions(checked, is_enabling=all(fault.is_enabling for fault in pair))
-
-
 def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
     enabled = check(options={"tilt": "0"})
     enabled.rig.bench.module.activate(is_active=True)
@@ -89,31 +73,10 @@ def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
     assert verdict_of(is_fine=True, is_active=None) is Verdict.NO_GO
 
 
-def test_who_activates_decides_what_ready_says() -> None:
-    assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "activate before the flight"
-    assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "the aircraft activates it"
-
-
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:
     inverted = Fault(frozenset(), {"light_inverted": "yes"}, profile={"is_light_inverted": True})
     assert check(inverted).against == set()
     assert check(inverted, FAULTS["bay open"]).against == {"light"}
-
-
-@pytest.mark.parametrize("direction", ["to-host", "to-module", "both"])
-def test_half_of_the_replies_lost_is_no_pass(direction: str) -> None:
-    for seed in some(range(12), one_in=3):
-        checked = check(options={"drop": "0.5", "seed": str(seed), "direction": direction})
-        assert checked.assessment.verdict is Verdict.NO_GO
-        assert checked.against & {"link_loss", "connection"}
-        assert_only_questions(checked)
-
-
-def test_a_bad_line_never_turns_a_fault_into_go() -> None:
-    for seed in some(range(60), one_in=3):
-        checked = check(FAULTS["cell low"], options={"corrupt": "0.004", "seed": str(seed)})
-        assert checked.assessment.verdict is Verdict.NO_GO
-        assert_only_questions(checked)
 
 
 def test_nobody_there_is_all_unknown() -> None:
@@ -137,13 +100,6 @@ def test_a_module_that_falls_silent_ends_the_check_at_once() -> None:
     rest = asked[asked.index(CELL_VOLTAGE) :]
     assert BOOT_COUNT in rest  # whether it is still there
     assert len(rest) <= 12
-
-
-def test_a_restart_between_two_readings_is_called_a_restart() -> None:
-    checked = check(Fault(frozenset(), arrange=on_request(STATUS.code, 5, lambda rig: rig.bench.restart())))
-    void = checked.assessment.case.evidence.void
-    assert void is not None
-    assert void.word == "restarted"
 
 
 @pytest.mark.parametrize("number", range(1, 60, 4))

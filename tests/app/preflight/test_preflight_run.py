@@ -12,7 +12,6 @@ from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
 from app.preflight.findings import Case, CheckResult
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess
-from app.procedures.read import read_everything
 from app.procedures.write import WAITING, WriteFault
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
@@ -20,13 +19,10 @@ from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEARTBEAT, Request
 from protocol.events import EndReason
-from protocol.frame import Reason
 from tests.support.journals import FakeJournal
-from tests.support.line.exchange import ExchangedRig
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import gather
-from tests.support.thorough import some
 
 FLAGS = [command.key for command in TRIGGERS]
 
@@ -49,12 +45,6 @@ def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
     assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
 
 
-def test_a_value_to_which_the_module_never_replies_is_named() -> None:
-    evidence = gather(settled_rig(mute_codes="14"))
-    assert {key: why.in_english() for key, why in evidence.faults.items()} == {"light_v": "no reply"}
-    assert "light_v" not in evidence.series
-
-
 @pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
 def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
     evidence, rig = Evidence(port="sim"), settled_rig()
@@ -67,14 +57,6 @@ def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None
 
     rig.run(run_preflight(evidence), answers)
     assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
-
-
-def test_what_was_before_a_check_does_not_disturb_it() -> None:
-    rig = settled_rig()
-    rig.run(read_everything())
-    rig.session._link.counters.rejected_bytes[Reason.NO_HEADER] = 5
-    evidence = gather(rig)
-    assert (evidence.void, evidence.rejected_bytes) == (None, 0)
 
 
 def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
@@ -135,13 +117,6 @@ def test_on_a_line_that_repeats_answers_no_trigger_is_known() -> None:
     repeated = TriggerFlag(why=message(WriteFault.REPEATED.value))
     assert [evidence.flags[key] for key in FLAGS] == [repeated, repeated]
     assert verdict_of(evidence) is Verdict.NO_GO
-
-
-@pytest.mark.promise("f")
-def test_a_module_that_does_not_answer_the_question_for_its_records_stays_known() -> None:
-    evidence = gather(settled_rig(mute_codes="35"), is_enabling=True)
-    assert evidence.void is None
-    assert [evidence.flags[key] for key in FLAGS] == [TriggerFlag(True)] * 2
 
 
 # Its end
@@ -207,18 +182,6 @@ def test_the_first_reason_stays() -> None:
         other.note_error(error)
         assert other.void is not None
         assert other.void.word == word
-
-
-@pytest.mark.parametrize("boots", [37, 90], ids=["the same boot count", "a higher one"])
-@pytest.mark.promise("a")
-def test_another_module_in_its_place_ends_it_at_whatever_frame_and_gets_nothing(boots: int) -> None:
-    for frame in some(range(1, 120, 3), one_in=3, first=boots):
-        rig = ExchangedRig(frame, boots=boots)
-        evidence = gather(rig, is_enabling=True)
-        assert rig.is_exchanged
-        assert rig.to_second == [], frame
-        assert evidence.void is not None, frame
-        assert verdict_of(evidence) is Verdict.NO_GO, frame
 
 
 def test_the_check_that_follows_in_the_next_conversation_begins_empty() -> None:

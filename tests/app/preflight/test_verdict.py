@@ -10,9 +10,8 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void, read_state
-from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.reading_object import SETTING_KEYS, reading_object
-from app.preflight.run import TRIGGERS
+from app.preflight.findings import Case, Person
+from app.preflight.reading_object import SETTING_KEYS
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, assess, blocks_go, void_of_news, void_reason
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
@@ -123,20 +122,6 @@ def test_a_manual_item_stands_against_go(is_done: bool | None, is_required: bool
     assert (UserMessage("Bridle free") in assess(case).titles_against) is against
 
 
-def test_a_limit_softer_than_advised_is_a_warning_with_the_advice() -> None:
-    for most_ms, result, limit in (
-        (100.0, CheckResult.PASS, "≤ 100 ms"),
-        (90.0, CheckResult.PASS, "≤ 90 ms"),
-        (101.0, CheckResult.WARN, "≤ 101 ms, advised ≤ 100 ms"),
-        (40.0, CheckResult.FAIL, "≤ 40 ms"),
-    ):
-        profile = Profile(limits={"round_trip_max_ms": most_ms})
-        assessment = assess(Case(evidence=evidence(round_trips_s=[0.05]), profile=profile, past=Past()))
-        finding = next(check.finding for check in assessment.checks if check.check.id == "round_trip")
-        assert (finding.result, finding.limit.in_english()) == (result, limit)
-        assert assessment.softened == (("round_trip",) if result is CheckResult.WARN else ())
-
-
 # With a module
 
 
@@ -147,46 +132,6 @@ def checked(rig: Rig, *, is_enabling: bool = False) -> tuple[Assessment, Evidenc
 
 def void_now(assessment: Assessment, rig: Rig) -> Void | None:
     return void_reason(assessment, rig.conversation, rig.clock())
-
-
-@pytest.mark.promise("f")
-def test_ready_holds_in_the_conversation_in_which_they_were_enabled() -> None:
-    rig = settled_rig()
-    assert checked(rig, is_enabling=True)[0].verdict is Verdict.READY
-    rig.step_for(30)
-    assessment, _found = checked(rig)
-    assert assessment.verdict is Verdict.READY
-    assert void_now(assessment, rig) is None
-    rig.bench.module.activate(is_active=True)
-    assert checked(rig)[0].verdict is Verdict.GO
-
-
-@pytest.mark.parametrize("is_active", [False, True])
-@pytest.mark.promise("f")
-def test_a_new_opening_of_the_port_knows_nothing(is_active: bool) -> None:
-    rig = settled_rig()
-    assert checked(rig, is_enabling=True)[0].verdict is Verdict.READY
-    again = settled_rig()
-    again.bench.module.activate(is_active=is_active)
-    assessment, found = checked(again)
-    assert assessment.verdict is Verdict.NO_GO
-    assert [found.flags[command.key] for command in TRIGGERS] == [TriggerFlag()] * 2
-
-
-@pytest.mark.promise("f")
-def test_a_restart_that_the_boot_count_does_not_count() -> None:
-    """A brown-out or a watchdog: only two heartbeats tell."""
-    rig = settled_rig()
-    ready, _found = checked(rig, is_enabling=True)
-    assert ready.verdict is Verdict.READY
-    rig.bench.module.memory.boot_count -= 1
-    rig.bench.restart()
-    rig.step_for(2)
-    found = void_now(ready, rig)
-    assert found is not None
-    assert rig.bench.module.memory.boot_count == 37
-    assessment, again = checked(rig)
-    assert (assessment.verdict, again.values["boot_count"]) == (Verdict.NO_GO, 37)
 
 
 def test_a_setting_that_is_written_after_the_check_voids_it() -> None:
@@ -287,16 +232,6 @@ def test_no_more_frames_are_kept_than_the_bound() -> None:
     log.feed([sent, noise, *received(Role.ANSWER, 1500)])
     assert (len(log.frames), log.left_out) == (1500, 2)
     assert [frame.way for frame in log.frames[:3]] == ["out", "noise", "in"]
-
-
-def test_what_is_unknown_is_null() -> None:
-    nothing = reading_object(port="sim", baud_rate=9600, round_trip_s=None, values={}, errors={"light_v": "no reply"})
-    assert (nothing.link.port, nothing.link.baud_rate, nothing.link.round_trip_ms) == ("sim", 9600, None)
-    assert nothing.light_v is None
-    assert nothing.errors == {"light_v": "no reply"}
-    some = reading_object(port="sim", baud_rate=9600, round_trip_s=0.01234, values={"light_v": 1.8}, errors={})
-    assert some.link.round_trip_ms == 12.3
-    assert some.light_v == 1.8
 
 
 def test_a_reading_has_every_setting_of_the_catalogue() -> None:
