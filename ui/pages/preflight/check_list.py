@@ -212,7 +212,7 @@ class CheckList(ScrollArea):
             (self.fold, Qt.AlignmentFlag.AlignLeft),
             passed,
         )
-        in_column(*parts, 1, of=content, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
+        self.column = in_column(*parts, 1, of=content, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         self.setWidget(content)
 
     def answered(self) -> Profile:

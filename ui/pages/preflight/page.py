@@ -36,7 +36,7 @@ from ui.session.check import PASSED, Standing
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.accessible_roles import announce
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import Shortcut, named, set_role
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
@@ -158,8 +158,9 @@ class PreflightPage(Page):
         self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
         self.enable.setVisible(not is_checking and not has_passed)
         self.export.setEnabled(work.signed is not None)
-        self.export.setVisible(not is_checking)
-        self.print_report.setEnabled(work.signed is not None)
+        self.export.setVisible(has_passed)
+        for action in self._of_report:
+            action.setEnabled(work.signed is not None)
         self.cancel.setVisible(is_checking)
         self.activation.setVisible(work.leads_to_activation)
         if work.leads_to_activation:
@@ -355,7 +356,6 @@ class PreflightPage(Page):
         self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
         Shortcut(self.run, "Ctrl+Return", self.press_main, holder=self._checks)
         Shortcut(self.guided.primary, "Ctrl+Return")
-        Shortcut(self.export, "Ctrl+P")
 
     def _lay_out(self) -> None:
         self.tabs = named(QTabBar(), "preflight_views")
@@ -364,17 +364,27 @@ class PreflightPage(Page):
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
         header = self.make_header(tr("Pre-flight"), self.tabs)
-        self.print_report = header.add_rare("preflight_print", tr("Print…"), self._print)
+        self._of_report = (
+            header.add_rare("preflight_export_any", tr("Export report…"), self.export_check),
+            header.add_rare("preflight_print", tr("Print…"), self._print),
+        )
+        self._of_report[0].setShortcut("Ctrl+P")
+        self.addActions(self._of_report)
         header.add_rare("preflight_verify", tr("Verify a file…"), self.files.choose_and_verify)
         self._checks = named(QWidget(), "preflight_checks")
         edges = (Space.M, 0, Space.M, Space.XS)
-        banner = in_row(self.banner, margins=edges)
         buttons = in_row(
             1, self.cancel, self.export, self.run, self.enable, spacing=Space.S, margins=(Space.M, Space.XS)
         )
-        parts = (banner, (self.list, 1), self.strip, self.activation, buttons)
-        in_column(*parts, of=self._checks, spacing=0, margins=0)
+        parts = ((self.list, 1), self.strip, self.activation, buttons)
+        checks = in_column(*parts, of=self._checks, spacing=0, margins=0)
         self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past, self.editor), strict=True))
-        head = in_column(header, self.form, spacing=Space.XS, margins=edges)
+        head = in_column(header, spacing=Space.XS, margins=edges)
+        if is_text_large():  # they scroll with the rows, so that the main button stays in sight
+            for part in (self.form, self.strip, self.banner):
+                self.list.column.insertWidget(0, part)
+        else:
+            head.addWidget(self.form)
+            checks.insertLayout(0, in_row(self.banner, margins=edges))
         in_column(head, *((view, 1) for view in self._views.values()), of=self, spacing=0, margins=0)
         self._show("checks")

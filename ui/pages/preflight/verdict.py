@@ -22,12 +22,12 @@ from ui.pages.preflight.controller import PreflightController
 from ui.session.check import LOUD, ModuleCheck, Standing
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
-from ui.style.theme import Size, Space, current, font
+from ui.style.theme import Space, current, font
 from ui.widgets.controls import named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 
-WORD_PX: Final = 68
+WORD_PX, QUIET_PX = 68, 32
 """Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below."""
 SPOKEN: Final = (*LOUD, Standing.VOID)
 """Announced as soon as they come."""
@@ -156,9 +156,9 @@ class VerdictBanner(QFrame):
         super().__init__()
         named(self, "verdict")
         self.announcement = Announcement(Standing.NOT_CHECKED, "")
-        self._loud, self._quiet = QFont(font(Size.NUMBER)), QFont(font(Size.NUMBER))
-        self._loud.setPixelSize(WORD_PX)  # also where the text is larger: it is large enough
-        for letters in (self._loud, self._quiet):
+        self._loud, self._quiet = QFont(font()), QFont(font())
+        for letters, size_px in ((self._loud, WORD_PX), (self._quiet, QUIET_PX)):
+            letters.setPixelSize(size_px)  # also where all other text is larger
             letters.setWeight(QFont.Weight.Bold)
         self._shape = _Shape(WORD_PX)
         self._word = named(QLabel(), "verdict_word")

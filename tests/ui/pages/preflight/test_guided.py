@@ -132,16 +132,6 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> N
         assert page.table.isVisible()
 
 
-def test_the_picture_shows_what_the_instruction_says(bench: GestureBench) -> None:
-    page = bench.guided
-    activated(bench)
-    for tilt_deg, text, number in ((30, "Hold it level.", 0), (0, "Tilt it slowly forward until it fires", 1),
-                                   (70, "It fired. Level it slowly.", 0)):  # fmt: skip
-        bench.bench.set_world(tilt_deg=tilt_deg)
-        bench.until(lambda text=text: page.title.text() == text)
-        assert (page.picture.accessibleName(), page.picture.step) == (f"Picture: {text}", number)
-
-
 @pytest.mark.promise("i")
 def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_but_questions(
     bench: GestureBench,

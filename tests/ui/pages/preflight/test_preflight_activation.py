@@ -8,12 +8,10 @@ import pytest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict
 from app.records.record import read_document
 from app.records.verification import RecordState, verify
-from app.safety.acts import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
@@ -156,34 +154,6 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
         assert set(bench.acts[:-2]) == {LOCK}
 
 
-@pytest.mark.promise("f")
-def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "met", "preflight", active=True) as bench:
-        page = bench.preflight
-        bench.until(lambda: page.enable.text() == "Lock, enable and check again")
-        settle(page.enable)
-        bench.click(page.enable)
-        bench.wait_standing(Standing.READY, Standing.NO_GO, Standing.VOID)
-        assert page.work.standing is Standing.READY
-        assert not bench.bench.module.state.is_active
-        assert set(bench.acts[:-2]) == {LOCK}
-        assert [act.command.name for act in bench.acts[-2:]] == ["freefall_trigger", "attitude_trigger"]
-        activate(bench)
-        bench.wait_standing(Standing.GO)
-        assert bench.acts[-1] == REQUESTS[Act.ACTIVATE]
-
-
-def test_before_a_module_answers_the_banner_does_not_ask_for_a_check(rig: OnBench) -> None:
-    page = rig.preflight
-    rig.until(lambda: page.banner.announcement.head == "Enable triggers and check")
-    rig.bench.power_off()
-    rig.until(lambda: rig.assembly.ports.current.state.phase is Phase.OFFLINE)
-    page.tick()
-    assert page.banner.announcement.head == "The module was silent for a moment."
-
-
 @pytest.mark.parametrize("is_said_new", [False, True])
 @pytest.mark.promise("f")
 def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
@@ -234,13 +204,6 @@ def test_other_settings_end_a_verdict_that_stands(
     rig.wait_standing(Standing.VOID, Standing.NOT_CHECKED)
     bar = rig.assembly.window.notice_bar
     rig.until(lambda: what.split(":")[0] in notice_text(bar))
-
-
-def test_it_stands_while_nothing_changes(rereads: None, rig: OnBench) -> None:
-    assert rig.check() is Standing.READY
-    before = len(rig.requests)
-    rig.until(lambda: [request.command.name for request in rig.requests[before:]].count("attitude_threshold") >= 6)
-    assert rig.preflight.work.standing is Standing.READY
 
 
 @pytest.mark.promise("f")

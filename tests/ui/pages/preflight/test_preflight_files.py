@@ -2,8 +2,6 @@
 in the window: loaded, validated, saved, used."""
 
 from pathlib import Path
-from threading import Event
-from typing import Any
 
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QImage
@@ -16,11 +14,9 @@ from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.store.kinds import PreflightCheck
-from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, name_module, on_bench, said
 from tests.support.window.steps import choosing, given, notice_text
-from ui.files.report_printer import print_pages
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.session.check import Standing
 from ui.style.theme import Meaning
@@ -66,22 +62,6 @@ def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Pat
     shown = [history.table.model().index(row, 1).data() for row in range(3)]
     assert shown == ["GO (void)", "GO (simulated)", "GO"]
     assert history.trend.values == (4.0,)
-
-
-def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, rig: OnBench) -> None:
-    page, release, is_slow = rig.preflight, Event(), list[bool]()
-    assert rig.check() is Standing.READY
-
-    def slow(*printed: Any) -> bytes:
-        is_slow.append(release.wait(PATIENCE_S))
-        return print_pages(*printed)
-
-    page.files.printer, page.files.ask_path = slow, choosing(tmp_path / "report.pdf")
-    rig.click(page.export)
-    assert said(rig) == "Saving…"
-    release.set()
-    rig.until(lambda: "Saved to" in said(rig))
-    assert is_slow == [True]
 
 
 def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> None:

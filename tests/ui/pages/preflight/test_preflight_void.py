@@ -2,29 +2,23 @@
 port.
 """
 
-import threading
-import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QLineEdit
 
 from app.engine.worker import Batch
 from app.preflight.findings import CheckResult, Person
 from app.safety.acts import REQUESTS, Act
 from app.simulator import bench as benches
-from app.store.fired import all_fired, note_triggered
-from app.trigger_records.history import Judgement
+from app.store.fired import note_triggered
 from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
-from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
+from tests.support.window.preflight_window import OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given, notice_text
-from ui.pages.triggers.model import Column
 from ui.session.check import Standing
 from ui.session.interruptions import RemainderKind
 
@@ -97,17 +91,6 @@ def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> 
     name_module(rig, "M-08")
     rig.wait_standing(Standing.NO_GO)
     assert given(rig.preflight.work.assessment).result("service") is CheckResult.FAIL
-
-
-def test_a_triggered_that_was_seen_is_kept_under_the_name_said_later(rig: OnBench) -> None:
-    store = store_of(rig.assembly.storage)
-    connector = rig.assembly.ports
-    rig.bench.module.activate(is_active=True)
-    rig.bench.set_world(tilt_deg=90)
-    rig.until(lambda: connector.current.module.view.reported[0] is True)
-    name_module(rig, "M-08")
-    rig.until(lambda: bool(store.read(partial(all_fired, module="M-08"))))
-    assert len(store.read(partial(all_fired, module="M-08"))) == 1
 
 
 @pytest.mark.promise("l")
@@ -187,52 +170,3 @@ def test_a_twin_behind_the_same_port_is_never_ready_or_go(rig: OnBench) -> None:
     assert rig.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
     assessment = given(rig.preflight.work.assessment)
     assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
-
-
-LIMIT_S = 60.0
-
-
-@pytest.mark.promise("j")
-def test_the_window_does_not_wait_while_a_check_is_filed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    release = threading.Event()
-    with on_bench(qtbot, qapp, tmp_path, "filing", "preflight") as bench:
-        page, store = bench.preflight, store_of(bench.assembly.storage)
-        name_module(bench, "M-07")
-        try:
-            bench.click(page.run)
-            bench.until(lambda: bench.last._job is not None)
-            bench.beside_s = 0.05
-            store.write(lambda _facts: release.wait(LIMIT_S))
-            bench.until(lambda: bench.last._filing.is_running)
-            assert page.work.standing is Standing.CHECKING
-            began = time.monotonic()
-            for _ in range(20):
-                QApplication.processEvents()
-                assert page.work.standing is Standing.CHECKING  # nothing is said before the record is kept
-            assert time.monotonic() - began < LIMIT_S / 2
-            assert kept(bench, "M-07") == []
-            assert not page.work.can_check
-        finally:
-            release.set()
-        bench.until(lambda: page.work.standing is not Standing.CHECKING)
-        assert bench.last.trouble is None
-        assert len(kept(bench, "M-07")) == 1
-
-
-def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "word", "triggers", "preflight", history=2) as bench:
-        name_module(bench, "M-07")
-        bench.read_triggers()
-        bench.triggers.table.selectRow(0)
-        bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
-        assert bench.check() is Standing.NO_GO
-        assessment = given(bench.preflight.work.assessment)
-        passed = sum(check.finding.result is CheckResult.PASS for check in assessment.checks)
-        assert bench.preflight.list.fold.text() == f"{passed} passed"
-        bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
-        bench.wait_standing(Standing.READY)
-        bench.read_triggers()
-        assert [str(bench.triggers.table.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [
-            "false trigger",
-            "reviewed",
-        ]
