@@ -119,7 +119,7 @@ class TopBar(QFrame):
             about=tr("Standby at once: always allowed, never asked twice."),
         )
         ports.lock.buttons.add(self.lock)
-        self.lock.setMinimumWidth(scaled(92))  # bold while the module is active
+        self.lock.setMinimumSize(scaled(92), scaled(40))  # for gloves, and bold while the module is active
         self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
         head = (self.menu, self.port, (self.name, 1))

@@ -1,22 +1,16 @@
 """Garbage is freed in the window's thread, nothing that is in sight is garbage, and PySide6 loses no references."""
 
 import gc
-import sys
 import threading
 import weakref
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent
-from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from tests.support.garbage import living_garbage
 from tests.support.processes import ran_code
-from tests.support.window.controls import tab_chain
-from tests.support.window.settings_bench import desk
-from ui.core.garbage_collector import collect_due, garbage_freed_here
+from ui.core.garbage_collector import garbage_freed_here
 
 
 class Ring:
@@ -78,29 +72,6 @@ def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
     assert not gc.isenabled()
 
 
-@pytest.mark.parametrize(
-    ("counts", "oldest", "collected"),
-    [
-        ((1, 0, 0), 10, []),
-        ((701, 0, 0), 10, [0]),
-        ((701, 11, 0), 10, [1]),
-        ((5, 11, 0), 10, [1]),
-        ((701, 11, 11), 10, [2]),
-        pytest.param((9000, 9000, 9000), 0, [1], id="a generation that is switched off is never due"),
-    ],
-)
-def test_the_oldest_that_is_due(
-    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, counts: tuple[int, int, int], oldest: int, collected: list[int]
-) -> None:
-    done: list[int] = []
-    monkeypatch.setattr(gc, "get_count", lambda: counts)
-    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, oldest))
-    monkeypatch.setattr(gc, "collect", done.append)
-    collect_due()
-    monkeypatch.undo()
-    assert done == collected
-
-
 def test_only_in_the_main_thread() -> None:
     refused: list[RuntimeError] = []
 
@@ -125,79 +96,7 @@ def rows_in(window: QWidget) -> None:
         row.setObjectName(name)
 
 
-def test_what_the_collector_would_take_out_of_a_window_is_found(qtbot: QtBot) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    rows_in(window)
-    assert not living_garbage(window)
-    one, two, _three = window.findChildren(QWidget)
-    one.nextInFocusChain()
-    two.previousInFocusChain()  # each is the other's parent
-    del one, two, _three
-    assert living_garbage(window) == ["QWidget one", "QWidget two"]
-
-
-def test_looking_at_the_order_of_tab_leaves_the_parents_alone(qtbot: QtBot) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    rows_in(window)
-    tab_chain(window)
-    assert not living_garbage(window)
-    assert len(window.findChildren(QWidget)) == 3
-
-
-def test_nothing_of_a_closed_window_stays_in_memory(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        parts = (one.assembly.window, one.assembly.ports, one.assembly.storage, one.settings, one.settings.work)
-        left = {type(part).__name__: weakref.ref(part) for part in parts}
-    del one, parts
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    gc.collect()
-    assert [name for name, part in left.items() if part() is not None] == []
-
-
 REPEATS = 4000
-LOSS_ALLOWED = REPEATS // 10
-ARE_MORTAL = sys.version_info < (3, 12)
-
-_PROGRAM = f"""
-import sys
-from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QApplication, QLabel
-
-class Source(QObject):
-    changed = Signal(bool)
-
-application = QApplication(["references"])
-label, source, heard = QLabel(), Source(), []
-source.changed.connect(lambda is_on: heard.append(1))
-
-def churn():
-    for number in range({REPEATS}):
-        label.setText(str(number))
-        label.setEnabled(True)
-        label.isEnabled()
-        source.changed.emit(True)
-        if number % 100 == 0:
-            label.grab()
-            application.processEvents()
-
-keep = [None] * {REPEATS * 40}, [True] * {REPEATS * 40}  # a loss shall be counted, not end the process
-before = sys.getrefcount(None), sys.getrefcount(True)
-churn()
-after = sys.getrefcount(None), sys.getrefcount(True)
-print(len(heard), before[0] - after[0], before[1] - after[1])
-"""
-
-
-def test_none_and_true_keep_their_references() -> None:
-    run = ran_code(_PROGRAM, PYTHONFAULTHANDLER="1")
-    assert run.returncode == 0, run.stderr
-    heard, lost_none, lost_true = map(int, run.stdout.split())
-    assert heard == REPEATS
-    if ARE_MORTAL:
-        assert lost_none < LOSS_ALLOWED, f"{lost_none} references to None were lost"
-        assert lost_true < LOSS_ALLOWED, f"{lost_true} references to True were lost"
 
 
 def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:

@@ -5,9 +5,7 @@ Live.
 import csv
 import io
 import os
-import re
 import sys
-import zlib
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from itertools import repeat
@@ -21,24 +19,22 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, Q
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
-from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window import walk
-from tests.support.window.contrast import style_all
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.core.preferences import Preferences
-from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
+from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text
 from ui.files.save_bar import footer_text
 from ui.main import WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
-from ui.style.theme import THEMES, Meaning, Theme
+from ui.style.theme import Meaning
 
 
 def recent_menu(window: QWidget) -> QMenu:
@@ -145,16 +141,6 @@ def test_a_missing_file_opens_no_window(
     assert "There is no command bogus." in capsys.readouterr().err
 
 
-def test_commands_take_precedence_over_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("read").touch()
-    Path("flight").touch()
-    assert not is_file_name("read")
-    assert is_file_name("flight")
-    assert is_file_name("later.toml")
-    assert not is_file_name("raed")
-
-
 def test_a_recent_file_shows_letters_that_would_be_invisible(qtbot: QtBot, tmp_path: Path) -> None:
     menu, opened = QMenu(), list[Path]()
     qtbot.addWidget(menu)
@@ -190,14 +176,6 @@ def test_a_report_printed_in_a_background_thread_causes_no_warning_of_qt(qapp: o
         qInstallMessageHandler(before)
     assert [one[:5] for one in printed] == [b"%PDF-"]
     assert said == []
-
-
-@pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
-def test_what_is_printed_is_black_in_every_theme(qapp: QApplication, theme: Theme) -> None:
-    style_all(qapp, theme)
-    packed = [part for part in print_report("<p>M-07</p>", b"{}").split(b"stream\n") if part.startswith(b"x")]
-    drawn = b"".join(zlib.decompressobj().decompress(part) for part in packed)
-    assert set(re.findall(rb"([\d. ]+) scn", drawn)) == {b"0 0 0"}
 
 
 def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:
@@ -343,21 +321,6 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
     assert picture.height() == round((seen.height() + 28) * ratio)
     foot = picture.copy(0, round(seen.height() * ratio), picture.width(), round(28 * ratio))
     assert len({foot.pixel(x, y) for x in range(foot.width()) for y in range(foot.height())}) > 2  # it has text
-
-
-def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
-    live.say()
-    path = tmp_path / "key.png"
-    live.page.save.note.ask_path = choosing(path)
-    both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-    live.qtbot.keyClick(live.page, Qt.Key.Key_S, both)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
-    assert path.read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_default_name_has_no_letters_that_a_system_refuses(live: Bench) -> None:
-    name = default_name("sim://demo?lifelike", ".csv", datetime(2026, 3, 1, 9, 30, 5, tzinfo=UTC))
-    assert name == "dps-s sim-demo 2026-03-01 09-30-05.csv"
 
 
 def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,12 +2,9 @@
 manual, from the first start to READY by clicks and keys."""
 
 import re
-import runpy
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
-import shiboken6
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QImage, QTextDocument
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
@@ -19,12 +16,11 @@ from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
-from tests.support.window.steps import find, let_lay_out, press
+from tests.support.window.steps import find, press
 from ui.help.windows import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.page import PreflightPage
 from ui.session.check import Standing
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme
 
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
@@ -84,18 +80,6 @@ def test_each_chapter_names_the_same_buttons_in_both_languages() -> None:
         assert bold(other) == {words[word] for word in bold(one) if word in words}, one.partition("\n")[0]
 
 
-def test_chapters_have_the_same_form_in_both_languages() -> None:
-    """As many steps, rows and points, and the same pictures in the same places."""
-
-    def form(text: str) -> list[str]:
-        marks = re.findall(r"^(#+ |!\[|\d+\. |\| |- )", text, flags=re.MULTILINE)
-        return [mark.strip() for mark in marks]
-
-    for english, chinese in zip(chapters(ENGLISH), chapters(CHINESE), strict=True):
-        assert form(english) == form(chinese), english.partition("\n")[0]
-        assert [name.replace(ENGLISH, CHINESE) for name in pictures(english)] == pictures(chinese)
-
-
 @BOTH
 def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: QApplication) -> None:
     headings = re.findall(r"^## (.+)$", text_of(language), flags=re.MULTILINE)
@@ -132,20 +116,6 @@ def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: Q
     assert viewer.text.textCursor().atStart()
 
 
-@BOTH
-def test_no_markup_is_left_over(language: str, qapp: QApplication) -> None:
-    """Two stars beside a full-width sign are no mark for bold."""
-    assert "*" not in rendered(language)
-    assert "](" not in rendered(language)
-
-
-def test_a_chinese_paragraph_is_one_line() -> None:
-    """A line's end would show as a space between two characters."""
-    lines = text_of(CHINESE).split("\n")
-    for line, following in pairwise(lines):
-        assert not line or not following or re.match(r"\||- |\d+\. ", following), following
-
-
 def test_every_picture_is_there_and_used() -> None:
     used = {GUIDE / name for language in LANGUAGES for name in pictures(text_of(language))}
     pages = [*ROOT.glob("README*.md"), *(ROOT / "docs").glob("*.md")]
@@ -157,15 +127,6 @@ def test_every_picture_is_there_and_used() -> None:
     }
     there = {*(GUIDE / "images").glob("*"), *README_IMAGES.glob("*")}
     assert used == there
-
-
-def test_pictures_are_small_and_can_be_shown(qapp: QApplication) -> None:
-    files = [*(GUIDE / "images").glob("*.png"), *README_IMAGES.glob("*.png")]
-    assert {GUIDE, README_IMAGES.parent} <= {parent for file in files for parent in file.parents}
-    for file in files:
-        assert not QImage(str(file)).isNull(), file.name
-        assert file.stat().st_size <= MAX_BYTES, file.name
-    assert sum(file.stat().st_size for file in files) <= MAX_TOTAL_BYTES
 
 
 @BOTH
@@ -182,74 +143,6 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
         image = document.resource(QTextDocument.ResourceType.ImageResource.value, document.baseUrl().resolved(name))
         assert isinstance(image, QImage), name
         assert 0 < image.width() / image.devicePixelRatio() <= viewer.text.viewport().width(), name
-
-
-def test_pictures_are_made_for_every_language_by_one_script(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`docs/generate/picture_scenes.py` names what it takes, the other scripts draw the rest."""
-    scenes = (ROOT / "docs" / "generate" / "picture_scenes.py").read_text(encoding="utf-8")
-    taken = set(re.findall(r'\.take\("([\w-]+)"', scenes))
-    shown = {name for name in pictures(text_of(ENGLISH)) if name.endswith(".png")}
-    assert {f"images/{name}-{ENGLISH}.png" for name in taken} == shown
-    monkeypatch.syspath_prepend(ROOT / "docs" / "generate")
-    for script, name, maker in (
-        ("wiring_picture.py", "wiring", "wiring_svg"),
-        ("trigger_pictures.py", "tilt", "triggers_svg"),
-    ):
-        namespace = runpy.run_path(str(ROOT / "docs" / "generate" / script))
-        for language in LANGUAGES:
-            drawing = GUIDE / "images" / f"{name}-{language}.svg"
-            assert drawing.read_text(encoding="utf-8") == namespace[maker](language)
-
-
-def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
-    """And nothing about a group or a file that the program itself would name otherwise."""
-    rule = (ROOT / "packaging" / "linux" / "60-dps-s.rules").read_text(encoding="utf-8")
-    about = (ROOT / "docs" / "adapters.md").read_text(encoding="utf-8")
-    vendors = re.findall(r'ATTRS\{idVendor\}=="(\w+)", ATTRS\{idProduct\}', rule)
-    assert len(vendors) == 4
-    for vendor in vendors:
-        assert f"| {vendor}:" in about
-    for command in re.findall(r"sudo udevadm .+", rule.partition("\n\n")[0]):
-        assert command in about
-    assert "packaging/linux/60-dps-s.rules" in about
-
-
-@pytest.mark.parametrize("theme", THEMES, ids=lambda one: one.name)
-def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ui.help.windows.current", lambda: theme)
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    viewer = GuideViewer(parent)
-    viewer.bring_up()
-    url = viewer.text.document().baseUrl().resolved(QUrl("images/wiring-en.svg"))
-    drawing = viewer.text.document().resource(QTextDocument.ResourceType.ImageResource.value, url)
-    assert isinstance(drawing, QImage)
-    assert drawing.pixelColor(2, 2).name() == theme.surface.lower()
-    scale = drawing.width() / QImage(url.toLocalFile()).width()
-    cable = (drawing.pixelColor(round(160 * scale), y).name() for y in range(drawing.height()))
-    assert theme.text.lower() in cable
-
-
-def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=()) as assembly:
-        viewer = GuideViewer(assembly.window)
-        viewer.bring_up()
-        for choice, theme in ((Choice.DARK, DARK), (Choice.SUNLIGHT, SUNLIGHT), (Choice.LIGHT, LIGHT)):
-            assembly.appearance.choose(choice)
-            let_lay_out(viewer)
-            assert link_colours(viewer) == {theme.information.ink.lower()}
-            assert viewer.text.horizontalScrollBar().maximum() == 0
-        shiboken6.delete(viewer)  # it holds thirty megabytes of pictures
-
-
-def link_colours(viewer: GuideViewer) -> set[str]:
-    found, block = set(), viewer.text.document().begin()
-    while block.isValid():
-        for one in block.textFormats():
-            if one.format.isAnchor():
-                found.add(one.format.foreground().color().name())
-        block = block.next()
-    return found
 
 
 MAX_CHECKS = 6

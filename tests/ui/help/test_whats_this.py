@@ -1,6 +1,5 @@
 """The "What's this?" texts of all controls, the list of shortcuts, the guide and the About box."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
@@ -30,11 +29,11 @@ from pytestqt.qtbot import QtBot
 
 from app.settings.values import what_is
 from app.text.i18n import CHINESE
-from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.catalogue import SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, window
 from tests.support.window.steps import find
 from ui.help.help_actions import explain, text_of
-from ui.help.windows import GuideViewer, anchor_of, guide_page, keys_of, show_about
+from ui.help.windows import GuideViewer, guide_page, keys_of
 from ui.main import PAGES, Assembly
 from ui.services.context import PageEntry
 from ui.widgets.readout import Readout, StateChip
@@ -132,12 +131,6 @@ def test_a_setting_says_word_code_default_and_advice(command: Command) -> None:
     assert ("Default" in told) is (command.default is not None)
 
 
-def test_range_and_step_are_those_of_the_byte() -> None:
-    assert "0.00 s to 2.55 s, in steps of 0.01 s." in what_is(BY_NAME["freefall_time"])
-    assert "0° to 255°, in steps of 1°." in what_is(BY_NAME["attitude_threshold"])
-    assert "115200" in what_is(BY_NAME["baud_rate"])
-
-
 @OFFSCREEN
 def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with help_window(qtbot, qapp, tmp_path) as assembly:
@@ -202,23 +195,3 @@ def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) 
     view.show()
     assert view.text.toPlainText().startswith("指南")
     view.close()
-
-
-def test_anchors_are_those_of_github() -> None:
-    assert anchor_of("What to do!") == "what-to-do"
-    assert anchor_of("GO / NO-GO") == "go--no-go"
-    assert anchor_of("飞行前检查") == "飞行前检查"
-
-
-def test_every_component_is_listed_with_version_and_licence(qtbot: QtBot) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    box = show_about(window)
-    lines = box.informativeText().splitlines()
-    parts = lines[lines.index(next(line for line in lines if line.startswith("Python"))) :]
-    assert {"PySide6-Essentials", "numpy", "pyserial", "mcap"} <= {part.split()[0] for part in parts}
-    for part in parts:
-        assert re.fullmatch(r"\S+ [\d.]+\S* \(.+\)", part), part
-    assert "mcap" in parts[-1]
-    assert parts[-1].endswith("(MIT)")
-    box.close()

@@ -174,11 +174,6 @@ def test_nothing_is_missing() -> None:
     assert found == {": ".join(row.split(": ")[:2]) for row in (*DIALOGS, *MENUS)}
 
 
-@pytest.mark.parametrize("source", ["QMessageBox.question(a)", "menu.exec(p)", "QEventLoop().exec()", "d.exec_()"])
-def test_what_waits_for_a_person_is_found(source: str) -> None:
-    assert list(_waiting(ast.parse(source)))
-
-
 @pytest.mark.promise("l")
 def test_over_every_dialog(bench: Bench) -> None:
     """Its keys work in each, and none covers it or blocks its button."""
@@ -294,10 +289,6 @@ def test_while_it_asks_before_it_closes(bench: Bench) -> None:
     bench.qtbot.keySequence(main, LOCK_KEYS[0])
     bench.await_locked()
     assert main.isVisible()
-
-
-def test_a_dialog_of_the_platform_is_never_used(bench: Bench) -> None:
-    assert QApplication.testAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
 
 
 @pytest.mark.promise("l")

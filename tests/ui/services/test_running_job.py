@@ -15,19 +15,17 @@ from app.engine.conversation import Interrupted
 from app.engine.procedure import Job, Pause, Procedure, Report
 from app.recordings.export import Exported
 from app.recordings.library import RecordingEntry
-from app.store.trouble import StoreTrouble
 from protocol.events import EndReason
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import ports_alone
-from tests.support.window.fakes_ui import WAIT_MS, page_entries, store_of, window
+from tests.support.window.fakes_ui import WAIT_MS, page_entries, window
 from tests.support.window.steps import find, given
 from ui.pages.logs.page import LogsPage
 from ui.services.job_notice import JobNotice
 from ui.services.recording_jobs import RecordingJobs
-from ui.services.storage import Storage
 from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notice_bar import Notice
 
 
 class Line:
@@ -100,18 +98,6 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
             assert notice.result_notice() is not None
 
 
-def test_what_offers_no_choice_can_be_closed(line: Line) -> None:
-    job = line.job
-    choice = Choice("again", "Again", job.dismiss)
-    job.set_notice(Notice(Meaning.ATTENTION, "Restarted", (choice,)))
-    asked = given(job.notice("Asking"))
-    assert asked.dismiss is None  # a question is answered
-    job.set_notice(Notice(Meaning.DANGER, "Link lost"))
-    told = given(job.notice("Asking"))
-    given(told.dismiss)()
-    assert job.notice("Asking") is None
-
-
 def test_what_is_said_at_its_end_stands_until_it_is_closed(line: Line) -> None:
     job = line.job
     line.begin(lambda _job: job.notify(Meaning.GOOD, "done"))
@@ -135,14 +121,6 @@ def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line
     line.job.drop()
     line.end()
     assert (len(ended), line.job.progress) == (1, None)
-
-
-def test_it_can_be_cancelled(line: Line) -> None:
-    line.job.cancel()  # nothing runs: nothing happens
-    ended = list[Job[int]]()
-    line.begin(ended.append)
-    given(line.job.notice("Asking")).choices[0].act()
-    assert line.jobs[0].pop_cancel()
 
 
 def test_what_a_cancelled_job_has_written_is_said(
@@ -177,16 +155,6 @@ def test_what_a_cancelled_job_has_written_is_said(
     assert len(deleted) == 1
     assert jobs._listing.wait(PATIENCE_S)  # else its thread would free the last of these objects
     jobs.stop()
-
-
-def test_a_closed_storage_opens_no_store_again(tmp_path: Path) -> None:
-    """Work that is under way while the window closes would open it, and nobody would close it."""
-    storage = Storage(tmp_path)
-    store_of(storage)
-    storage.close()
-    assert storage.begun is None
-    assert isinstance(storage.store, StoreTrouble)
-    storage.close()
 
 
 def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:

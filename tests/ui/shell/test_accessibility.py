@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
 from app.settings.form import FormRow, RowState
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.garbage import living_garbage
@@ -39,9 +38,7 @@ from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
 from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences
 from ui.main import PAGES
-from ui.pages.settings import rows as settings_row
 from ui.pages.settings.page import SettingsPage
-from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Choice, Space
@@ -276,17 +273,6 @@ def secret_keys(walk: Walk) -> list[str]:
 
 
 # State, never by colour alone: each has a word, and an icon that no other state of its kind has.
-
-
-@pytest.mark.parametrize(
-    ("states", "looks"),
-    [
-        pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
-        pytest.param(tuple(Phase), top_bar._PHASES, id="link"),
-    ],
-)
-def test_each_state_has_an_icon(states: tuple[object, ...], looks: dict[object, object]) -> None:
-    assert set(states) == set(looks)
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])

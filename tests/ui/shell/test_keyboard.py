@@ -9,12 +9,12 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMenu, Q
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import tr
-from tests.support.window.controls import goes_back, tab_chain
+from tests.support.window.controls import tab_chain
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import desk, type_into
 from tests.support.window.steps import given, let_lay_out
 from tests.support.window.walk import PROFILE, walking
-from ui.main import PAGES, WindowOptions
+from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.style.icons import Icon
@@ -89,14 +89,6 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         assert {name for name in repeated if not name.endswith(("_fit", "_live"))} == set()  # of plots
 
 
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_each_entry_of_the_menu_has_a_letter_of_its_own(qapp: QApplication, tmp_path: Path, language: str) -> None:
-    with window(qapp, tmp_path, options=WindowOptions(language=language), entries=()) as assembly:
-        letters = [QKeySequence.mnemonic(one.text()).toString() for one in assembly.window.menus.main.actions()]
-        assert all(letters)
-        assert len(set(letters)) == len(letters) >= 4
-
-
 def test_no_key_writes_edits_that_are_not_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "settings") as one:
         type_into(one, "attitude_threshold", "75")
@@ -144,20 +136,6 @@ def keys_of(widget: QWidget) -> dict[str, str]:
 
 def _told(key: QKeySequence | QKeySequence.StandardKey) -> str:
     return QKeySequence(key).toString()
-
-
-def test_backward_tab_steps_are_found(qtbot: QtBot) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    one, below, right = (QWidget(window) for _ in range(3))
-    one.setGeometry(0, 0, 50, 20)
-    right.setGeometry(60, 0, 50, 20)
-    below.setGeometry(0, 30, 50, 20)
-    window.show()
-    assert not goes_back(one, right, window)
-    assert not goes_back(right, below, window)
-    assert goes_back(below, one, window)
-    assert goes_back(right, one, window)
 
 
 class Saver(Page):
@@ -215,8 +193,6 @@ def test_f10_opens_the_menu_and_lock_is_in_it(qtbot: QtBot, qapp: QApplication, 
         assert bar.menu.menu() is main.menus.main
         let_lay_out(main)
         assert bar.menu.mapTo(main, QPoint()).x() < bar.port.mapTo(main, QPoint()).x()
-        heights = {one.height() for one in (bar.menu, bar.port, bar.activation, bar.trigger, bar.cell, bar.lock)}
-        assert (bar.height(), len(heights)) == (48, 1)
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow)
         qtbot.keyClick(main, Qt.Key.Key_F10)

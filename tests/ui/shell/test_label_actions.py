@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.store.fact_store import Store
 from tests.support.records.stored import register
 from tests.support.window.fake_ports import fake_window
-from tests.support.window.fakes_ui import store_of, window
-from tests.support.window.steps import find, given
+from tests.support.window.fakes_ui import store_of
+from tests.support.window.steps import given
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.preflight.page import PreflightPage
@@ -96,23 +96,3 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         refused = "Name: at most 60 characters"
         qtbot.waitUntil(lambda: refused in main.status_bar.passing.text())
         assert not asked[-1].exists()
-
-
-def test_the_modules_are_counted_for_the_menu_only(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with window(qapp, tmp_path, entries=()) as assembly:
-        store = with_modules(assembly, qtbot)
-        reads: list[Store] = []
-
-        def none_of(read: Store, _work: object) -> dict[str, object]:
-            reads.append(read)
-            return {}
-
-        monkeypatch.setattr(Store, "read", none_of)
-        assembly.ports.changed.emit()  # many times a second while a value changes
-        assert reads == []
-        menus = assembly.window.menus
-        find(assembly.window, QMenu, "menu_label").aboutToShow.emit()
-        assert set(reads) == {store}
-        assert not menus["label_A4"].isEnabled()

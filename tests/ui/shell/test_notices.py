@@ -4,14 +4,11 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, QSize
-from PySide6.QtWidgets import QApplication, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
-from app.diagnosis.link_state import LinkState, Phase
 from app.engine.target import Target
-from app.engine.transport import PortError, PortTrouble
-from app.procedures.find import Silence
 from tests.support.thorough import some
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
@@ -20,30 +17,13 @@ from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, given, let_lay_out, notice_text
 from ui.main import PAGES, WindowOptions
-from ui.shell.attention import link_notice
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
-from ui.style.theme import Meaning, Size, scaled
+from ui.style.theme import Meaning
 from ui.widgets.labels import FittedLabel
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 ACTS = {step: lambda: None for step in NextStep}
-
-
-@pytest.mark.parametrize(
-    ("state", "main"),
-    [
-        (LinkState(Phase.SILENT, "ttyUSB0", 115200, silence=Silence.GARBAGE), NextStep.FIND_RATE),
-        (LinkState(Phase.SILENT, "ttyUSB0", 115200, silence=Silence.NOTHING), NextStep.FIND_RATE),
-        (
-            LinkState(Phase.FAILED, "ttyUSB0", 115200, trouble=PortError(PortTrouble.BUSY, "ttyUSB0", "")),
-            NextStep.CONNECT_AGAIN,
-        ),
-    ],
-)
-def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
-    notice = given(link_notice(state, 0.0, ACTS))
-    assert [choice.key for choice in notice.choices if choice.is_main] == [main.value]
 
 
 def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
@@ -71,24 +51,6 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
         for after in shown:
             assert [one for one in covered(before, after) if one.startswith("notice_dismiss")] == []
     assert moved(shown[2], shown[3]) == []
-
-
-def test_a_notice_that_is_gone_has_no_buttons(qtbot: QtBot) -> None:
-    bar = NoticeBar()
-    qtbot.addWidget(bar)
-    notice = Notice(Meaning.ATTENTION, "Something", (Choice("one", "one", lambda: None),))
-    for shown in (notice, None, notice):
-        bar.show_notice(shown)
-        assert (bar.button("one") is not None) is (shown is not None)
-
-
-def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) -> None:
-    bar = NoticeBar()
-    qtbot.addWidget(bar)
-    close = find(bar, QToolButton, "notice_dismiss")
-    for dismiss in (None, bar.hide, None):
-        bar.show_notice(Notice(Meaning.ATTENTION, "Something", dismiss=dismiss))
-        assert close.isVisibleTo(bar) == (dismiss is not None)
 
 
 def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -184,34 +146,6 @@ def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
         for one in visible_in(main)
         if not one.isWindow() and not main.status_bar.isAncestorOf(one)
     }
-
-
-def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> None:
-    bar = NoticeBar(is_foot=True)
-    qtbot.addWidget(bar)
-    bar.setFixedSize(400, 40)
-    label = find(bar, FittedLabel, "notice_text")
-    sizes = []
-    for text in ("Short.", "Some words more. " * 6, "Far too long. " * 30):
-        bar.show_notice(Notice(Meaning.DANGER, text))
-        bar.show_note("Copied.")
-        let_lay_out(bar)
-        sizes.append(label.font().pixelSize())
-        assert label.heightForWidth(label.width()) <= label.height()
-    assert sizes == [scaled(Size.BODY), scaled(Size.SMALL), scaled(Size.SMALL)]
-    assert label.text().endswith("…")
-    assert label.toolTip().startswith("Far too long. Far")
-    bar.show_notice(Notice(Meaning.DANGER, "Short."))
-    assert label.text() == "Short. Copied."
-
-
-def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=()) as assembly:
-        main = assembly.window
-        main.attention.say(NOTICES[0])
-        main.show_message("Copied.")
-        label = find(main.notice_bar, FittedLabel, "notice_text")
-        assert label.text() == "Short. Copied."
 
 
 def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot) -> None:

@@ -31,7 +31,6 @@ from tests.support.window.fakes_ui import ListedPorts, connect, simulated, windo
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
-from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -204,14 +203,6 @@ def test_a_disk_that_never_returns(
         assert was_called.is_set()
 
 
-def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("ended"), window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://ended")
-        close_in_time(assembly)
-        with in_time(0.0):
-            assembly.window.close_now()
-
-
 @pytest.mark.parametrize("sticks_in", ["write", "close", "store"])
 def test_no_process_stays_behind(sticks_in: str) -> None:
     """The thread that the driver or the store holds does not keep the program alive; nothing is printed about it."""
@@ -245,18 +236,6 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
 
 
 # The parts
-
-
-def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
-    def fail() -> None:
-        raise OSError("the disk is gone")
-
-    assert BoundedThread("store", fail).wait(PATIENCE_S)
-    assert "the disk is gone" in caplog.text
-
-
-def test_the_limit_leaves_room_within_half_a_second() -> None:
-    assert CLOSE_LIMIT_S <= CLOSING_S - 0.1
 
 
 def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

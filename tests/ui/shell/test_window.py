@@ -20,7 +20,7 @@ from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.shell.attention import AGAIN_S
-from ui.shell.page_area import PageArea, fitting
+from ui.shell.page_area import PageArea
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -167,11 +167,6 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
     assert not bench.module.is_streaming  # left as it was found
 
 
-def test_the_first_paint_does_not_wait_for_numpy() -> None:
-    done = ran_code("import sys, ui.main, ui.widgets.readout, ui.plots.gauge; sys.exit('numpy' in sys.modules)")
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
     code = (
         "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
@@ -200,19 +195,6 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
 
 
 FREE = QRect(0, 24, 960, 490)
-
-
-@pytest.mark.parametrize(
-    ("wanted", "placed"),
-    [
-        pytest.param(QRect(100, 50, 800, 400), QRect(100, 50, 800, 400), id="fits"),
-        pytest.param(QRect(0, 0, 1180, 720), QRect(0, 24, 960, 490), id="too large"),
-        pytest.param(QRect(1900, 900, 800, 400), QRect(160, 114, 800, 400), id="on a screen that is gone"),
-        pytest.param(QRect(-500, -500, 800, 400), QRect(0, 24, 800, 400), id="beyond the corner"),
-    ],
-)
-def test_a_window_is_moved_onto_the_screen(wanted: QRect, placed: QRect) -> None:
-    assert fitting(wanted, FREE) == placed
 
 
 SHOWN = """

@@ -22,11 +22,10 @@ from pytestqt.qtbot import QtBot
 from app.engine.session import Session
 from app.engine.target import Target
 from app.safety.acts import Act
-from app.text.messages import UserMessage
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
-from tests.support.window.steps import find, given, notice_text
+from tests.support.window.steps import find, notice_text
 from ui.main import PAGES, Assembly, _errors_shown
 from ui.pages.live.page import LivePage
 
@@ -100,32 +99,6 @@ def test_killed_and_started_again() -> None:
                 ended, _, said = program.end()
             assert ended == code_expected
             assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
-
-
-def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        shown = assembly.window
-        qtbot.waitSignal(shown.pages_made).wait()
-        shown.panel.hide()
-        for _ in range(3):
-            shown.recording_sign.troubled.emit(UserMessage("Not recording."))
-        qtbot.waitUntil(lambda: shown.notice_bar.notice is not None)
-        given(given(shown.notice_bar.notice).dismiss)()
-        left = given(shown.notice_bar.notice)
-        assert [choice.key for choice in left.choices] == ["choose_port"], "that of the link"
-
-
-def test_what_passes_by_itself_leaves_no_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """ "Serial output was left on" stood for four minutes over nothing."""
-    with window(qapp, tmp_path) as assembly:
-        shown = assembly.window
-        qtbot.waitSignal(shown.pages_made).wait()
-        before = shown.notice_bar.notice
-        assembly.ports.current.stream_left_on.emit()
-        assert "left on" in shown.status_bar.passing.text()
-        assert shown.notice_bar.notice == before
-        assembly.ports.shown.emit(assembly.ports.module)  # another module
-        assert shown.status_bar.passing.text() == ""
 
 
 TIMES = 8

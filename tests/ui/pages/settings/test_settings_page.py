@@ -9,6 +9,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.procedures.act import Armed
 from app.settings.form import RowState
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
@@ -27,7 +28,7 @@ from tests.support.window.settings_bench import (
     write,
     written,
 )
-from tests.support.window.steps import given, notice_text
+from tests.support.window.steps import notice_text
 from ui.style.theme import Meaning
 from ui.widgets.controls import name_of
 
@@ -152,21 +153,6 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(
         assert len(one.changes()) == 1
 
 
-def test_the_buttons_of_two_questions_share_no_place(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """A second click of "Write anyway" must not unlock."""
-    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
-        type_into(one, "attitude_threshold", "40")
-        write(one)
-        one.until(lambda: "55° or more" in notice(one))
-        anyway = given(one.settings.strip.button("write_anyway")).geometry()
-        choose(one, "write_anyway")
-        one.until(lambda: "ACTIVE" in notice(one))
-        unlock = given(one.settings.strip.button("unlock_once"))
-        assert unlock.isVisible()
-        assert not unlock.geometry().intersects(anyway)
-        assert not one.changes()
-
-
 # Edits
 
 
@@ -244,6 +230,7 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(
     assert not page.write.isEnabled()
     box.setFocus()
     qtbot.keyClick(box, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+    page.work.write(Armed())
     one.wait(0.5)
     assert one.changes() == []
     assert page.work.count_unsent() == 2  # leaving the program asks

@@ -57,17 +57,6 @@ def test_on_the_smallest_screen_all_is_in_sight(spoken: str, theme: Choice, one:
 
 
 @pytest.mark.parametrize("spoken", LANGUAGES, indirect=True)
-def test_reasons_wrap_and_are_whole(spoken: str, one: Desk) -> None:
-    for name, text in (("attitude_threshold", "5"), ("freefall_acceleration", "1.1"), ("light_threshold", "999")):
-        type_into(one, name, text)
-    pick(one, "freefall_trigger", False)
-    for size in (SMALL, QSize(1366, 768)):
-        resize(one, size)
-        assert cut(one) == []
-        assert sideways(one) == [0, 0]
-
-
-@pytest.mark.parametrize("spoken", LANGUAGES, indirect=True)
 def test_in_text_of_twice_the_size_the_main_button_stays_in_sight(
     spoken: str, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -124,12 +113,3 @@ def test_editors_stay_where_they_are_whatever_the_rows_say(size: QSize, one: Des
     assert places() == before
     written(one)
     assert places() == before
-
-
-def test_rows_that_need_room_for_a_warning_are_higher_and_not_wider(one: Desk) -> None:
-    resize(one, QSize(940, 600))
-    assert sideways(one) == [0, 0]
-    type_into(one, "freefall_acceleration", "1.1")
-    resize(one, QSize(940, 600))
-    assert sideways(one) == [0, 0]
-    assert cut(one) == []
