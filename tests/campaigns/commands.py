@@ -334,6 +334,8 @@ def _judge_check(ran: Ran) -> Iterator[str]:
 
 def _judge_act(ran: Ran) -> Iterator[str]:
     is_wanted = ran.case.command == "activate"
+    if ACTIVATION in ran.case.module.options.reverts:
+        return  # it was so when the module said it
     if ran.code == 0 and bool(ran.held[ACTIVATION]) is not is_wanted and not ran.is_late_happening:
         yield f"exit code 0, and active is {ran.held[ACTIVATION]}"
     if is_wanted and ran.frames(ACTIVATION, 1) and ran.held[ACTIVATION] and ran.code != 0 and "ACTIVE" not in ran.err:
