@@ -49,7 +49,15 @@ UNSEEN_PUBLISH_EVERY_S = 0.25
 RESTART_TOLD_S = 3.0
 # While a port is waited for: how often it is checked.
 FOLLOW_EVERY_MS = 100
-VIEWED: Final = ("triggered", "active", "cell_voltage_v", "charging", "boot_count")
+VIEWED: Final = (
+    "triggered",
+    "active",
+    "attitude_trigger",
+    "freefall_trigger",
+    "cell_voltage_v",
+    "charging",
+    "boot_count",
+)
 
 
 class PortView(NamedTuple):
