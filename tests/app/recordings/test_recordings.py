@@ -117,6 +117,8 @@ def test_each_break_is_a_mark_in_the_one_recording(tmp_path: Path) -> None:
         bench.finish()
         (entry,) = bench.library.entries()
         assert entry.was_triggered
+        reports = opened(entry.path).excerpt(1001.0, 1001.5)
+        assert (reports.is_active.tolist(), reports.is_triggered.tolist()) == ([True, True], [False, True])
         assert [(marker.kind.value, marker.time_s) for marker in opened(entry.path).markers] == [
             ("connected", 1000.0),
             ("activated", 1001.0),

@@ -8,7 +8,7 @@ import pytest
 from app.recordings.recorder import MAX_SESSION_S, SYNC_EVERY_S
 from app.recordings.recording import RecordedTraffic
 from app.recordings.writer import SessionWriter
-from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream
+from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream, talk
 
 
 def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
@@ -42,6 +42,28 @@ def test_after_a_day_the_next_recording_begins(tmp_path: Path) -> None:
         bench.feed(batch(1002.0 + MAX_SESSION_S, report(1002.0 + MAX_SESSION_S)))
         found = [(entry.is_running, entry.sample_count, entry.module) for entry in bench.library.entries()]
         assert found == [(True, 1, "Bench 9"), (False, 2, "Bench 9")]
+
+
+def test_a_name_does_not_go_on_with_another_conversation_in_the_next_recording(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.name("Bench 9")
+        bench.feed(batch(1001.0 + MAX_SESSION_S, report(1001.0 + MAX_SESSION_S)))
+        later_s = 1002.0 + MAX_SESSION_S
+        bench.feed(batch(later_s, report(later_s), view=talk(later_s, number=2)))
+        assert [entry.module for entry in bench.library.entries()] == ["", "Bench 9"]
+
+
+def test_what_is_dropped_again_is_counted_once(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        for number in (1, 2):
+            bench.recorder._max_waiting = 0
+            bench.feed(batch(1000.0 + number, report(1000.0 + number)))
+            bench.recorder._max_waiting = 100
+            bench.feed(batch(1000.5 + number, report(1000.5 + number)))
+        bench.finish()
+        assert opened(bench.path).missing_count == bench.recorder.dropped == 4
 
 
 def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
