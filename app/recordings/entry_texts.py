@@ -42,9 +42,6 @@ def entry_text(entry: "RecordingEntry") -> str:
     """Description of a recording, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble.translated()
-    words = (
-        when_text(entry), entry.module, entry.port,
-        stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry),
-        tr("pinned") if entry.is_pinned else "",
-    )  # fmt: skip
+    words = [when_text(entry), entry.module, entry.port, stopwatch(entry.duration_s), size_text(entry.size_bytes)]
+    words += [remarks(entry), tr("pinned") if entry.is_pinned else ""]
     return join_names(filter(None, words))

@@ -38,10 +38,8 @@ class MarkerKind(Enum):
     TRIGGER_ENDED = "trigger ended"
     CHARGER_CONNECTED = "charger connected"
     CHARGER_REMOVED = "charger removed"
-    DAMAGED = "damaged data left out"
-    """The recording is damaged from here on."""
-    MISSING = "missing"
-    """Reports that came before were not recorded, because the disk was too slow."""
+    DAMAGED = "damaged data left out"  # from here on
+    MISSING = "missing"  # reports that came before, because the disk was too slow
 
 
 class Marker(NamedTuple):
@@ -87,65 +85,63 @@ class MarkerTracker:
         self._port = ""
         self._ended_at: float | None = None
         self._before: StatusSample | None = None
+        # The next report is the first one of a conversation, perhaps of another module.
         self._is_first = False
-        """The next report is the first one of a conversation, perhaps of another module."""
         self._is_charging: bool | None = None
+        self._new: list[Marker] = []
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """The marks of this batch, in order of detection; times may differ slightly from that order."""
-        new: list[Marker] = []
+        self._new = []
         is_open = batch.connection.state is PortState.OPEN
         if is_open and not self._is_open:
             self._port = batch.connection.port
-            new.append(Marker(batch.at, MarkerKind.CONNECTED, self._port))
+            self._mark(batch.at, MarkerKind.CONNECTED, self._port)
         # A batch is of one conversation, so what it brings lies between its beginning and its end.
-        new += [mark for event in batch.events if isinstance(event, Began) for mark in self._on_begin(event)]
-        new += [mark for sample in batch.samples for mark in self._on_sample(sample)]
-        new += self._on_charging(batch.conversation, batch.at)
-        new += [mark for event in batch.events if isinstance(event, Ended) for mark in self._on_end(event)]
+        for event in batch.events:
+            if isinstance(event, Began):
+                if self._ended_at is not None and event.at - self._ended_at > AGAIN_AFTER_S:
+                    self._mark(event.at, MarkerKind.ANSWERS)
+                self._ended_at, self._is_first, self._is_charging = None, True, None
+        for sample in batch.samples:
+            self._on_sample(sample)
+        self._on_charging(batch.conversation, batch.at)
         is_lost = self._is_open and not is_open and batch.connection.trouble is not None
-        if is_lost and not any(mark.kind is MarkerKind.PORT_LOST for mark in new):
-            new.append(Marker(batch.at, MarkerKind.PORT_LOST, self._port))
+        for event in batch.events:
+            if isinstance(event, Ended):
+                self._ended_at = event.at
+                is_lost &= event.reason is not EndReason.PORT_LOST
+                if event.reason in END_MARKS:
+                    is_of_port = event.reason is EndReason.PORT_LOST
+                    self._mark(event.at, END_MARKS[event.reason], self._port if is_of_port else "")
+        if is_lost:
+            self._mark(batch.at, MarkerKind.PORT_LOST, self._port)
         self._is_open = is_open
-        return new
+        return self._new
 
-    def _on_begin(self, event: Began) -> list[Marker]:
-        ended_at, self._ended_at = self._ended_at, None
-        self._is_first, self._is_charging = True, None
-        if ended_at is None or event.at - ended_at <= AGAIN_AFTER_S:
-            return []
-        return [Marker(event.at, MarkerKind.ANSWERS)]
+    def _mark(self, at: float, kind: MarkerKind, text: str = "") -> None:
+        self._new.append(Marker(at, kind, text))
 
-    def _on_end(self, event: Ended) -> list[Marker]:
-        self._ended_at = event.at
-        kind = END_MARKS.get(event.reason)
-        if kind is None:
-            return []
-        return [Marker(event.at, kind, self._port if kind is MarkerKind.PORT_LOST else "")]
-
-    def _on_sample(self, sample: StatusSample) -> list[Marker]:
+    def _on_sample(self, sample: StatusSample) -> None:
         before, is_first = self._before, self._is_first
         self._before, self._is_first = sample, False
         if before is None:
-            return []  # the first known state is no change
-        new: list[Marker] = []
+            return  # the first known state is no change
         # Another module may be locked and not triggered, which is no change. One that is active or has triggered is
         # marked in any case.
         if sample.active is not before.active and (sample.active or not is_first):
-            new.append(Marker(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED))
+            self._mark(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED)
         if sample.triggered is not before.triggered and (sample.triggered or not is_first):
-            new.append(Marker(sample.at, MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED))
-        return new
+            self._mark(sample.at, MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED)
 
-    def _on_charging(self, conversation: ConversationView, now: float) -> list[Marker]:
+    def _on_charging(self, conversation: ConversationView, now: float) -> None:
         known = conversation.known("charging", now)
         if known is None or known.is_stale:
-            return []
+            return
         before, self._is_charging = self._is_charging, known.value is True
-        if before is None or before is self._is_charging:
-            return []
-        kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
-        return [Marker(known.at, kind)]
+        if before is not None and before is not self._is_charging:
+            kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
+            self._mark(known.at, kind)
 
 
 def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
