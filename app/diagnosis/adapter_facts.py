@@ -11,26 +11,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path("/")
+# Of serial ports, on Debian and Ubuntu.
+USUAL_GROUP = "dialout"
 PORT_GRABBERS = ("ModemManager", "brltty")
 SLOW_LATENCY_MS = 4
 """Largest harmless latency timer; the default of an FTDI adapter is 16 ms."""
 
 
-class Access(NamedTuple):
-    """Who may open a device file."""
-
-    group: str | None = None
-    """The group that has access; None where there is none but root."""
-    is_member: bool = False
-    """The user database lists this user in the group …"""
-    is_effective: bool = False
-    """… and this session has the group; otherwise the user must log out and in again."""
-
-
 class AdapterFacts(NamedTuple):
     grabbers: tuple[str, ...] = ()
     """Programs that grab serial ports and are running."""
-    access: Access | None = None
+    group: str | None = USUAL_GROUP
+    """The group that may open the port; None where only root may."""
     latency_path: str | None = None
     """sysfs file of the latency timer."""
     latency_ms: int | None = None
@@ -43,7 +35,7 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
     latency = _latency_file(port, root)
     return AdapterFacts(
         grabbers=running(PORT_GRABBERS, root),
-        access=access_to(root / port.lstrip("/")),
+        group=_group_of(root / port.lstrip("/")),
         latency_path=None if latency is None else f"/{latency.relative_to(root)}",
         latency_ms=None if latency is None else _number_in(latency),
     )
@@ -59,27 +51,17 @@ def running(names: Iterable[str], root: Path) -> tuple[str, ...]:
     return tuple(name for name in names if name in present)
 
 
-def access_to(device: Path) -> Access | None:
-    """Who may open `device`; None where it does not exist or the system has no groups."""
+def _group_of(device: Path) -> str | None:
+    """The group that may open `device`, as far as it can be told; None where only root may."""
     try:
         import grp
-        import pwd
-    except ImportError:  # Windows
-        return None
-    try:
+
         status = device.stat()
         if not status.st_mode & 0o060 or status.st_gid == 0:
-            return Access()
-        group = grp.getgrgid(status.st_gid)
-    except (OSError, KeyError):
-        return None
-    try:
-        user = pwd.getpwuid(os.getuid())
-    except KeyError:  # a user without a name, as in some containers
-        return Access(group=group.gr_name)
-    is_member = user.pw_name in group.gr_mem or user.pw_gid == status.st_gid
-    is_effective = status.st_gid in (os.getegid(), *os.getgroups())
-    return Access(group=group.gr_name, is_member=is_member, is_effective=is_effective)
+            return None
+        return grp.getgrgid(status.st_gid).gr_name
+    except (ImportError, OSError, KeyError):  # Windows; the device is gone; a group without a name
+        return USUAL_GROUP
 
 
 def _latency_file(port: str, root: Path) -> Path | None:

@@ -26,7 +26,6 @@ class Cause(Enum):
     BRAILLE = "brltty takes the adapter"
     MODEM_PROBER = "a modem prober has the port"
     HELD = "another program has the port"
-    LOG_IN_AGAIN = "the group is not yet effective"
     NO_PERMISSION = "no permission"
     OTHER_SERVER = "not an RFC 2217 server"
     UNREACHABLE = "host not reached"
@@ -143,9 +142,7 @@ _AFTER_END: Mapping[EndReason, str] = {
 
 
 def _permission_command(evidence: PortEvidence) -> str | None:
-    """Joins the group of serial ports; "dialout" on Debian and Ubuntu."""
-    access = evidence.facts.access
-    group = "dialout" if access is None else access.group
+    group = evidence.facts.group
     return f"sudo usermod -aG {group} $USER" if group and evidence.platform.startswith("linux") else None
 
 
@@ -192,8 +189,6 @@ CAUSES: tuple[CauseRow, ...] = (
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
     CauseRow(Cause.HELD, lambda seen: seen.has(PortTrouble.BUSY),
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: seen.has(PortTrouble.NOT_ALLOWED) and seen.may_soon(),
-             marked("No permission for {port}."), marked("Log out and in again.")),
     CauseRow(Cause.NO_PERMISSION,
              lambda seen: seen.has(PortTrouble.NOT_ALLOWED) and _permission_command(seen) is not None,
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),

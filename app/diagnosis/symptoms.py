@@ -108,11 +108,6 @@ class PortEvidence(NamedTuple):
             return False
         return quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
 
-    def may_soon(self) -> bool:
-        """Whether this user may open it after logging in again."""
-        access = self.facts.access
-        return access is not None and access.is_member and not access.is_effective
-
     def has_login(self) -> bool:
         """Whether a computer's console boots or asks for a login."""
         return self.is_silent() and _LOGIN.search(self.noise) is not None

@@ -1492,10 +1492,6 @@
         <translation>日志文件：{path}</translation>
     </message>
     <message>
-        <source>Log out and in again.</source>
-        <translation>请注销后重新登录。</translation>
-    </message>
-    <message>
         <source>Logs</source>
         <translation>日志</translation>
     </message>

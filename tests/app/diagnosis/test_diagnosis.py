@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.diagnosis.adapter_facts import Access, AdapterFacts
+from app.diagnosis.adapter_facts import AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, diagnose, explain
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, EvidenceCollector, PortEvidence
@@ -103,15 +103,12 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), Cause.BRAILLE),
     ("gone, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), Cause.BRAILLE),
     ("no permission", trouble(PortTrouble.NOT_ALLOWED), Cause.NO_PERMISSION),
-    ("no permission, not in the group", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access(group="uucp")),
+    ("no permission, not in the group", with_facts(trouble(PortTrouble.NOT_ALLOWED), group="uucp"),
      Cause.NO_PERMISSION),
-    ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access()),
+    ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None),
      Cause.NO_PERMISSION),
     ("no permission on another system", trouble(PortTrouble.NOT_ALLOWED)._replace(platform="darwin"),
      Cause.NO_PERMISSION),
-    ("not logged in since", with_facts(
-        trouble(PortTrouble.NOT_ALLOWED), access=Access(group="dialout", is_member=True)
-    ), Cause.LOG_IN_AGAIN),
     ("no such port", trouble(PortTrouble.MISSING), Cause.MISSING),
     ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), Cause.UNREACHABLE),
     ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), Cause.UNREACHABLE),
@@ -224,9 +221,9 @@ def test_of_an_address_nothing_is_said_of_adapters(evidence: PortEvidence) -> No
 @pytest.mark.parametrize(
     ("evidence", "command"),
     [
-        (with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access(group="uucp")), "sudo usermod -aG uucp $USER"),
+        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group="uucp"), "sudo usermod -aG uucp $USER"),
         (trouble(PortTrouble.NOT_ALLOWED), "sudo usermod -aG dialout $USER"),
-        (with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access()), None),
+        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None), None),
         (trouble(PortTrouble.NOT_ALLOWED)._replace(platform="win32"), None),
         (trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), "sudo systemctl stop ModemManager"),
         (with_facts(online(), latency_ms=16, latency_path="/sys/x"), "echo 1 | sudo tee /sys/x"),

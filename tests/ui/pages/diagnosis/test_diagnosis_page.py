@@ -15,7 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.adapter_facts import Access, AdapterFacts
+from app.diagnosis.adapter_facts import AdapterFacts
 from app.diagnosis.causes import Cause, diagnose
 from app.diagnosis.link_state import Phase
 from app.diagnosis.symptoms import EvidenceCollector
@@ -147,7 +147,7 @@ def test_without_a_port_and_with_one_that_is_not_there_a_port_is_to_be_chosen(
 def test_a_command_is_shown_and_copied(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    facts = AdapterFacts(access=Access(group="dialout"))
+    facts = AdapterFacts(group="dialout")
     monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: facts)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         target = Target(str(tmp_path / "tty"), 115200)
