@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import Any
 
+import msgspec
 from msgspec import field
 
 from app.archive.archive import Archive
@@ -319,20 +320,10 @@ def _module_json(state: ModuleToday) -> ArchiveModuleJson:
     )
 
 
-def _report_cells(module: ArchiveModuleJson, due: str) -> tuple[object, ...]:
-    check = module.last_check
-    return (
-        module.name,
-        utc_cell(module.last_at or ""),
-        check and check.verdict,
-        check is not None and check.void,
-        check and check.is_simulated,
-        check and utc_cell(check.at),
-        check and check.who,
-        check and check.aircraft,
-        check and check.code,
-        module.checks,
-        module.trigger_records,
-        module.unjudged,
-        due,
-    )
+def _report_cells(module: ArchiveModuleJson, due: str) -> list[object]:
+    """The JSON of a module as one line, in UTC as spreadsheets know it."""
+    told = msgspec.to_builtins(module)
+    check = told.pop("last_check") or {}
+    cells = {**check, **told, "due": due}
+    cells["last_at"], cells["check_at"] = utc_cell(told["last_at"] or ""), utc_cell(check.get("at", ""))
+    return [cells.get(name) for name in REPORT_HEAD]

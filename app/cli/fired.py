@@ -5,7 +5,7 @@ Exit code 4 if one or more would have fired, else 2 if one cannot be read or not
 
 import argparse
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,7 +16,6 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
 from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flights.read_log import distinct_names, find_logs
-from app.flights.summary import FlightSummary
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
 from app.terminal.arguments import add_file, add_json
@@ -40,6 +39,9 @@ SAME_WITHIN_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
+
+
+_SOURCES: Mapping[Source, Literal["attitude", "freefall"]] = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
 
 
 class FireJson(Result):
@@ -92,13 +94,14 @@ def run(args: argparse.Namespace) -> int:
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
     logs = _judged(paths, LogOrder(columns, limits))
-    answers = [answer_of(log, limits) for log in logs]
+    problems = [_problems(log, limits) for log in logs]
+    results = [json_of(log, found, limits) for log, found in zip(logs, problems, strict=True)]
+    answers = [result.answer for result in results]
     if args.json:
         console.note(judged_with)
-        results = [json_of(log, answer, limits) for log, answer in zip(logs, answers, strict=True)]
         console.write_lines(map(console.as_json, results))
     elif any(log.flight is not None for log in logs):
-        console.write_lines([*_page(logs, answers, limits, is_must=args.must), "", *judged_with.splitlines()])
+        console.write_lines([*_page(logs, results, problems), "", *judged_with.splitlines()])
     for log in logs:
         if log.why_not is not None:
             console.notify(labelled(log.path, log.why_not.translated()))
@@ -108,13 +111,9 @@ def run(args: argparse.Namespace) -> int:
             console.notify("\n".join(said))
         else:
             console.write_lines(said)
-    if Answer.FIRES in answers:
+    if "fires" in answers:
         return console.PARTIAL
-    return console.SUCCESS if set(answers) == {Answer.DOES_NOT_FIRE} else console.USAGE_ERROR
-
-
-def answer_of(log: SummarisedLog, limits: TriggerLimits) -> Answer:
-    return Answer.UNREADABLE if log.flight is None else log.flight.answer(limits)
+    return console.SUCCESS if set(answers) == {"does_not_fire"} else console.USAGE_ERROR
 
 
 def parse_limits(words: Sequence[str]) -> TriggerLimits:
@@ -167,26 +166,26 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
 # What is printed
 
 
-def json_of(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> FiredJson:
+def json_of(log: SummarisedLog, problems: Sequence[UserMessage], limits: TriggerLimits) -> FiredJson:
     """Always in English. `fires` is null where nobody can know whether it fires."""
-    fires: list[FireJson] | None = None
-    if log.flight is not None and answer is not Answer.NOT_JUDGED:
-        fires = []
-        for firing in log.firings:
-            tilt_deg = int(firing.tilt_deg) if math.isfinite(firing.tilt_deg) else None
-            if Source.ATTITUDE in firing.sources:
-                fires.append(FireJson(round(firing.at_s, 3), "attitude", tilt_deg))
-            if Source.FREEFALL in firing.sources:
-                fires.append(FireJson(round(firing.at_s, 3), "freefall", tilt_deg))
     flight = log.flight
-    has_fall = flight is not None and flight.has_acceleration
+    english = [problem.in_english() for problem in problems]
+    if flight is None:
+        return FiredJson(str(log.path), None, None, None, None, english, Answer.UNREADABLE.value)
+    fires: list[FireJson] = []
+    for firing in log.firings:
+        tilt_deg = int(firing.tilt_deg) if math.isfinite(firing.tilt_deg) else None
+        for source, name in _SOURCES.items():
+            if source in firing.sources:
+                fires.append(FireJson(round(firing.at_s, 3), name, tilt_deg))
+    answer = flight.answer(limits)
     return FiredJson(
         log=str(log.path),
-        fires=fires,
-        tilt_max_deg=None if flight is None else _number(flight.tilt_max_deg, 1),
-        longest_fall_s=_number(max(0.0, flight.longest_fall_s(limits)), 2) if flight and has_fall else None,
-        not_judged_s=None if flight is None else _number(flight.not_judged_s, 2),
-        problems=[problem.in_english() for problem in _problems(log, answer, limits)],
+        fires=None if answer is Answer.NOT_JUDGED else fires,
+        tilt_max_deg=_number(flight.tilt_max_deg, 1),
+        longest_fall_s=_number(max(0.0, flight.longest_fall_s(limits)), 2) if flight.has_acceleration else None,
+        not_judged_s=_number(flight.not_judged_s, 2),
+        problems=english,
         answer=answer.value,
     )
 
@@ -195,15 +194,13 @@ def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def _problems(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> list[UserMessage]:
+def _problems(log: SummarisedLog, limits: TriggerLimits) -> list[UserMessage]:
     """Includes why it cannot be read or not be judged, and a difference between the readings of the vendor's rule."""
-    if log.why_not is not None:
-        return [log.why_not]
     if log.flight is None:
-        return []
+        return [] if log.why_not is None else [log.why_not]
     problems = list(log.flight.problems)
     why_not = log.flight.coverage.why_not_enough(limits)
-    if answer is Answer.NOT_JUDGED and why_not is not None:
+    if log.flight.answer(limits) is Answer.NOT_JUDGED and why_not is not None:
         problems.append(why_not)
     first_s, other_s = (log.flight.first_fire(limits, reading).at_s for reading in RuleReading)
     if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
@@ -213,54 +210,37 @@ def _problems(log: SummarisedLog, answer: Answer, limits: TriggerLimits) -> list
 
 
 def _page(
-    logs: Sequence[SummarisedLog], answers: Sequence[Answer], limits: TriggerLimits, *, is_must: bool
+    logs: Sequence[SummarisedLog], results: Sequence[FiredJson], problems: Sequence[Sequence[UserMessage]]
 ) -> list[str]:
-    head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), capitalised(tr("not judged")))
-    names = distinct_names([log.path for log in logs])
-    rows = [
-        _row(log, name, answer, limits, is_must=is_must) for log, name, answer in zip(logs, names, answers, strict=True)
-    ]
-    counted = [tr("{count} of {total} fire.", count=answers.count(Answer.FIRES), total=len(logs))]
-    if Answer.UNREADABLE in answers:
-        counted.append(tr("{count} of {total} not read.", count=answers.count(Answer.UNREADABLE), total=len(logs)))
-    if Answer.NOT_JUDGED in answers:
-        counted.append(tr("{count} of {total} not judged.", count=answers.count(Answer.NOT_JUDGED), total=len(logs)))
-    problems: list[str] = []
-    for log, name, answer in zip(logs, names, answers, strict=True):
-        if log.flight is not None:
-            problems += [labelled(name, problem.translated()) for problem in _problems(log, answer, limits)]
-    lines = [*console.columns([head, *rows]), "", join_sentences(counted)]
-    return [*lines, "", *problems] if problems else lines
+    rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), capitalised(tr("not judged")))]
+    remarks: list[str] = []
+    for name, result, found in zip(distinct_names([log.path for log in logs]), results, problems, strict=True):
+        tilt = "–" if result.tilt_max_deg is None else f"{result.tilt_max_deg:.0f}°"
+        fall = "–" if result.longest_fall_s is None else f"{result.longest_fall_s:.2f} s"
+        not_judged = "–" if result.not_judged_s is None else f"{result.not_judged_s:.1f} s"
+        rows.append((name, _answer_text(result), tilt, fall, not_judged))
+        if result.answer != "unreadable":
+            remarks += [labelled(name, problem.translated()) for problem in found]
+    answers, total = [result.answer for result in results], len(results)
+    counted = [tr("{count} of {total} fire.", count=answers.count("fires"), total=total)]
+    if "unreadable" in answers:
+        counted.append(tr("{count} of {total} not read.", count=answers.count("unreadable"), total=total))
+    if "not_judged" in answers:
+        counted.append(tr("{count} of {total} not judged.", count=answers.count("not_judged"), total=total))
+    lines = [*console.columns(rows), "", join_sentences(counted)]
+    return [*lines, "", *remarks] if remarks else lines
 
 
-def _row(log: SummarisedLog, name: str, answer: Answer, limits: TriggerLimits, *, is_must: bool) -> tuple[str, ...]:
-    flight = log.flight
-    if flight is None:
-        return (name, tr("not read"), "–", "–", "–")
-    fall_s = max(0.0, flight.longest_fall_s(limits))
-    return (
-        name,
-        _verdict(log, flight, answer, limits, is_must=is_must),
-        f"{flight.tilt_max_deg:.0f}°" if flight.has_attitude else "–",
-        f"{fall_s:.2f} s" if flight.has_acceleration else "–",
-        f"{flight.not_judged_s:.1f} s",
-    )
-
-
-def _verdict(log: SummarisedLog, flight: FlightSummary, answer: Answer, limits: TriggerLimits, *, is_must: bool) -> str:
-    if answer is Answer.NOT_JUDGED:
+def _answer_text(result: FiredJson) -> str:
+    if result.answer == "unreadable":
+        return tr("not read")
+    if result.fires is None:
         return tr("not judged")
-    if not log.firings:
+    if not result.fires:
         return tr("no")
-    first = log.firings[0]
-    why = [tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg)] if Source.ATTITUDE in first.sources else []
-    if Source.FREEFALL in first.sources:
-        why.append(tr("free fall, {weight:.1f} g", weight=first.acceleration_g))
-    text = tr("at {time:.2f} s: {why}", time=first.at_s, why=" + ".join(why))
-    fire = flight.first_fire(limits)
-    if not is_must or not math.isfinite(fire.delay_s):
-        return text
-    return f"{text}; {fire.late_text}" if fire.is_in_time else f"{text}; {fire.late_text}; {tr('after the impact')}"
+    first = result.fires[0]
+    why = tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg or 0) if first.source == "attitude" else tr("free fall")
+    return tr("at {time:.2f} s: {why}", time=first.t_s, why=why)
 
 
 def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str]:

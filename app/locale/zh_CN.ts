@@ -4030,10 +4030,6 @@
         <translation>失重</translation>
     </message>
     <message>
-        <source>free fall, {weight:.1f} g</source>
-        <translation>失重，{weight:.1f} g</translation>
-    </message>
-    <message>
         <source>from behind</source>
         <translation>从后方看</translation>
     </message>

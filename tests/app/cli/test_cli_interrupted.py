@@ -81,6 +81,12 @@ def test_what_was_read_before_the_end_is_printed_with_the_reason(end: str, port:
     assert printed.err == f"{reason}\n"
 
 
+def test_what_30_and_31_say_is_unknown_where_the_status_does_not_confirm_it(port: str, dps_s: Program) -> None:
+    at(bench_of(port), "status", lambda bench: bench.restart())
+    shown = json.loads(dps_s(["read", "--port", f"{port}?active=yes", "--json"], 3).out)
+    assert set(shown["status"].values()) == {None}
+
+
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.promise("f")
 def test_the_set_in_flight_is_unknown_and_what_was_verified_was_verified_then(
@@ -181,11 +187,17 @@ def test_a_name_is_refused_where_something_speaks_against_it(
 
 
 @pytest.mark.parametrize("words", ["monitor --json", "record FILE"])
+@pytest.mark.usefixtures("hasty")
 def test_watching_goes_on_in_the_next_conversation(
     words: str, port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
 ) -> None:
     path = tmp_path / "a.csv"
-    at(bench_of(port), "charging", exchange, number=8)
+
+    def exchange_for_a_quiet_one(bench: SimulatedBench) -> None:
+        exchange(bench)
+        bench.module.stop_stream()
+
+    at(bench_of(port), "charging", exchange_for_a_quiet_one, number=4)
     typed = [str(path) if word == "FILE" else word for word in words.split()]
     printed = dps_s([*typed, "--port", port, "--seconds", "8"])
     assert "The module was silent for a moment. Another module may answer from now on." in printed.err
