@@ -50,10 +50,10 @@ _WHERE_ROOM: Final = (VERDICT, TRIGGERS_CELL)
 # Every row has room for this many, so that no row moves when its texts change.
 _LINES: Final = 3
 # In a small window the page scrolls instead.
-_LEAST_ROWS: Final = 4
+_LEAST_ROWS: Final = 3
 # Characters: of the last column, and of any other, whose texts wrap.
 _LEAST_NEXT: Final = 18
-_WIDEST: Final = 22
+_WIDEST: Final = 26
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
@@ -104,8 +104,8 @@ class Board(QTableWidget):
         # By port, in the order of the rows.
         self._items: dict[Port, list[QTableWidgetItem]] = {}
         self._locks: dict[Port, QPushButton] = {}
-        # What stands in the cells, with the theme, which colours and icons follow.
-        self._shown: dict[Port, dict[int, object]] = {}
+        # What stands in the cells: text, and what colour and icon follow.
+        self._shown: dict[Port, dict[int, tuple[str, object]]] = {}
         self._fitted: Profile | None = None
         self.setHorizontalHeaderLabels([tr(title) for title in _TITLES])
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -124,9 +124,10 @@ class Board(QTableWidget):
         header = self.horizontalHeader()
         header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        # Widths of contents are set once a refresh: Qt would measure a column at each text that changes.
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
-        self.itemChanged.connect(self._on_changed)
+        self.itemChanged.connect(self._on_ticked)
         self.cellDoubleClicked.connect(lambda row, _column: self.chosen.emit(list(self._items)[row]))
         profile.changed.connect(self._fit_profile)
 
@@ -137,6 +138,7 @@ class Board(QTableWidget):
         return next((port for port, items in self._items.items() if current in items), None)
 
     def show_cards(self, cards: Mapping[Port, Card], now: float) -> None:
+        self.blockSignals(True)  # a change of ours is no tick of a person
         for port in [port for port in self._items if port not in cards]:
             self.removeRow(self._items.pop(port)[0].row())
             del self._locks[port], self._shown[port]
@@ -145,6 +147,7 @@ class Board(QTableWidget):
                 self._add(port)
             self._show(port, card, now)
         self._fit_columns()
+        self.blockSignals(False)
 
     def _fit_columns(self) -> None:
         """Leaves out what there is no room for, and while a profile is open what it is not about."""
@@ -152,11 +155,14 @@ class Board(QTableWidget):
         letter_px = QFontMetrics(font()).averageCharWidth()
         room_px = self.viewport().width() - _LEAST_NEXT * letter_px
         widest_px = min(_WIDEST * letter_px, room_px // len(_ALWAYS))
-        header.setMaximumSectionSize(widest_px)
         for column in (*_ALWAYS, *_WHERE_ROOM):
-            room_px -= min(widest_px, max(self.sizeHintForColumn(column), header.sectionSizeHint(column)))
+            hint_px = max(self.sizeHintForColumn(column), header.sectionSizeHint(column)) + Space.S
+            width_px = min(widest_px, hint_px)
+            room_px -= width_px
             if column in _WHERE_ROOM:
                 self.setColumnHidden(column, room_px < 0 or self._profile.profile is not None)
+            if not self.isColumnHidden(column):
+                self.setColumnWidth(column, width_px)
 
     def _add(self, port: Port) -> None:
         row = self.rowCount()
@@ -190,17 +196,18 @@ class Board(QTableWidget):
         }
         for column, cell in cells.items():
             item = self._items[port][column]
-            shown = (cell, current().name)
-            if self._shown[port].get(column) == shown:
-                continue
-            self._shown[port][column] = shown
-            item.setText(cell.text)
-            if column != MODULE:
-                item.setToolTip(cell.text)
-            item.setForeground(current().ink(cell.meaning))
-            item.setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
-        # Also of columns for which there is no room.
-        self._items[port][MODULE].setToolTip("\n".join(cell.text for cell in cells.values()))
+            before = self._shown[port].get(column)
+            self._shown[port][column] = shown = (cell.text, (cell.meaning, cell.picture, current().name))
+            if before is None or before[1] != shown[1]:
+                item.setForeground(current().ink(cell.meaning))
+                item.setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
+            if before is None or before[0] != shown[0]:
+                item.setText(cell.text)
+                if column != MODULE:
+                    item.setToolTip(cell.text)
+        tip = "\n".join(cell.text for cell in cells.values())  # also of columns for which there is no room
+        if self._items[port][MODULE].toolTip() != tip:
+            self._items[port][MODULE].setToolTip(tip)
 
     def _next(self, port: Port, card: Card, now: float) -> _Cell:
         """What a person does next; with a profile, what writing it changes or has come to."""
@@ -228,13 +235,12 @@ class Board(QTableWidget):
         for row in range(self.rowCount()):
             self.setRowHeight(row, self._row_px if profile is None else max(self._row_px, self.sizeHintForRow(row)))
 
-    def _on_changed(self, item: QTableWidgetItem) -> None:
-        """A person ticked a row, or only a text is another one."""
-        for port, items in self._items.items():
-            is_ticked = item.checkState() is Qt.CheckState.Checked
-            if item is items[MODULE] and is_ticked is (port in self._members.unticked):
-                self._members.unticked ^= {port}
-                self.ticked.emit()
+    def _on_ticked(self, item: QTableWidgetItem) -> None:
+        port = next(port for port, items in self._items.items() if item in items)
+        self._members.unticked.discard(port)
+        if self._items[port][MODULE].checkState() is Qt.CheckState.Unchecked:
+            self._members.unticked.add(port)
+        self.ticked.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.marked is not None:

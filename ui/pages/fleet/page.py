@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton, QStackedWidget, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QPushButton,
+    QStackedWidget,
+    QTabBar,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.fleet.card import Card, Need
 from app.fleet.check_set import SetMember, summary, write_set_reports
@@ -91,20 +100,25 @@ class FleetPage(Page):
         self.archive = ArchivePanel(self.exchange, self._services)
 
     def _lay_out(self) -> None:
-        head = self.make_header(tr("Fleet"), self.add, self.check, self.open_profile, self.lock_all)
+        head = self.make_header(tr("Fleet"), self.lock_all)
+        head.row.insertWidget(1, self.summary, 3)
         enable = partial(self._check, is_enabling=True)
         self.enable = head.add_rare("fleet_enable", tr("Enable triggers and check"), enable)
         self.report = head.add_rare("fleet_report", tr("Export report…"), self._choose_report)
         self.show_marked = head.add_rare("fleet_show", tr("Show on all pages"), lambda: self._choose(self.board.marked))
         self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
-        for action in (self.show_marked, self.disconnect_marked):
-            self.board.addAction(action)
+        self.board.addAction(self.show_marked)
+        self.board.addAction(self.disconnect_marked)
         self.stack = named(QStackedWidget(), "fleet_stack")
         for view in (self.empty, self.board):
             self.stack.addWidget(view)
         connected = QWidget()
         column = QVBoxLayout(connected)
-        column.addWidget(self.summary)
+        buttons = QHBoxLayout()
+        for action in (self.add, self.check, self.open_profile):
+            buttons.addWidget(action)
+        buttons.addStretch(1)
+        column.addLayout(buttons)
         column.addWidget(self.stack, 1)
         # Below the table, so that a notice moves no LOCK.
         column.addWidget(self.notice_bar)
