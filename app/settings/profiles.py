@@ -27,20 +27,16 @@ class ActivatedBy(Enum):
 
 
 class CheckLimit(NamedTuple):
-    """A limit of one check of the pre-flight check. A profile may be stricter, and softer down to a hard floor."""
+    """A limit of one check of the pre-flight check: what it is without a profile, what a profile may say (ends included;
+    outside of them the check would prove nothing), and why not more. Of a maximum a higher value is softer."""
 
     check: str
     usual: float
-    """Without a profile."""
     low: float
     high: float
-    """What a profile may say, ends included; outside it the check would prove nothing."""
     why: str
-    """Why not more; English, translatable."""
     is_maximum: bool
-    """A higher value is softer."""
     shown: str
-    """For `str.format`, with the unit."""
 
 
 LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
@@ -80,7 +76,13 @@ class ManualLine(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """`settings` by key, in the field's unit; `limits` by name. What is not said is the program's own."""
+    """`settings` by key, in the field's unit; `limits` by name. What is not said is the program's own.
+
+    `approved_fingerprint` is that of a module that was checked with this profile. `is_light_inverted`: the calibration
+    found that more light reads as a lower voltage (E11). `is_service_required`: a repack, ejector or cell that is
+    overdue stands against GO; else it is a warning. `tests_within_days`: the guided tests that the pre-flight check
+    requires, with the maximum age of the last one passed.
+    """
 
     name: str = ""
     airframe: str = ""
@@ -89,14 +91,10 @@ class Profile(NamedTuple):
     limits: Mapping[str, float] = MappingProxyType({})
     manual: tuple[ManualLine, ...] = ()
     approved_fingerprint: str | None = None
-    """Of a module that was checked with this profile: see `app.settings.fingerprint`."""
     is_light_inverted: bool = False
-    """The calibration found that more light reads as a lower voltage (E11)."""
     is_service_required: bool = False
-    """A repack, ejector or cell that is overdue stands against GO; else it is a warning."""
     activated_by: ActivatedBy = ActivatedBy.PERSON
     tests_within_days: Mapping[GuidedKind, int] = MappingProxyType({})
-    """Guided tests that the pre-flight check requires, with the maximum age of the last one passed."""
 
     def limit(self, name: str) -> float:
         """One of `LIMITS`."""
