@@ -27,8 +27,8 @@ class ActivatedBy(Enum):
 
 
 class CheckLimit(NamedTuple):
-    """A limit of one check of the pre-flight check: what it is without a profile, what a profile may say (ends included;
-    outside of them the check would prove nothing), and why not more. Of a maximum a higher value is softer."""
+    """A limit of one check of the pre-flight check: what it is without a profile, what a profile may say, ends included
+    (outside the check would prove nothing), and why not more. Of a maximum a higher value is softer."""
 
     check: str
     usual: float

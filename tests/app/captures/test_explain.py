@@ -7,7 +7,7 @@ import time
 import pytest
 
 from app.captures.explain import Asked, meaning, sentence
-from app.captures.traffic import CaptureEntry, Way
+from app.captures.traffic import CaptureEntry, Explainer, Way
 from app.system import gil_yield as pace
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, SET, STATUS, Command, Request
@@ -29,19 +29,15 @@ def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(way: Way, 
     assert any(isinstance(row.piece, Frame) for row in rows) is is_frame
 
 
-def test_what_was_asked_is_known_of_each_answer() -> None:
-    asked = [BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()]
-    reply = bytes.fromhex("41 75 35 01 BE F4")
-    rows = list(
-        explained(
-            [
-                CaptureEntry(0, Way.OUT, asked[0].encode()),
-                CaptureEntry(0, Way.IN, reply),
-                CaptureEntry(1, Way.OUT, asked[1].encode()),
-            ]
-        )
-    )
-    assert [row.asked for row in rows] == [None, asked[0], asked[0]]
+def test_what_was_asked_is_known_of_each_answer_and_no_echo_changes_it() -> None:
+    asked, other = BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()
+    explainer = Explainer()
+    explainer.feed(CaptureEntry(0.0, Way.OUT, asked.encode()))
+    explainer.feed(CaptureEntry(0.1, Way.IN, other.encode()))
+    (row,) = explainer.feed(CaptureEntry(0.2, Way.IN, bytes.fromhex("41 75 35 01 BE F4")))
+    assert row.asked == asked, "six bytes are enough where a voltage was asked for"
+    explainer.feed(CaptureEntry(1.0, Way.OUT, other.encode()))
+    assert explainer.feed(CaptureEntry(1.1, Way.IN, bytes.fromhex("41 75 35 01 BE F4"))) == []
 
 
 def test_faults_that_differ_only_in_their_figures_stay_apart() -> None:

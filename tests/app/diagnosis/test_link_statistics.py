@@ -72,6 +72,13 @@ def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     assert sum(second.losses for second in figures.seconds) == 1
 
 
+def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
+    figures = LinkStatistics()
+    figures.on_batch(batch(1.0, view(100, sent=10)))
+    figures.on_batch(batch(2.0, view(5, sent=2)))
+    assert (figures.totals.sent, figures.totals.bytes_received) == (12, 105)
+
+
 def test_the_seconds_are_bounded_even_when_the_clock_jumps() -> None:
     figures = LinkStatistics()
     for number in range(2 * MAX_SECONDS):
