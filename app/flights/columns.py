@@ -57,6 +57,7 @@ _MEASURED_TOGETHER: Final = (("time",), ("tilt", "roll", "pitch"), ("acceleratio
 _STEPS_S: Final = (0.0005, 60.0)
 _USUAL_LENGTH_S: Final = 4 * 3600.0
 _LARGEST_DEG: Final = 180.5
+_TURN_DEG: Final = 360.0
 _REST_M_S2: Final = (8.0, 12.0)
 _MIN_REST: Final = 0.05
 _SHOCK_M_S2: Final = 60.0
@@ -167,7 +168,14 @@ def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Float
                 unknown = {quantity: columns[quantity].name for quantity in bare}
                 raise _refusal(head, message(text, name=clean(unknown[bare[0]], longest=60)), unknown)
             units.update(dict.fromkeys(bare, possible[0]))
-    return {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
+    scaled = {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
+    for quantity in ("tilt", "roll", "pitch"):
+        largest_deg = np.abs(scaled.get(quantity, np.zeros(1)))
+        if (largest_deg > _TURN_DEG).any():
+            text = marked("“{name}” reaches {value:.0f}°: its unit is another.")
+            name = clean(columns[quantity].name, longest=60)
+            raise UserError(text, name=name, value=float(np.nanmax(largest_deg)))
+    return scaled
 
 
 def _refusal(head: Sequence[str], why: UserMessage, unknown: Mapping[str, str]) -> UserError:
@@ -204,8 +212,8 @@ def _is_plausible(quantity: str, unit: str, columns: Sequence[Floats]) -> bool:
             return False
         return bool(_STEPS_S[0] <= np.median(steps_s) <= _STEPS_S[1])
     if quantity in ("tilt", "roll", "pitch"):
-        # Degrees may be few; only an angle that is none in radians tells.
-        return unit == "deg" or float(np.abs(columns).max()) <= _LARGEST_DEG
+        # Degrees may be few; only an angle that is none in a unit tells, such as hundredths of degrees.
+        return float(np.abs(columns).max()) <= (_TURN_DEG if unit == "deg" else _LARGEST_DEG)
     # An aircraft is at rest for a part of the time, and survives few shocks.
     force_m_s2 = np.sqrt(sum(column * column for column in columns))
     is_rest = (force_m_s2 >= _REST_M_S2[0]) & (force_m_s2 <= _REST_M_S2[1])

@@ -111,7 +111,8 @@ class FlightSummary:
 
     def answer(self, limits: TriggerLimits) -> Answer:
         """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
-        if self.first_fire(limits).sources:
+        _, sources = self.curves[RuleReading.DIRECT].first(limits)
+        if sources:
             return Answer.FIRES
         return Answer.DOES_NOT_FIRE if self.coverage.why_not_enough(limits) is None else Answer.NOT_JUDGED
 

@@ -5346,6 +5346,10 @@
         <translation>未知的“{name}”；有这些列：{columns}。</translation>
     </message>
     <message>
+        <source>“{name}” reaches {value:.0f}°: its unit is another.</source>
+        <translation>“{name}”达到 {value:.0f}°：单位不是度。</translation>
+    </message>
+    <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>
         <translation>“{word}”：应为 ROLE=COLUMN，可用 {roles}。</translation>
     </message>

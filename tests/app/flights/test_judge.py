@@ -62,9 +62,13 @@ def test_both_fire_together_and_what_is_disabled_does_not(is_enabled: bool, fire
 def test_a_locked_module_never_fires_and_forgets_a_fall() -> None:
     judge = Judge()
     limits = TriggerLimits(freefall_time_s=1.0)
-    for step in range(300):
-        assert not judge.judge(SensorSample(step * STEP_S, 80.0, 0.0), limits, is_active=False).fired
-    assert judge.judge(SensorSample(3.0, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(SensorSample(3.4, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(SensorSample(3.8, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(SensorSample(4.0, 0.0, 0.0), limits).fired == Source.FREEFALL
+    fired = []
+    for step in range(400):  # it falls all the time, and is locked for less than a pause
+        sample = SensorSample(step * STEP_S, 5.0, 0.0)
+        fired.append(judge.judge(sample, limits, is_active=not 0.9 <= sample.at_s < 1.2).fired)
+    assert [(step * STEP_S, source) for step, source in enumerate(fired) if source] == [
+        (pytest.approx(2.2), Source.FREEFALL)
+    ]
+    assert judge.judge(SensorSample(4.0, 80.0, 0.0), limits, is_active=False).fired == Source(0)
+    again = judge.judge(SensorSample(4.1, 80.0, 1.0), limits).fired
+    assert again == Source.ATTITUDE  # activated while tilted, it fires at once

@@ -138,6 +138,14 @@ def test_a_bare_acceleration_has_the_unit_in_which_an_aircraft_rests(tmp_path: P
     )
 
 
+@pytest.mark.parametrize("per_deg", [100.0, np.pi / 0.18])
+def test_a_bare_angle_of_more_than_a_turn_is_no_degrees(tmp_path: Path, per_deg: float) -> None:
+    """Hundredths of degrees, and thousandths of radians, of which 1073 were taken for a tilt of 7 degrees."""
+    rows = [f"{at_s},{round(tilt * per_deg)},0,{force}" for at_s, tilt, force in TILT]
+    path = written(tmp_path / "a.csv", "\n".join(["time_s,roll,pitch,acceleration_g", *rows]))
+    assert "The unit of “roll” is not certain" in refusal(path)
+
+
 @pytest.mark.parametrize("unit", ["time_us", "time_ms"])
 def test_a_log_of_implausible_length_is_never_a_no(tmp_path: Path, unit: str) -> None:
     path = written(tmp_path / "a.csv", table(REST, f"{unit},tilt_deg,acceleration_g"))

@@ -22,6 +22,7 @@ from app.flights.summary import FirstFire, summarise
 from app.flights.thresholds import FireMap, FlightGroup
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
+from app.text.messages import message
 from protocol.messages import Source
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
@@ -283,6 +284,12 @@ def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
     assert page.work.limits == limits
     assert page.counts.text() == "Must not fire: 0 of 3 fire · Must fire: 2 of 2 fire in time"
     assert not page.proposal.take.isEnabled()
+    page.work.choose(TriggerLimits(attitude_threshold_deg=30))
+    assert page.proposal.take.isEnabled()
+    page.work.logs["lost.ulg"] = LogFile("lost.ulg", why_not=message("It is gone."))
+    page.proposal.refresh()
+    assert desk.said() == "No proposal: 1 of 6 not read"
+    assert not page.proposal.take.isEnabled()
 
 
 def test_it_says_where_nothing_separates(desk: Desk) -> None:
@@ -319,9 +326,11 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     desk.add(tilted("calm", 20), tilted("turn", 50))
     page = desk.page
     assert page.counts.text() == "Must not fire: 0 of 2 fire"
+    page._services.exchange.can_use = lambda: True
     page.thresholds.tilt.box.selectAll()
     desk.qtbot.keyClicks(page.thresholds.tilt.box, "45")
     assert page.work.limits.attitude_threshold_deg == 45
+    assert page.proposal.use.isEnabled()
     desk.qtbot.keyClicks(page.thresholds.tilt.box, "0")  # 450°
     assert (page.thresholds.tilt.box.text(), page.work.limits.attitude_threshold_deg) == ("450", 45)
     assert not page.proposal.use.isEnabled()
