@@ -1,22 +1,24 @@
 """Panel for choosing a port and connecting. It replaces the page, so that the module's state stays visible above it."""
 
 from functools import partial
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
+    QAbstractScrollArea,
     QComboBox,
     QFormLayout,
     QFrame,
+    QHBoxLayout,
     QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
     QPushButton,
     QScrollArea,
-    QSizePolicy,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -24,26 +26,25 @@ from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import in_brackets, join_sentences, labelled
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
-from protocol.translatable import marked
 from ui.core.port_watcher import key_of
 from ui.core.preferences import LastPort
 from ui.session.ports import Ports
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
-from ui.widgets.sliders import WheelGuard, label_for
+from ui.widgets.layouts import retain_size
+from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
 
-ROW_PX = 48
-MAX_ROWS = 6
-"""With more rows the list scrolls."""
-_ICON_PX = 20
-_CHOICE = Qt.ItemDataRole.UserRole
+SIMULATED_PORT: Final = "sim://demo?lifelike"
+FIND_RATE: Final = 0
+"""Data of the entry "Find the baud rate"."""
+_CARD_PX: Final = 520
+_CHOICE: Final = Qt.ItemDataRole.UserRole
 
 
 class PortChoice(NamedTuple):
@@ -69,7 +70,13 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
     product = "" if port.description == name else port.description
     detail = _listed(maker, serial) or (tr("no serial number") if product else tr("built in"))
-    badge = tr("connected") if is_connected else tr("new") if is_new else tr("used last") if is_last else ""
+    badge = ""
+    if is_connected:
+        badge = tr("connected")
+    elif is_new:
+        badge = tr("new")
+    elif is_last:
+        badge = tr("used last")
     return PortChoice(port.device, port.identity, name, product, detail, Icon.PLUG, badge)
 
 
@@ -81,8 +88,10 @@ class PortList(QListWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("port_list")
-        set_icon_size(self, _ICON_PX)
+        self.setAccessibleName(tr("Ports"))
+        set_icon_size(self, 20)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setSizeAdjustPolicy(QAbstractScrollArea.SizeAdjustPolicy.AdjustToContents)
         self.setMouseTracking(True)
         self.itemSelectionChanged.connect(self.chosen_changed)
 
@@ -96,13 +105,14 @@ class PortList(QListWidget):
             for choice in choices:
                 head = _listed(choice.title, choice.badge, choice.product)
                 item = QListWidgetItem(icon(choice.icon), f"{head}\n{choice.detail}")
+                spoken = ", ".join(filter(None, (choice.title, choice.product, choice.detail, choice.badge)))
                 item.setData(_CHOICE, choice)
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(choice))
-                item.setToolTip(_spoken(choice))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
+                item.setToolTip(spoken)
                 self.addItem(item)
         if chosen is not None:
             self.choose(chosen.key)
-        self.fit()
+        self.updateGeometry()
         self.chosen_changed.emit()
 
     def choice_at(self, row: int) -> PortChoice:
@@ -122,23 +132,6 @@ class PortList(QListWidget):
                 return True
         return False
 
-    def fit(self) -> None:
-        """The height of a row, in the size of text in use."""
-        for row in range(self.count()):
-            self.item(row).setSizeHint(QSize(0, scaled(ROW_PX)))
-        self.updateGeometry()
-
-    def sizeHint(self) -> QSize:
-        rows = min(MAX_ROWS, max(2, self.count()))
-        return QSize(360, rows * scaled(ROW_PX) + 2 * Space.XS)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(240, scaled(ROW_PX) + 2 * Space.XS)
-
-
-def _spoken(choice: PortChoice) -> str:
-    return ", ".join(filter(None, (choice.title, choice.product, choice.detail, choice.badge)))
-
 
 def _short(device: str) -> str:
     return device.removeprefix("/dev/")
@@ -146,12 +139,6 @@ def _short(device: str) -> str:
 
 def _listed(*parts: str) -> str:
     return " · ".join(filter(None, parts))
-
-
-SIMULATED_PORT = "sim://demo?lifelike"
-CARD_PX = 520
-FIND_RATE = 0
-"""Data of the entry "Find the baud rate"."""
 
 
 class ConnectPanel(QScrollArea):
@@ -166,97 +153,132 @@ class ConnectPanel(QScrollArea):
     def __init__(self, ports: Ports) -> None:
         super().__init__()
         self.setObjectName("connect_panel")
+        self.setAccessibleName(tr("Choose a port"))
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._ports = ports
-        self._watcher = watcher = ports.watcher
+        self._watcher = ports.watcher
         self._last: LastPort | None = None
+        # Key and rate of the open port that the list and the rate were set to.
         self._connected: tuple[str, int] | None = None
-        """Key and rate of the open port that the list and the rate were set to."""
         self._focus = FocusBack(self)
         self.list = PortList()
-        self.other = control(QLineEdit(), "port_address", says=tr("Other port"))
-        self.rate = control(QComboBox(), "rate_box", says=tr("Baud rate"))
-        self.connect_button = control(
-            QPushButton(tr("Connect")), "connect_button", role="primary", slot=self.connect_chosen
-        )
-        self.disconnect_button = control(
-            QPushButton(tr("Disconnect")), "disconnect_button", key="Ctrl+D", slot=self.disconnect_wanted
-        )
-        self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
-        self.options = control(
-            QToolButton(),
-            "connect_options",
-            text=tr("Other port or baud rate"),
-            picture=Icon.CHEVRON_DOWN,
-            role="quiet",
-            is_checkable=True,
-        )
-        self.logs = control(
-            QToolButton(),
-            "connect_logs",
-            text=tr("Drop flight logs here: would it have fired?"),
-            picture=Icon.MAP,
-            role="quiet",
-        )
-        self._close = control(
-            QToolButton(),
-            "connect_close",
-            says=tr("Close"),
-            key="Esc",
-            picture=Icon.CROSS,
-            role="quiet",
-            slot=self.hide,
-        )
-        WheelGuard(self.rate)
-        self.setAccessibleName(tr("Choose a port"))
-        self.list.setAccessibleName(tr("Ports"))
+        self.other = named(QLineEdit(), "port_address")
+        self.other.setAccessibleName(tr("Other port"))
         self.other.setPlaceholderText(tr("device or socket://host:port"))
-        self._build()
+        self.rate = named(QComboBox(), "rate_box")
+        self.rate.setAccessibleName(tr("Baud rate"))
+        self.rate.addItem(tr("115200 (usual)"), DEFAULT_BAUD_RATE)
+        for rate in BAUD_RATES:
+            if rate != DEFAULT_BAUD_RATE:
+                self.rate.addItem(str(rate), rate)
+        self.rate.addItem(tr("Find the baud rate"), FIND_RATE)
+        WheelGuard(self.rate)
+        self.connect_button = named(QPushButton(tr("Connect")), "connect_button", "primary")
+        self.disconnect_button = named(QPushButton(tr("Disconnect")), "disconnect_button")
+        self.disconnect_button.setToolTip(tr("Disconnect") + in_brackets("Ctrl+D"))
+        self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
+        self.options = _quiet_button("connect_options", tr("Other port or baud rate"), Icon.CHEVRON_DOWN)
+        self.options.setCheckable(True)
+        self.logs = _quiet_button("connect_logs", tr("Drop flight logs here: would it have fired?"), Icon.MAP)
+        self._close = _quiet_button("connect_close", "", Icon.CROSS)
+        self._close.setAccessibleName(tr("Close"))
+        self._close.setToolTip(tr("Close") + in_brackets("Esc"))
+        self._lay_out()
+        self.connect_button.clicked.connect(self.connect_chosen)
+        self.disconnect_button.clicked.connect(self.disconnect_wanted)
+        self._close.clicked.connect(self.hide)
         self.list.chosen_changed.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
-        watcher.listed.connect(self.refresh)
+        self._watcher.listed.connect(self.refresh)
         ports.changed.connect(self.refresh)
         self.hide()
-        VisibilityTimer(self, self._on_shown, restyle=self._restyle, hidden=self._on_hidden)
+        VisibilityTimer(self, self._on_shown, hidden=self._on_hidden)
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(named(QLabel(tr("Choose a port")), "connect_title", "title"), 1)
+        head.addWidget(self._close)
+        self._form = named(QWidget(), "connect_form")
+        form = QFormLayout(self._form)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(tr("Other port"), self.other)
+        form.addRow(tr("Baud rate"), self.rate)
+        self._form.hide()
+        self.options.toggled.connect(self._form.setVisible)
+        retain_size(self.disconnect_button)
+        buttons = QHBoxLayout()
+        buttons.addStretch()
+        buttons.addWidget(self.disconnect_button)
+        buttons.addWidget(self.connect_button)
+        card = named(QFrame(), "connect_card", "card")
+        card.setMaximumWidth(scaled(_CARD_PX))
+        column = QVBoxLayout(card)
+        column.setContentsMargins(Space.XL, Space.L, Space.XL, Space.XL)
+        column.setSpacing(Space.M)
+        column.addLayout(head)
+        column.addWidget(self.list)
+        column.addWidget(self.empty)
+        column.addWidget(self.options, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addWidget(self._form)
+        column.addWidget(self.state_label)
+        column.addLayout(buttons)
+        column.addWidget(self.logs, 0, Qt.AlignmentFlag.AlignLeft)
+        # From a fixed place downwards: nothing above moves when a row or a line is added.
+        ground = named(QWidget(), "connect_ground")
+        middle = QHBoxLayout()
+        middle.addStretch(1)
+        middle.addWidget(card, 100)
+        middle.addStretch(1)
+        whole = QVBoxLayout(ground)
+        whole.addSpacing(Space.XL)
+        whole.addLayout(middle)
+        whole.addStretch()
+        self.setWidget(ground)
+        for transparent in (self.viewport(), ground):
+            transparent.setAutoFillBackground(False)
 
     def prefer(self, last: LastPort | None) -> None:
         """Preselects this port as soon as it is listed."""
         self._last = last
         if last is not None:
-            self.rate.setCurrentIndex(max(0, self.rate.findData(last.baud_rate)))
             if not last.identity and not is_simulated(last.device):
                 self.other.setText(last.device)
-            self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
+            self._show_rate(last.baud_rate)
         self.refresh()
+
+    def _show_rate(self, rate: int) -> None:
+        """Chooses it, and opens the form where that or the address is unusual."""
+        self.rate.setCurrentIndex(max(0, self.rate.findData(rate)))
+        self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
 
     def refresh(self) -> None:
         if self.isHidden():
             return
-        target = self._ports.current.target if self._ports.current.is_requested else None
+        port, watcher = self._ports.current, self._watcher
+        target = port.target if port.is_open else None
         choices = [
             choice_of(
-                port,
-                is_new=self._watcher.is_new(port),
-                is_connected=target is not None and self._ports.current.is_open and target.device == port.device,
-                is_last=self._last is not None and bool(port.identity) and port.identity == self._last.identity,
+                listed,
+                is_new=watcher.is_new(listed),
+                is_connected=target is not None and target.device == listed.device,
+                is_last=self._last is not None and bool(listed.identity) and listed.identity == self._last.identity,
             )
-            for port in self._watcher.ports
+            for listed in watcher.ports
         ]
-        is_simulating = target is not None and target.is_simulated and self._ports.current.is_open
-        badge = tr("connected") if is_simulating else ""
+        badge = tr("connected") if target is not None and target.is_simulated else ""
         choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), "", "", Icon.SIMULATOR, badge))
         self.list.show_choices(choices)
         self._choose_connected()
         if self.list.chosen is None and not self.other.text():
             self._preselect()
-        self.empty.setVisible(not self._watcher.ports)
-        if self._watcher.has_listed and not self._watcher.is_current:
+        self.empty.setVisible(not watcher.ports)
+        if watcher.has_listed and not watcher.is_current:
             self.empty.setText(tr(NOT_LISTED))
-        elif self._watcher.has_listed:
+        elif watcher.has_listed:
             self.empty.setText(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         else:
             self.empty.setText(tr("Looking for ports…"))
@@ -266,10 +288,9 @@ class ConnectPanel(QScrollArea):
         """The target that Connect would open, None while nothing is chosen."""
         rate = int(self.rate.currentData())
         first_rate, finds = (rate or DEFAULT_BAUD_RATE), rate == FIND_RATE
-        typed = self.other.text().strip()
+        typed, choice = self.other.text().strip(), self.list.chosen
         if typed:
             return Target(typed, first_rate, finds_rate=finds)
-        choice = self.list.chosen
         if choice is None:
             return None
         return Target(choice.device, first_rate, choice.identity, finds_rate=finds)
@@ -278,48 +299,6 @@ class ConnectPanel(QScrollArea):
         target = self.chosen_target()
         if target is not None:
             self.connect_wanted.emit(target)
-
-    # Construction
-
-    def _build(self) -> None:
-        title = named(QLabel(tr("Choose a port")), "connect_title", "title")
-        self._form = named(QWidget(), "connect_form")
-        self._form.setLayout(self._build_form())
-        self._form.hide()
-        self.options.toggled.connect(self._form.setVisible)
-        head = in_row((title, 1), self._close)
-        buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
-        options = in_row(self.options, 1)
-        logs = in_row(self.logs, 1)
-        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons, logs
-        card = named(QFrame(), "connect_card", "card")
-        self._card = card
-        in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
-        card.setMaximumWidth(scaled(CARD_PX))
-        for label in (self.empty, self.state_label):
-            label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-        self.connect_button.setMinimumWidth(120)
-        ground = named(QWidget(), "connect_ground")
-        middle = in_row(1, (card, 100), 1)
-        in_column(1, middle, 2, of=ground, margins=Space.M)
-        self.setWidget(ground)
-        for transparent in (self.viewport(), ground):
-            transparent.setAutoFillBackground(False)
-
-    def _build_form(self) -> QFormLayout:
-        form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
-        form.setHorizontalSpacing(Space.M)
-        form.setVerticalSpacing(Space.S)
-        for field, english in ((self.other, marked("Other port")), (self.rate, marked("Baud rate"))):
-            form.addRow(label_for(field, tr(english)), field)
-        for number, rate in enumerate(dict.fromkeys((DEFAULT_BAUD_RATE, *BAUD_RATES))):
-            self.rate.addItem(str(rate), rate)
-            if rate == DEFAULT_BAUD_RATE:
-                self.rate.setItemText(number, tr("115200 (usual)"))
-        self.rate.addItem("", FIND_RATE)
-        self.rate.setItemText(self.rate.count() - 1, tr("Find the baud rate"))
-        return form
 
     # Choosing
 
@@ -331,13 +310,12 @@ class ConnectPanel(QScrollArea):
         if connected == self._connected:
             return
         self._connected = connected
-        if target is None or connected is None:
+        if target is None:
             return
         if not self.list.choose(target.key) and not self.list.choose(target.device):
             self.other.setText(target.device)
             self.list.clearSelection()
-        self.rate.setCurrentIndex(max(0, self.rate.findData(connected[1])))
-        self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
+        self._show_rate(port.connection.baud_rate)
 
     def _preselect(self) -> None:
         last = self._last
@@ -359,19 +337,20 @@ class ConnectPanel(QScrollArea):
         self._show_state()
 
     def _show_state(self) -> None:
-        state = self._ports.current.state
-        words = link_text(state, self._ports.clock())
-        is_closed = state.phase is Phase.CLOSED
-        has_chosen = self.chosen_target() is not None
-        next_step = tr("Connecting reads the module; Live also switches its serial output on.") if has_chosen else ""
-        target = self._ports.current.target
-        name = "" if target is None else tr("Simulated module") if target.is_simulated else _short(target.device)
-        said = join_sentences((words.what, words.next_step))
-        self.state_label.setText(next_step if is_closed else labelled(name, said) if name else said)
-        self.state_label.setVisible(bool(self.state_label.text()))
-        self.disconnect_button.setVisible(self._ports.current.is_requested)
-        self.logs.setVisible(not self._ports.current.is_requested)
-        self.connect_button.setEnabled(has_chosen)
+        """Of the connection that there is, with its port and rate; else what connecting does."""
+        port = self._ports.current
+        state, target = port.state, port.target
+        if state.phase is Phase.CLOSED or target is None:
+            self.state_label.setText(tr("Connecting reads the module; Live also switches its serial output on."))
+        else:
+            words = link_text(state, self._ports.clock())
+            name = tr("Simulated module") if target.is_simulated else _short(target.device)
+            rate = tr("{rate} baud", rate=port.connection.baud_rate) if port.is_open else ""
+            said = join_sentences((words.what, words.next_step))
+            self.state_label.setText(labelled(_listed(name, rate), said))
+        self.disconnect_button.setVisible(port.is_requested)
+        self.logs.setVisible(not port.is_requested)
+        self.connect_button.setEnabled(self.chosen_target() is not None)
 
     # Qt
 
@@ -398,6 +377,12 @@ class ConnectPanel(QScrollArea):
             self._connected = None
         self.shown.emit()
 
-    def _restyle(self) -> None:
-        self._card.setMaximumWidth(scaled(CARD_PX))
-        self.list.fit()
+
+def _quiet_button(name: str, text: str, picture: Icon) -> QToolButton:
+    button = named(QToolButton(), name, "quiet")
+    button.setText(text)
+    button.setIcon(icon(picture))
+    set_icon_size(button, 16)
+    if text:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    return button

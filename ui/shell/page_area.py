@@ -212,6 +212,7 @@ class Sidebar(QListWidget):
         self._name_rows()
         self._fit()
         self.currentItemChanged.connect(self._on_current_changed)
+        self.itemClicked.connect(self._on_current_changed)  # from the list of ports back to the same page
         VisibilityTimer(self, self._fit, restyle=self._fit)
 
     def choose(self, key: str) -> bool:

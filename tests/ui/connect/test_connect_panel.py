@@ -4,7 +4,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -28,7 +28,7 @@ from tests.support.window.fakes_ui import (
     window,
 )
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import given, press
+from tests.support.window.steps import given, let_lay_out, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
@@ -113,6 +113,36 @@ def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplicat
     with window(qapp, tmp_path, listed=ports) as assembly:
         qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
         assert rows(assembly)[SECOND_ADAPTER.device] == ""
+
+
+def test_nothing_moves_while_one_types(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, listed=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(lambda: panel.list.count() == 3)
+        panel.options.setChecked(True)
+        let_lay_out(panel)
+        parts = (panel.list, panel.other, panel.rate, panel.connect_button)
+
+        def places() -> list[QPoint]:
+            let_lay_out(panel)
+            return [part.mapTo(panel, QPoint()) for part in parts]
+
+        before = places()
+        for key in ("s", "o", Qt.Key.Key_Backspace, Qt.Key.Key_Backspace, "x"):
+            press_key = qtbot.keyClicks if isinstance(key, str) else qtbot.keyClick
+            press_key(panel.other, key)
+            assert places() == before
+        assert panel.connect_button.isEnabled()
+
+
+def test_the_button_of_the_page_leads_back_to_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        main = assembly.window
+        qtbot.waitUntil(main.panel.isVisible)
+        where = main.navigation.visualItemRect(main.navigation.currentItem()).center()
+        qtbot.mouseClick(main.navigation.viewport(), Qt.MouseButton.LeftButton, pos=where)
+        assert main.panel.isHidden()
+        assert main.area.isVisible()
 
 
 def test_without_any_port_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -266,11 +296,11 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
             qtbot.waitUntil(panel.isVisible)
             assert given(panel.list.chosen).device == SECOND_ADAPTER.device
             assert panel.rate.currentData() == rate
-            assert panel.state_label.text() == "ttyACM0: The module answers."
+            assert panel.state_label.text() == f"ttyACM0 · {rate} baud: The module answers."
             panel.list.choose(ADAPTER.identity)  # another one may be chosen
             panel.rate.setCurrentIndex(panel.rate.findData(9600))
             panel.refresh()
             assert given(panel.list.chosen).device == ADAPTER.device
             assert panel.rate.currentData() == 9600
-            assert panel.state_label.text() == "ttyACM0: The module answers."  # not that of the row
+            assert panel.state_label.text() == f"ttyACM0 · {rate} baud: The module answers."  # not that of the row
             panel.hide()
