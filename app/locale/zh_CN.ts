@@ -1340,6 +1340,10 @@
         <translation>中断后已发送锁定。</translation>
     </message>
     <message>
+        <source>LOCK {module}</source>
+        <translation>锁定 {module}</translation>
+    </message>
+    <message>
         <source>Lag</source>
         <translation>链路延迟</translation>
     </message>

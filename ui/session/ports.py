@@ -4,7 +4,7 @@ import logging
 import time
 from collections.abc import Callable
 from functools import partial
-from weakref import WeakSet
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QWidget
@@ -209,13 +209,28 @@ class LockControl:
 
     def __init__(self, ports: Ports) -> None:
         self._ports = ports
-        self.buttons: WeakSet[QWidget] = WeakSet()
-        """Those that press it: a click on one counts also while a menu is open."""
+        # A click on one of these counts also while a menu is open; each with what it does.
+        self.buttons: WeakKeyDictionary[QWidget, Callable[[], object]] = WeakKeyDictionary()
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         self._ports.current.lock.press(then=then)
 
-    def press_all(self, *, then: Callable[[], object] | None = None) -> None:
+    @property
+    def others(self) -> list[Port]:
+        """Ports that are not shown and whose module is ACTIVE or TRIGGERED, or does not report LOCKED."""
+        now = self._ports.clock()
+        ports = [port for port in self._ports.all if port is not self._ports.current and port.is_requested]
+        return [
+            port
+            for port in ports
+            if port.is_active or port.lock.is_unproven or port.module.view.fresh("triggered", now) is True
+        ]
+
+    def press_others(self) -> None:
+        for port in self.others:
+            port.lock.press()
+
+    def press_all(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
         that they are locked."""
         ports = [port for port in self._ports.all if port.lock.is_possible]

@@ -1,6 +1,6 @@
-"""LOCK from everywhere: its keys in every window, and the first click on its button while a menu or a list is open."""
+"""LOCK from everywhere: its keys in every window, the first click on its buttons while a menu is open."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
@@ -13,21 +13,20 @@ from ui.widgets.gestures import application
 from ui.widgets.labels import be_plain
 
 LOCK_KEYS: Final = ("Ctrl+L", "F12")
+LOCK_ALL_KEY: Final = "Ctrl+Shift+L"
 # By class: `type()` would first make a member of its enumeration of every event of the application.
 _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 
 
 class LockFilter(QObject):
-    """Filters the events of the application, so that no new window has to remember LOCK.
-
-    It also makes the labels of dialogs and the tool tips show plain text: a module or a file may be named like a
-    picture or a heading.
-    """
+    """Filters the events of the application, so that no new window has to remember LOCK. It also makes the labels of
+    dialogs and the tool tips show plain text: a module or a file may be named like a picture or a heading."""
 
     def __init__(self, lock: LockControl, parent: QObject) -> None:
         super().__init__(parent)
         self._lock = lock
-        self._keys = [QKeySequence(key) for key in LOCK_KEYS]
+        self._acts: dict[str, Callable[[], object]] = dict.fromkeys(LOCK_KEYS, lock.press)
+        self._acts |= {LOCK_ALL_KEY: lock.press_all}
         application().installEventFilter(self)
 
     def stop(self) -> None:
@@ -48,9 +47,8 @@ class LockFilter(QObject):
         if isinstance(event, QKeyEvent):
             return event.type() != QEvent.Type.KeyRelease and self._on_key(event)
         if isinstance(event, QMouseEvent):
-            return (
-                event.type() == QEvent.Type.MouseButtonPress and isinstance(watched, QWindow) and self._on_press(event)
-            )
+            is_press = event.type() == QEvent.Type.MouseButtonPress and isinstance(watched, QWindow)
+            return is_press and self._on_press(event)
         if isinstance(watched, QDialog):
             for label in watched.findChildren(QLabel):  # Qt's own dialogs show names of files
                 be_plain(label)
@@ -60,21 +58,21 @@ class LockFilter(QObject):
         return False
 
     def _on_key(self, event: QKeyEvent) -> bool:
-        if QKeySequence(event.keyCombination()) not in self._keys:
+        act = self._acts.get(QKeySequence(event.keyCombination()).toString())
+        if act is None:
             return False
         event.accept()  # of `ShortcutOverride`: it comes again as `KeyPress`, and not as a shortcut
         if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
-            self._lock.press()
+            act()
         return True
 
     def _on_press(self, event: QMouseEvent) -> bool:
         """Without this a click would only close the menu or the list, or ask what LOCK is."""
-        popup = QApplication.activePopupWidget()
-        if popup is None and not QWhatsThis.inWhatsThisMode():
-            return False
-        if QApplication.widgetAt(event.globalPosition().toPoint()) not in self._lock.buttons:
+        popup, button = QApplication.activePopupWidget(), QApplication.widgetAt(event.globalPosition().toPoint())
+        act = None if button is None else self._lock.buttons.get(button)
+        if act is None or (popup is None and not QWhatsThis.inWhatsThisMode()):
             return False
         if popup is not None:
             popup.close()
-        self._lock.press()
+        act()
         return True

@@ -23,7 +23,7 @@ from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
-from ui.shell.lock_filter import LOCK_KEYS, LockFilter
+from ui.shell.lock_filter import LOCK_ALL_KEY, LOCK_KEYS, LockFilter
 from ui.shell.page_area import PageArea, PageMaker, Sidebar, fit_screen
 from ui.shell.shutdown import close_down
 from ui.shell.status_bar import RecordingSign, StatusBar
@@ -156,6 +156,8 @@ class MainWindow(QMainWindow):
             "module",
             MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: ports.current.is_requested,
                       picture=Icon.LOCK),
+            MenuEntry("lock_all", marked("LOCK ALL"), lock.press_all, LOCK_ALL_KEY,
+                      when=lambda: len(ports.all) > 1, picture=Icon.LOCK),
             MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate,
                       when=lambda: ports.current.is_open),
             MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4",

@@ -10,12 +10,13 @@ from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.safety.trigger_flags import TriggerFlags, trigger_flags
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import join_names
 from protocol.catalogue import BY_NAME
 from ui.forms.field_editors import explain_setting
 from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, is_text_large, scaled
-from ui.widgets.controls import control, named, set_role
+from ui.widgets.controls import control, named, set_role, without_key
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
@@ -47,8 +48,12 @@ def port_title(state: LinkState, target: Target | None) -> str:
     device = target.device if target is not None else state.port
     if is_simulated(device):
         return tr("Simulated module")
-    name = device.removeprefix("/dev/")
+    name = port_name(device)
     return f"{name} · {state.baud_rate}" if state.baud_rate else name
+
+
+def port_name(device: str) -> str:
+    return device.removeprefix("/dev/")
 
 
 class PortButton(QPushButton):
@@ -86,6 +91,9 @@ class PortButton(QPushButton):
     def sizeHint(self) -> QSize:
         return self._row.sizeHint()  # Qt's is of a button's own text
 
+    def minimumSizeHint(self) -> QSize:
+        return QSize(scaled(110), self._row.minimumSize().height())
+
 
 class TopBar(QFrame):
     """Port and link, module, states and LOCK, on every page. Large text has the states on a second line; what has no
@@ -118,18 +126,24 @@ class TopBar(QFrame):
             slot=ports.lock.press,
             about=tr("Standby at once: always allowed, never asked twice."),
         )
-        ports.lock.buttons.add(self.lock)
+        # Of modules that are not shown and not known to be LOCKED.
+        self.lock_others = control(QPushButton(), "lock_others_button", picture=Icon.LOCK, role="danger")
+        self.lock_others.clicked.connect(ports.lock.press_others)
+        self.lock_others.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
         self.lock.setMinimumSize(scaled(92), scaled(40))  # for gloves, and bold while the module is active
         self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
         head = (self.menu, self.port, (self.name, 1))
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
         if is_text_large():
-            first = in_row(*head, self.lock, spacing=Space.S)
+            first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:
-            in_row(*head, states, Gap(Space.S), self.lock, of=self, spacing=Space.S, margins=margins)
+            in_row(*head, states, Gap(Space.S), self.lock_others, self.lock, of=self, spacing=Space.S, margins=margins)
+        self._show_others()
         self.refresh()
+        ports.any_changed.connect(self._show_others)
         for changed in (ports.changed, ports.ticked):
             changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh)
@@ -161,6 +175,17 @@ class TopBar(QFrame):
         menu = self.menu.menu()
         if menu is not None:
             menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
+
+    def _show_others(self) -> None:
+        """One is named; of several the tooltip names all."""
+        names = [port.module.name or port_name(port.connection.port) for port in self._ports.lock.others]
+        self.lock_others.setVisible(bool(names))
+        text = tr("LOCK ALL")
+        if len(names) == 1:
+            name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideRight, scaled(90))
+            text = tr("LOCK {module}", module=without_key(name))
+        self.lock_others.setText(text)
+        self.lock_others.setToolTip(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(names)))
 
     def refresh(self) -> None:
         port, now = self._ports.current, self._ports.clock()

@@ -11,10 +11,15 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.procedures.lock import Locked
+from app.safety.journal import Outcome
+from app.safety.last_known import Activation
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
+from protocol.events import EndReason
 from tests.support.line.frames import at_each_frame
 from tests.support.line.odd_module import end_faults
+from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import EMPTY_PAGE, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
@@ -22,6 +27,7 @@ from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.session.ports import LockControl
+from ui.shell.lock_filter import LOCK_ALL_KEY
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -235,3 +241,45 @@ def test_its_keys_count_while_the_pages_are_made(
         qtbot.waitUntil(lambda: assembly.window._maker.is_done and len(pressed) == len(entries))
         assert [kind for kind, *_ in raised] == [AttributeError]
     assert shown == []
+
+
+def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        main = assembly.window
+        first, here = ports.plug_in("/dev/one", active=True)
+        second, there = ports.plug_in("/dev/two", active=False)
+        qapp.processEvents()
+        button = main.top_bar.lock_others
+        assert assembly.ports.current is first
+        assert button.isHidden()
+        there.say(active=True)
+        qtbot.waitUntil(button.isVisible)
+        assert button.text() == "LOCK two"
+        press(qtbot, button)
+        assert second.lock.is_repeating
+        assert not first.lock.is_repeating
+        there.unplug()
+        qapp.processEvents()
+        assert button.isVisible(), "nobody has seen it locked"
+        qtbot.keySequence(main, LOCK_ALL_KEY)
+        assert first.lock.is_repeating
+        assert here.wanted(is_urgent=True)
+
+
+def test_a_lock_that_failed_stands_until_the_module_reports_locked(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, _assembly):
+        port, module = ports.plug_in("/dev/one", active=True)
+        port.lock.press()
+        (job,) = module.wanted(is_urgent=True)
+        module.finish(job, Locked(outcome=Outcome.UNKNOWN, sent=31))
+        qtbot.waitUntil(lambda: port.lock.failed is not None)
+        module.end(EndReason.SILENT)
+        qapp.processEvents()
+        assert port.module.activation.state is Activation.WAS_ACTIVE
+        assert port.lock.failed is not None
+        module.begin(active=False)
+        qtbot.waitUntil(lambda: port.lock.failed is None)
