@@ -7,7 +7,7 @@ from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from protocol.catalogue import BY_NAME, TRIGGER_RECORDS
 from protocol.frame import Frame
-from protocol.messages import Status, TriggerRecord, decode, decode_record
+from protocol.messages import Source, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.simulated import receive, running, say, tick
 
@@ -198,6 +198,15 @@ def test_a_disabled_or_forbidden_attitude_trigger_does_not_fire(frame: str) -> N
     module.world.tilt_deg = 90
     tick(module, 1.0)
     assert not module.is_triggered
+
+
+def test_what_is_forbidden_does_not_fire_by_its_pwm_input_either() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    say(module, "42 61 11 02 00 13")
+    assert not module.fire(Source.PWM, 1.0)
+    say(module, "42 61 10 02 01 13")
+    assert module.fire(Source.PWM, 2.0)
 
 
 def test_deploy_over_serial_fires_an_active_module() -> None:
