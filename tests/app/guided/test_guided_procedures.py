@@ -6,16 +6,19 @@ import pytest
 
 from app.engine.conversation import Interrupted, reason_message
 from app.engine.procedure import Report
+from app.guided.bay import _result as _bay_result
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import LOOSE_ENDS, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
 from app.guided.tilt import Span, TiltDirection
+from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
 from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from protocol.events import EndReason
+from protocol.messages import Source
 from tests.support.hands import Hands, guided
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
@@ -163,6 +166,15 @@ def test_the_light_and_its_margin(threshold: int, open_row: str) -> None:
     assert rows(done)["Bay closed"][1] == ("failed" if threshold == 2 else "passed")
 
 
+@pytest.mark.promise("f")
+def test_the_light_that_is_nearest_to_the_threshold_decides() -> None:
+    """Of each position one reading strays to the threshold, at either sense of the sensor."""
+    dark, bright = Band((3, 3, 18)), Band((30, 30, 18))
+    for closed, opened in ((dark, Band((30,))), (Band((3,)), bright), (bright, Band((3,))), (Band((30,)), dark)):
+        assert _bay_result(closed, opened, 1.8).verdict is GuidedVerdict.FAILED
+    assert _bay_result(Band((3,)), Band((30,)), 1.8).verdict is GuidedVerdict.PASSED
+
+
 def test_light_that_reads_lower_is_said() -> None:
     done = result(guided(settled_rig(light_inverted=True), GuidedKind.BAY))
     assert done.verdict is GuidedVerdict.PASSED
@@ -214,6 +226,10 @@ def test_what_a_loose_plug_does_to_the_conversation_is_its_result(reason: EndRea
 def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
     rig = settled_rig(active=True)
     assert reason(guided(rig, kind)) == "The module is ACTIVE: lock it first."
+    rig.bench.module.activate(is_active=False)
+    rig.bench.module._fired = Source.PWM
+    rig.step_for(0.5)
+    assert reason(guided(rig, kind)) == "The module reports that it has fired."
     assert all(request.hazard is Hazard.NONE for request in rig.line.requests)
 
 
