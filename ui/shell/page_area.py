@@ -68,6 +68,14 @@ _IN_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.
 _OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
 
 
+class _Pages(QStackedWidget):
+    """As high as the page in sight needs: Qt would take the highest of all pages."""
+
+    def heightForWidth(self, width: int) -> int:
+        page = self.currentWidget()
+        return -1 if page is None else page.heightForWidth(width)
+
+
 class PageArea(QScrollArea):
     """Scrolls the page in sight where it does not fit. `stack` holds all pages."""
 
@@ -77,7 +85,7 @@ class PageArea(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.stack = named(QStackedWidget(), "pages")
+        self.stack = named(_Pages(), "pages")
         self.setWidget(self.stack)
         self.stack.currentChanged.connect(self._on_page)
         self.viewport().setAutoFillBackground(False)
