@@ -11,9 +11,7 @@ every one-bit and every one-byte error, and misses about 6 % of two-bit errors. 
 value must also be ones that the table allows.
 """
 
-from collections.abc import Mapping
 from enum import Enum
-from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol.catalogue import (
@@ -43,14 +41,14 @@ class Direction(Enum):
 
 
 class Reason(Enum):
-    """Why bytes are not a frame; the keys of the rejected-byte counters."""
+    """Why bytes are not a frame: English, translatable."""
 
-    NO_HEADER = "no_header"
-    UNKNOWN_CODE = "unknown_code"
-    CONTROL = "control"
-    CHECKSUM = "checksum"
-    VALUE = "value"
-    INCOMPLETE = "incomplete"
+    NO_HEADER = marked("no frame header")
+    UNKNOWN_CODE = marked("unknown code")
+    CONTROL = marked("wrong control byte")
+    CHECKSUM = marked("wrong checksum")
+    VALUE = marked("impossible value")
+    INCOMPLETE = marked("broken off")
 
 
 class Frame(NamedTuple):
@@ -64,33 +62,12 @@ class Frame(NamedTuple):
     offset: int = 0
 
 
-class Fault(NamedTuple):
-    """What is wrong with bytes that begin like a frame: English, translatable, with the wrong bytes in hex."""
-
-    reason: Reason
-    text: str
-    values: Mapping[str, str] = MappingProxyType({})  # the placeholders of `text`
-
-    @property
-    def detail(self) -> str:
-        """The whole sentence in English."""
-        return self.text.format(**self.values)
-
-
 class Noise(NamedTuple):
     """Consecutive bytes that are not a frame, and why."""
 
     raw: bytes
-    fault: Fault
+    reason: Reason
     offset: int
-
-    @property
-    def reason(self) -> Reason:
-        return self.fault.reason
-
-    @property
-    def detail(self) -> str:
-        return self.fault.detail
 
 
 def checksum(body: bytes) -> int:
@@ -134,35 +111,8 @@ _SHORT_VALUES = _short_values()
 _HOST_VALUES = _host_values()
 
 
-def fault(reason: Reason, text: str, **wrong: int) -> Fault:
-    return Fault(reason, text, {name: f"{byte:02X}" for name, byte in wrong.items()})
-
-
-def unknown_code(code: int) -> Fault:
-    return fault(Reason.UNKNOWN_CODE, marked("unknown command code {code}"), code=code)
-
-
-def wrong_control(control: int) -> Fault:
-    """A module frame whose control byte is not 01."""
-    return fault(Reason.CONTROL, marked("control byte {control}, expected 01"), control=control)
-
-
-def _sum_fault(raw: bytes) -> Fault | None:
-    expected = checksum(raw[2:-1])
-    if raw[-1] == expected:
-        return None
-    return fault(Reason.CHECKSUM, marked("checksum {found}, the sum is {expected}"), found=raw[-1], expected=expected)
-
-
-def _value_fault(raw: bytes, allowed: frozenset[int]) -> Fault | None:
-    if raw[4] in allowed:
-        return None
-    return fault(Reason.VALUE, marked("value {value} is not allowed for {code}"), value=raw[4], code=raw[2])
-
-
-def _flag_fault(*flags: int) -> Fault | None:
-    text = marked("flag {value}, expected 00 or 01")
-    return next((fault(Reason.VALUE, text, value=flag) for flag in flags if flag > 1), None)
+def _wrong_sum(raw: bytes) -> Reason | None:
+    return None if raw[-1] == checksum(raw[2:-1]) else Reason.CHECKSUM
 
 
 def is_empty_slot(raw: bytes) -> bool:
@@ -171,35 +121,32 @@ def is_empty_slot(raw: bytes) -> bool:
     return data == bytes(len(data)) or data == b"\xff" * len(data)
 
 
-def check_module(raw: bytes) -> Fault | None:
+def check_module(raw: bytes) -> Reason | None:
     """What is wrong with these bytes as a module frame, or None. They have a known code and one of its lengths; the
     header is not checked."""
     code = raw[2]
+    is_allowed = True
     if len(raw) == Layout.STATUS.value:
-        return _sum_fault(raw) or _flag_fault(raw[5], raw[6])
-    if code == HEARTBEAT_CODE:
-        if raw[3:5] == HEARTBEAT_REPLY[3:5]:
-            return _sum_fault(raw)
-        text = marked("heartbeat carries {found}, expected A5 5A")
-        return Fault(Reason.VALUE, text, {"found": raw[3:5].hex(" ").upper()})
-    if raw[3] != QUERY:
-        return wrong_control(raw[3])
-    if len(raw) == Layout.SHORT.value:
-        return _sum_fault(raw) or _value_fault(raw, _SHORT_VALUES[code])
-    flags = (RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging"))
-    return _sum_fault(raw) or (None if is_empty_slot(raw) else _flag_fault(*flags))
+        is_allowed = max(raw[5], raw[6]) <= 1
+    elif code == HEARTBEAT_CODE:
+        is_allowed = raw[3:5] == HEARTBEAT_REPLY[3:5]
+    elif raw[3] != QUERY:
+        return Reason.CONTROL
+    elif len(raw) == Layout.SHORT.value:
+        is_allowed = raw[4] in _SHORT_VALUES[code]
+    elif not is_empty_slot(raw):
+        is_allowed = all(RECORD_PART[name].raw(raw) <= 1 for name in ("serial_connected", "charging"))
+    return _wrong_sum(raw) or (None if is_allowed else Reason.VALUE)
 
 
-def check_host(raw: bytes) -> Fault | None:
+def check_host(raw: bytes) -> Reason | None:
     """What is wrong with these six bytes as a host frame, or None. The header is not checked."""
-    code, control = raw[2], raw[3]
-    if code not in BY_CODE:
-        return unknown_code(code)
-    allowed = _HOST_VALUES.get((code, control))
+    if raw[2] not in BY_CODE:
+        return Reason.UNKNOWN_CODE
+    allowed = _HOST_VALUES.get((raw[2], raw[3]))
     if allowed is None:
-        text = marked("control byte {control} does not go with command {code}")
-        return fault(Reason.CONTROL, text, control=control, code=code)
-    return _sum_fault(raw) or _value_fault(raw, allowed)
+        return Reason.CONTROL
+    return _wrong_sum(raw) or (None if raw[4] in allowed else Reason.VALUE)
 
 
 def module_lengths(code: int) -> tuple[int, ...]:
@@ -220,5 +167,5 @@ def decode_request(raw: bytes) -> Request:
         raise ValueError(f"{raw.hex(' ')} is no host frame")
     wrong = check_host(raw)
     if wrong is not None:
-        raise ValueError(wrong.detail)
+        raise ValueError(f"{raw.hex(' ')}: {wrong.value}")
     return Request(BY_CODE[raw[2]], raw[3], raw[4])

@@ -30,7 +30,6 @@ from protocol.frame import (
     HOST_FRAME_LENGTH,
     MAX_FRAME_LENGTH,
     Direction,
-    Fault,
     Frame,
     Noise,
     Reason,
@@ -38,10 +37,7 @@ from protocol.frame import (
     check_module,
     decode_request,
     module_lengths,
-    unknown_code,
-    wrong_control,
 )
-from protocol.translatable import marked
 
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"
@@ -52,8 +48,6 @@ _STATUS_LENGTH = Layout.STATUS.value
 _SHORT_LENGTH = Layout.SHORT.value
 _AFTER_A_FRAME = (b"", MODULE_HEADER, HOST_HEADER)
 
-_NO_HEADER = Fault(Reason.NO_HEADER, marked("no frame header"))
-_INCOMPLETE = Fault(Reason.INCOMPLETE, marked("broken off"))
 _TO_HOST = Direction.MODULE_TO_HOST
 
 Piece = Frame | Noise
@@ -72,7 +66,7 @@ class StreamParser:
         self._pending = b""
         self._offset = 0
         # Why the bytes are rejected that come before the next frame, or pause.
-        self._fault = _NO_HEADER
+        self._reason = Reason.NO_HEADER
 
     @property
     def end(self) -> int:
@@ -91,7 +85,7 @@ class StreamParser:
     def flush(self) -> list[Piece]:
         """Decide about the pending bytes: the line has been quiet, so nothing more belongs to them."""
         pieces = self._parse(self._pending, is_final=True) if self._pending else []
-        self._fault = _NO_HEADER  # bytes after a pause do not belong to the frame that broke off
+        self._reason = Reason.NO_HEADER  # bytes after a pause do not belong to the frame that broke off
         return pieces
 
     def _parse(self, data: bytes, *, is_final: bool) -> list[Piece]:
@@ -116,12 +110,12 @@ class StreamParser:
                 break
             if isinstance(outcome, Frame):
                 pieces.append(outcome)
-                self._fault = _NO_HEADER
+                self._reason = Reason.NO_HEADER
                 if self._follows_host and outcome.direction is Direction.HOST_TO_MODULE:
                     self.asked = decode_request(outcome.raw)
                 position += len(outcome.raw)
             else:
-                self._fault = outcome
+                self._reason = outcome
                 repeated = _REPEATED_HEADER.match(data, position)
                 position = self._reject(
                     pieces, data, position, position + 1 if repeated is None else repeated.end() - 1
@@ -148,7 +142,7 @@ class StreamParser:
         pieces.extend(
             [Frame(_TO_HOST, run[at : at + _STATUS_LENGTH], first + at) for at in range(0, len(run), _STATUS_LENGTH)]
         )
-        self._fault = _NO_HEADER
+        self._reason = Reason.NO_HEADER
         return len(run)
 
     def _reject(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
@@ -156,15 +150,15 @@ class StreamParser:
         if start < end:
             raw = data[start:end]
             last = pieces[-1] if pieces else None
-            if isinstance(last, Noise) and last.fault is self._fault:
+            if isinstance(last, Noise) and last.reason is self._reason:
                 pieces[-1] = last._replace(raw=last.raw + raw)
             else:
-                pieces.append(Noise(raw, self._fault, self._offset + start))
+                pieces.append(Noise(raw, self._reason, self._offset + start))
         return end
 
-    def _candidate(self, data: bytes, position: int, *, is_final: bool) -> Frame | Fault | None:
+    def _candidate(self, data: bytes, position: int, *, is_final: bool) -> Frame | Reason | None:
         """The frame at this header, why there is none, or None while more bytes are needed."""
-        needs = _INCOMPLETE if is_final else None
+        needs = Reason.INCOMPLETE if is_final else None
         available = len(data) - position
         offset = self._offset + position
         if data[position : position + 2] != MODULE_HEADER:
@@ -177,7 +171,7 @@ class StreamParser:
         code = data[position + 2]
         lengths = module_lengths(code)
         if not lengths:
-            return unknown_code(code)
+            return Reason.UNKNOWN_CODE
         if code == RECORD_CODE:
             return self._record_or_voltage(data[position : position + MAX_FRAME_LENGTH], offset, is_final=is_final)
         if available < lengths[0]:
@@ -185,24 +179,24 @@ class StreamParser:
         raw = data[position : position + lengths[0]]
         return check_module(raw) or Frame(_TO_HOST, raw, offset)
 
-    def _record_or_voltage(self, raw: bytes, offset: int, *, is_final: bool) -> Frame | Fault | None:
+    def _record_or_voltage(self, raw: bytes, offset: int, *, is_final: bool) -> Frame | Reason | None:
         asked = self.asked.command if self.asked is not None else None
         if len(raw) > 3 and raw[3] != QUERY:
-            return wrong_control(raw[3])
+            return Reason.CONTROL
         voltage = raw[:_SHORT_LENGTH]
         if len(voltage) < _SHORT_LENGTH:
-            return _INCOMPLETE if is_final else None
-        voltage_fault = check_module(voltage)
-        if voltage_fault is None and asked is CELL_VOLTAGE:
+            return Reason.INCOMPLETE if is_final else None
+        not_voltage = check_module(voltage)
+        if not_voltage is None and asked is CELL_VOLTAGE:
             return Frame(_TO_HOST, voltage, offset)
         if len(raw) < MAX_FRAME_LENGTH and not is_final:
             return None
         # Only with a frame or silence after the six bytes can they be a late voltage.
         stands_alone = asked is not TRIGGER_RECORDS and raw[_SHORT_LENGTH : _SHORT_LENGTH + 2] in _AFTER_A_FRAME
-        if voltage_fault is None and stands_alone:
+        if not_voltage is None and stands_alone:
             return Frame(_TO_HOST, voltage, offset)
-        record_fault = check_module(raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
-        if record_fault is None:
+        not_record = check_module(raw) if len(raw) == MAX_FRAME_LENGTH else Reason.INCOMPLETE
+        if not_record is None:
             return Frame(_TO_HOST, raw, offset)
         is_short = asked is CELL_VOLTAGE or len(raw) == _SHORT_LENGTH
-        return voltage_fault if is_short and voltage_fault is not None else record_fault
+        return not_voltage if is_short and not_voltage is not None else not_record

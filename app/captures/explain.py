@@ -51,7 +51,7 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
 def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     """One line for people, in the language in use; for rejected bytes the reason."""
     if isinstance(piece, Noise):
-        return labelled(tr("no frame"), tr(piece.fault.text, **piece.fault.values))
+        return labelled(tr("no frame"), tr(piece.reason.value))
     if piece.direction is Direction.HOST_TO_MODULE:
         return _request_text(decode_request(piece.raw))
     return _message_text(read_reply(piece.raw, asked), asked)

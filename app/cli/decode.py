@@ -160,7 +160,7 @@ def as_json(row: Explained) -> Struct:
     }
     if isinstance(piece, Noise):
         direction = UNSET if row.at_s is None else _DIRECTIONS[row.way]
-        return RejectedJson(**usual, valid=False, direction=direction, reason=piece.detail)
+        return RejectedJson(**usual, valid=False, direction=direction, reason=piece.reason.value)
     return DecodedFrameJson(**usual, valid=True, direction=piece.direction, **meaning(piece, row.asked))
 
 

@@ -24,7 +24,6 @@ from app.procedures.write import (
     WriteFault,
     WriteReport,
     Written,
-    not_sent,
     why_not_verified,
     write_all,
 )
@@ -172,16 +171,16 @@ def _write_rate(
     rate, interrupted, refusals = int(wish.value), report.interrupted, report.refusals
     if is_profile and rate == opened.connection.baud_rate:
         # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-        result = Written(BAUD_RATE, rate, SetReply.UNNEEDED, read_back=rate, verified=True)
+        result = Written(BAUD_RATE, rate, SetReply.UNNEEDED, rate, fault=None)
     elif refusals or interrupted is not None:
-        result = not_sent(wish, WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT)
+        result = Written(*wish, fault=WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT)
     else:
         permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, steady_time(), opened.number)
         try:
             changed = opened.run(change_baud(rate, records.journal, permit=permit), outlives=True)
         except Interrupted as error:
             interrupted = error
-            result = Written(BAUD_RATE, rate, SetReply.NOTHING, verified=False, fault=WriteFault.INTERRUPTED)
+            result = Written(BAUD_RATE, rate, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
         else:
             result, refusals = changed.written, changed.refusals
     return replace(report, results=(*report.results, result), interrupted=interrupted, refusals=refusals)

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
 from protocol.events import Answered, Counters, EndReason, Received
-from protocol.messages import Reading, Status
+from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.translatable import marked
 
@@ -323,6 +323,12 @@ def ask_value(command: Command, *, is_fenced: bool = False) -> Procedure[Reading
     outcome = yield Ask(command.query(), is_fenced=is_fenced)
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return answer if isinstance(answer, Reading) else None
+
+
+def acknowledgement(outcome: object) -> Acknowledgement | None:
+    """What answered a set or an act, if anything did."""
+    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
+    return answer if isinstance(answer, Acknowledgement) else None
 
 
 def ask_report(*, is_fenced: bool = False) -> Procedure[StatusSample | None]:

@@ -3878,10 +3878,6 @@
         <translation>检查中…</translation>
     </message>
     <message>
-        <source>checksum {found}, the sum is {expected}</source>
-        <translation>校验为 {found}，累加和应为 {expected}</translation>
-    </message>
-    <message>
         <source>choose</source>
         <translation>选择</translation>
     </message>
@@ -3900,14 +3896,6 @@
     <message>
         <source>connected</source>
         <translation>已连接</translation>
-    </message>
-    <message>
-        <source>control byte {control} does not go with command {code}</source>
-        <translation>控制字符 {control} 不适用于命令 {code}</translation>
-    </message>
-    <message>
-        <source>control byte {control}, expected 01</source>
-        <translation>控制字符为 {control}，应为 01</translation>
     </message>
     <message>
         <source>control lost (estimate)</source>
@@ -4018,10 +4006,6 @@
         <translation>已激活，检查全部通过</translation>
     </message>
     <message>
-        <source>flag {value}, expected 00 or 01</source>
-        <translation>标志为 {value}，应为 00 或 01</translation>
-    </message>
-    <message>
         <source>focus lost</source>
         <translation>键盘焦点移到别处</translation>
     </message>
@@ -4040,10 +4024,6 @@
     <message>
         <source>from the side</source>
         <translation>从侧面看</translation>
-    </message>
-    <message>
-        <source>heartbeat carries {found}, expected A5 5A</source>
-        <translation>心跳内容为 {found}，应为 A5 5A</translation>
     </message>
     <message>
         <source>holds for {time}</source>
@@ -4734,10 +4714,6 @@
         <translation>未知命令码</translation>
     </message>
     <message>
-        <source>unknown command code {code}</source>
-        <translation>未知命令码 {code}</translation>
-    </message>
-    <message>
         <source>unknown kind of file</source>
         <translation>未知的文件类型</translation>
     </message>
@@ -4752,10 +4728,6 @@
     <message>
         <source>used last</source>
         <translation>上次使用</translation>
-    </message>
-    <message>
-        <source>value {value} is not allowed for {code}</source>
-        <translation>命令 {code} 不允许数值 {value}</translation>
     </message>
     <message>
         <source>verified</source>

@@ -11,9 +11,8 @@ and it expires while it waits. No act is repeated. The outcome is what the modul
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from app.engine.conversation import Interrupted, StatusSample
 from app.engine.procedure import (
@@ -24,6 +23,7 @@ from app.engine.procedure import (
     Inspect,
     Pause,
     Procedure,
+    acknowledgement,
     ask_report,
     ask_value,
 )
@@ -37,16 +37,14 @@ from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from protocol.catalogue import BOOT_COUNT, BY_NAME, Request
-from protocol.events import Answered, EndReason, Unanswered
+from protocol.events import EndReason, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
-# Reports in a row that must agree before a trigger is said not to have happened, and the pause in which a doubled first
-# one passes.
-READINGS = 2
+# Between the two reports after a deploy: in it a doubled first one passes.
 READING_PAUSE_S = 0.15
 # How long, before zeroing, reports are asked for.
 WATCH_S = 2.0
@@ -152,32 +150,33 @@ def perform(
         return Performed(act=act, outcome=Outcome.NOT_SENT, interrupted=interrupted)
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
+    outcome, interrupted = Outcome.UNKNOWN, None
     reply: Reply | None = None
-    observed = _Observed(Outcome.UNKNOWN)
-    interrupted = None
+    answer: Acknowledgement | None = None
+    status: StatusSample | None = None
     try:
         reply = yield Ask(request, is_deliberate=True)
-        if _has_left(reply):
-            observed = yield from _observe(act, _raw(reply))
+        answer = acknowledgement(reply)
+        if isinstance(reply, Unanswered) and not reply.attempts:
+            outcome = Outcome.NOT_SENT  # LOCK overtook it, or this program stood still
         else:
-            observed = _Observed(Outcome.NOT_SENT)  # LOCK overtook it
+            outcome, status = yield from _OBSERVE[act](answer)
+            yield from ask_value(BOOT_COUNT)  # the reports were the same module's, or this ends it
     except Cancelled:
-        pass
+        outcome = Outcome.UNKNOWN
     except Interrupted as error:
-        interrupted = error
-        if reply is None and error.is_unsent:
-            observed = _Observed(Outcome.NOT_SENT)
-        elif act is Act.SHUTDOWN and error.reason is EndReason.SILENT and _is_accepted(act, _raw(reply)):
-            observed, interrupted = _Observed(Outcome.CONFIRMED), None
-    raw, status = _raw(reply), observed.status
-    _log.debug("%s: acknowledged with %s, %s", act.value, raw, observed.outcome.value)
-    result: dict[str, object] = {"acknowledgement": None if raw is None else f"{raw:02X}"}
+        interrupted, status = error, None
+        outcome = Outcome.NOT_SENT if reply is None and error.is_unsent else Outcome.UNKNOWN
+        if act is Act.SHUTDOWN and error.reason is EndReason.SILENT and answer is not None and answer.is_accepted:
+            outcome, interrupted = Outcome.CONFIRMED, None
+    _log.debug("%s: acknowledged with %s, %s", act.value, answer, outcome.value)
+    result: dict[str, object] = {"acknowledgement": None if answer is None else f"{answer.raw:02X}"}
     if status is not None:
         result |= {"active": status.active, "triggered": status.triggered, "tilt_deg": status.tilt_deg}
     if interrupted is not None:
         result["why"] = interrupted.reason.value
-    journal.settle(entry, observed.outcome, result)
-    return Performed(act=act, outcome=observed.outcome, status=status, interrupted=interrupted)
+    journal.settle(entry, outcome, result)
+    return Performed(act=act, outcome=outcome, status=status, interrupted=interrupted)
 
 
 def begin_act(
@@ -278,34 +277,27 @@ def _detail(view: EngineView) -> dict[str, object]:
 # What the module reports afterwards
 
 
-class _Observed(NamedTuple):
-    outcome: Outcome
-    status: StatusSample | None = None
+_Observed = tuple[Outcome, StatusSample | None]
 
 
-def _observe(act: Act, raw: int | None) -> Procedure[_Observed]:
-    """`raw`: the byte of the acknowledgement."""
-    if act is Act.SHUTDOWN:
-        yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this
-        return _Observed(Outcome.REFUSED)
-    if act is Act.ACTIVATE:
-        observed = yield from _observe_activation(raw)
-    elif act is Act.DEPLOY:
-        observed = yield from _observe_deploy(raw)
-    else:
-        status = yield from ask_report(is_fenced=raw is None)
-        outcome = Outcome.CONFIRMED if _is_accepted(act, raw) else Outcome.REFUSED
-        observed = _Observed(Outcome.UNKNOWN if raw is None else outcome, status)
-    yield from ask_value(BOOT_COUNT)  # the reports were the same module's, or this ends it
-    return observed
+def _observe_shutdown(_answer: Acknowledgement | None) -> Procedure[_Observed]:
+    yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this
+    return Outcome.REFUSED, None
 
 
-def _observe_activation(raw: int | None) -> Procedure[_Observed]:
+def _observe_simple(answer: Acknowledgement | None) -> Procedure[_Observed]:
+    status = yield from ask_report(is_fenced=answer is None)
+    if answer is None:
+        return Outcome.UNKNOWN, status
+    return Outcome.CONFIRMED if answer.is_accepted else Outcome.REFUSED, status
+
+
+def _observe_activation(answer: Acknowledgement | None) -> Procedure[_Observed]:
     view: EngineView = yield Inspect()
     ends_at = view.now + REPORTED_WITHIN_S
     while True:
         # Without an answer to the act an old report could still come.
-        active = yield from ask_value(ACTIVE, is_fenced=raw is None)
+        active = yield from ask_value(ACTIVE, is_fenced=answer is None)
         status = yield from ask_report()
         if active is None or status is None or active.value != status.active:
             outcome = Outcome.UNKNOWN
@@ -313,40 +305,34 @@ def _observe_activation(raw: int | None) -> Procedure[_Observed]:
             outcome = Outcome.CONFIRMED
         else:
             # Unanswered, it may still be carried out.
-            outcome = Outcome.UNKNOWN if raw is None else Outcome.REFUSED
+            outcome = Outcome.UNKNOWN if answer is None else Outcome.REFUSED
         view = yield Inspect()
-        if outcome is Outcome.CONFIRMED or not _is_accepted(Act.ACTIVATE, raw) or view.now >= ends_at:
-            return _Observed(outcome, status)
+        may_follow = answer is not None and answer.is_accepted and view.now < ends_at
+        if outcome is Outcome.CONFIRMED or not may_follow:
+            return outcome, status
         yield Pause(ASK_EVERY_S)
 
 
-def _observe_deploy(raw: int | None) -> Procedure[_Observed]:
+def _observe_deploy(answer: Acknowledgement | None) -> Procedure[_Observed]:
     """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     triggered = yield from ask_value(TRIGGERED)
-    reports: list[StatusSample] = []
-    for number in range(READINGS):
-        if number:
-            yield Pause(READING_PAUSE_S)
-        report = yield from ask_report(is_fenced=raw is None and number == 0)
-        if report is not None:
-            reports.append(report)
-    last = reports[-1] if reports else None
-    has_fired = triggered is not None and triggered.value is True
-    if has_fired or _is_accepted(Act.DEPLOY, raw) or any(report.triggered for report in reports):
-        return _Observed(Outcome.CONFIRMED, last)
-    if raw == 0x00 and triggered is not None and len(reports) == READINGS:
-        return _Observed(Outcome.REFUSED, last)
-    return _Observed(Outcome.UNKNOWN, last)
+    first = yield from ask_report(is_fenced=answer is None)
+    yield Pause(READING_PAUSE_S)
+    second = yield from ask_report()
+    status = second or first
+    says_fired = triggered is not None and triggered.value is True
+    reports_fired = any(report is not None and report.triggered for report in (first, second))
+    if says_fired or reports_fired or (answer is not None and answer.is_accepted):
+        return Outcome.CONFIRMED, status
+    if answer is not None and answer.raw == 0x00 and None not in (triggered, first, second):
+        return Outcome.REFUSED, status
+    return Outcome.UNKNOWN, status
 
 
-def _is_accepted(act: Act, raw: int | None) -> bool:
-    return raw is not None and Acknowledgement(REQUESTS[act], raw).is_accepted
-
-
-def _raw(reply: Reply | None) -> int | None:
-    answer = reply.messages[0] if isinstance(reply, Answered) else None
-    return answer.raw if isinstance(answer, Acknowledgement) else None
-
-
-def _has_left(reply: Reply) -> bool:
-    return not isinstance(reply, Unanswered) or reply.attempts > 0
+_OBSERVE: Mapping[Act, Callable[[Acknowledgement | None], Procedure[_Observed]]] = {
+    Act.ACTIVATE: _observe_activation,
+    Act.ZERO: _observe_simple,
+    Act.SHUTDOWN: _observe_shutdown,
+    Act.FORBID_DEPLOY: _observe_simple,
+    Act.DEPLOY: _observe_deploy,
+}

@@ -86,12 +86,11 @@ class BaudChanged:
     def written(self) -> Written:
         """As one line among the results of a write."""
         return Written(
-            command=BAUD_RATE,
-            target=self.new_rate,
-            heard=self.heard,
-            read_back=self.found_rate,
-            verified=self.end is BaudEnd.CHANGED,
-            fault=WriteFault.NOT_ALLOWED if self.refusals else _FAULTS.get(self.end),
+            BAUD_RATE,
+            self.new_rate,
+            self.heard,
+            self.found_rate,
+            WriteFault.NOT_ALLOWED if self.refusals else _FAULTS.get(self.end),
         )
 
 

@@ -13,12 +13,11 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, acknowledgement
 from app.procedures.read import read_everything
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
-from protocol.events import Answered, OutcomeUnknown
-from protocol.messages import Acknowledgement
+from protocol.events import OutcomeUnknown
 
 _log = logging.getLogger(__name__)
 
@@ -160,5 +159,5 @@ def _switch_off(stream: _Stream) -> Procedure[None]:
 
 
 def _is_accepted(outcome: object) -> bool:
-    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return isinstance(answer, Acknowledgement) and answer.is_accepted
+    answer = acknowledgement(outcome)
+    return answer is not None and answer.is_accepted

@@ -22,24 +22,34 @@ from math import inf
 from typing import Any, NamedTuple
 
 from app.engine.conversation import Interrupted
-from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, Procedure, Report, ask_report
+from app.engine.procedure import (
+    Ask,
+    Await,
+    Cancelled,
+    EngineView,
+    Inspect,
+    Pause,
+    Procedure,
+    Report,
+    acknowledgement,
+    ask_report,
+)
 from app.procedures.act import Armed, checked_inputs, inputs_of
-from app.procedures.read import SettingsReading, read_settings, read_twice, who_is_there
+from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
 from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
 from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command, Request
-from protocol.events import Answered, Contradiction, Unanswered
+from protocol.events import Contradiction, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.fields import Value
-from protocol.messages import Acknowledgement, Reading
+from protocol.messages import Reading
 from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
-
 # From the last write to the last reading. Modules are known to clamp, revert or restart some time after the
 # acknowledgement; the background reading of a connected window finds later changes.
 SETTLE_S = 1.0
@@ -111,16 +121,22 @@ def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
     return joined(parts, between=" ") if parts else None
 
 
-class Written(NamedTuple):
-    """The result of a write. Values are in the field's unit."""
+@dataclass(slots=True)
+class Written:
+    """What became of one setting. Values are in the field's unit."""
 
     command: Command
     target: Value
     heard: SetReply = SetReply.NOT_SENT
     read_back: Value | None = None
-    # True only if two answers had the target value, and the last reading, too; None if it cannot be read.
-    verified: bool | None = None
-    fault: WriteFault | None = None
+    # None: it is verified, or only acknowledged where it cannot be read back.
+    fault: WriteFault | None = WriteFault.NOT_SENT
+
+    @property
+    def verified(self) -> bool | None:
+        """Whether two answers had the target value, and the last reading, too; None if it cannot be read."""
+        is_readable = self.command.reads_back or self.command is BAUD_RATE
+        return self.fault is None if is_readable else None
 
     @property
     def is_acknowledged(self) -> bool:
@@ -132,20 +148,15 @@ class Written(NamedTuple):
 
     @property
     def is_fine(self) -> bool:
-        """Whether it is verified, or only acknowledged where it cannot be read back."""
         return self.fault is None
 
 
-def not_sent(change: SettingChange, fault: WriteFault = WriteFault.NOT_SENT) -> Written:
-    verified = False if change.command.reads_back or change.command is BAUD_RATE else None
-    return Written(change.command, change.value, verified=verified, fault=fault)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True)
 class WriteReport:
-    """`results` in the order in which they were to be written."""
+    """What became of each, in the order in which they were to be written; filled in as it goes on, so that an
+    interrupted one is as good as it got."""
 
-    results: tuple[Written, ...]
+    results: Sequence[Written]
     # Why some were not sent.
     refusals: tuple[Refusal, ...] = ()
     # A setting that changed without being written, which ended the conversation.
@@ -162,8 +173,8 @@ class WriteReport:
 
     @property
     def is_fine(self) -> bool:
-        is_whole = self.interrupted is None and not self.is_cancelled
-        return is_whole and not self.unread and all(written.is_fine for written in self.results)
+        is_whole = self.interrupted is None and not self.is_cancelled and not self.unread
+        return is_whole and all(written.is_fine for written in self.results)
 
     @property
     def is_refused(self) -> bool:
@@ -194,8 +205,8 @@ class WriteContext:
     is_unlocked: bool = False
     # The changes whose risk a person was shown and accepted.
     accepted_risks: frozenset[SettingChange] = frozenset()
-    # Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
-    # they are stored; None if they were stored before in this conversation.
+    # Stores the old settings and the boot count; called in the session's thread, so it must not wait for a disk. The
+    # future is done when they are stored; None if they were stored before in this conversation.
     keep_as_found: Callable[[Mapping[str, Value], int | None], "Future[Any] | None"] | None = None
     # Called with each result in the session's thread. The report decides: a result may be taken back later.
     on_written: Callable[[Written], None] | None = None
@@ -205,14 +216,14 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     """Write these settings. Raises `ValueRefused` or `LookupError` before anything is sent; an interruption and a
     cancellation are in the report. Not for the baud rate (ValueError): changing that is a job of its own."""
     writing = _Writing(changes, context)
-    return (yield from writing.run(_write_and_read_again(writing)))
+    return (yield from writing.run(writing.set_and_read_again()))
 
 
 def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
     """As `write_all`, within a procedure that reads the settings itself. What was acknowledged of the triggers counts
     once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
     writing = _Writing(changes, context)
-    report = yield from writing.run(_set_all(writing))
+    report = yield from writing.run(writing.set_all())
     if report.interrupted is not None:
         raise report.interrupted
     if report.is_cancelled:
@@ -220,23 +231,11 @@ def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedu
     return report
 
 
-def await_flags_free(request: Request, progress: Report | None = None) -> Procedure[None]:
-    """Before a set of 16 or 17: wait until no answer to an earlier one can be taken for its own (E4)."""
-    view: EngineView = yield Inspect()
-    while view.flags.free_at(request) > view.now:
-        if progress is not None:
-            yield progress._replace(doing=WAITING)
-        yield Pause(view.flags.free_at(request) - view.now)
-        view = yield Inspect()
-
-
 def await_flags_known(progress: Report | None = None) -> Procedure[None]:
     """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
     view: EngineView = yield Inspect()
     ends_at = view.now + FLAGS_LIMIT_S
-    while not (view.flags.has_repeated or view.flags.are_known(view.now)):
-        if view.now >= ends_at:
-            return
+    while not (view.flags.has_repeated or view.flags.are_known(view.now)) and view.now < ends_at:
         if progress is not None:
             yield progress._replace(doing=WAITING)
         yield Pause(FLAGS_STEP_S)
@@ -247,15 +246,12 @@ def reply_of(outcome: Reply) -> SetReply:
     """What the module answered to a set."""
     if isinstance(outcome, Unanswered) and not outcome.attempts:
         return SetReply.NOT_SENT
-    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    if not isinstance(answer, Acknowledgement):
+    answer = acknowledgement(outcome)
+    if answer is None:
         return SetReply.NOTHING
     if answer.is_echo:
         return SetReply.ECHO
     return SetReply.ONE if answer.is_accepted else SetReply.OTHER
-
-
-# One after the other
 
 
 class _Writing:
@@ -268,165 +264,148 @@ class _Writing:
                 raise ValueError("changing the baud rate is a job of its own")
             change.command.set(change.value)
         self.context = context
-        self.changes = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
-        self.refused = _unaccepted(changes, context)
-        self.results = {change.command: not_sent(change) for change in self.changes}
-        self.entries: dict[Command, Entry] = {}
-        self.before: Mapping[str, Value] = {}
+        ordered = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
+        self.report = WriteReport([Written(*change) for change in ordered])
+        self.entries: list[tuple[Written, Entry]] = []
         self.progress: Report | None = None
         # When it was last asked who is there.
         self.present_at = -inf
-        # The set that was handed to the link, until its outcome is known.
-        self.setting: Command | None = None
-        self.report = WriteReport(results=())
+        risk = risk_message(change for change in changes if change not in context.accepted_risks)
+        if risk is not None:
+            why = message(marked("Not accepted: {what}"), what=risk)
+            self.report.refusals = (Refusal(Interlock.RISK_ACCEPTED, why),)
 
     def run(self, steps: Procedure[None]) -> Procedure[WriteReport]:
+        report = self.report
         try:
-            if not self.refused:
+            if not report.refusals:
                 yield from steps
         except Interrupted as error:
-            self.report = replace(self.report, interrupted=error)
-            self._note_broken_off(error)
+            report.interrupted = error
+            self._note_broken_off(error.contradiction)
         except Cancelled:
-            self.report = replace(self.report, is_cancelled=True)
+            report.is_cancelled = True
             self._note_broken_off(None)
         finally:
-            for command, entry in self.entries.items():
-                written = self.results[command]
+            for written, entry in self.entries:
                 self.context.journal.settle(entry, _outcome(written), _logged(written))
-        for command, written in self.results.items():
-            if self.refused and not written.is_sent:
-                self.results[command] = written._replace(fault=WriteFault.NOT_ALLOWED)
-        results = tuple(self.results.values())
-        return replace(self.report, results=results, refusals=self.refused, before=self.before)
+        for written in report.results:
+            if report.refusals and not written.is_sent:
+                written.fault = WriteFault.NOT_ALLOWED
+        return report
 
-    def note(self, written: Written) -> None:
-        _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
-        self.results[written.command] = written
-        if self.context.on_written is not None:
-            self.context.on_written(written)
-
-    def note_last(self, last: SettingsReading, view: EngineView) -> None:
-        """The last reading decides what is verified."""
-        for command, written in self.results.items():
-            if written.is_sent and command.reads_back:
-                self.results[command] = _after_last_reading(written, last.values.get(command.key))
-            elif written.is_fine and command in TRIGGER_FLAGS:
-                self.results[command] = _after_copies(written, view)
+    def set_and_read_again(self) -> Procedure[None]:
+        report, context = self.report, self.context
+        report.before = (yield from read_settings()).values
+        view: EngineView = yield Inspect()
+        if context.keep_as_found is not None:
+            stored = context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
+            if stored is not None:
+                yield Await(stored, DURABLE_LIMIT_S)
+        yield from self.set_all()
+        if not any(written.is_sent for written in report.results):
+            return
+        yield Pause(SETTLE_S)
+        yield from await_flags_known(self.progress)
+        last = yield from read_settings()
+        view = yield Inspect()
+        for written in report.results:
+            if written.is_sent and written.command.reads_back:
+                _judge_last(written, last.values.get(written.command.key))
+            elif written.is_fine and written.command in TRIGGER_FLAGS:
+                _judge_copies(written, view)
         # Whatever else reads otherwise now has ended the conversation.
-        sent = [command for command, written in self.results.items() if written.is_sent]
-        unread = tuple(command for command in last.unread if command not in sent and command.key in self.before)
-        self.report = replace(self.report, unread=unread, read_at=last.began_at)
+        sent = [written.command for written in report.results if written.is_sent]
+        report.unread = tuple(one for one in last.unread if one not in sent and one.key in report.before)
+        report.read_at = last.began_at
 
-    def _note_broken_off(self, interrupted: Interrupted | None) -> None:
-        """What was found so far was so then. What was set and not yet read back is unknown."""
-        if self.setting is not None and interrupted is not None and interrupted.is_unsent:
-            unsent = next(change for change in self.changes if change.command is self.setting)
-            self.results[self.setting] = not_sent(unsent)
-        for command, written in self.results.items():
+    def set_all(self) -> Procedure[None]:
+        results = self.report.results
+        for done, written in enumerate(results):
+            what = (("what", written.command.title),)
+            self.progress = Report(done, len(results), marked("Writing: {what}"), what)
+            yield self.progress
+            yield from self._set_one(written)
+            if self.report.refusals:
+                written.fault = WriteFault.NOT_ALLOWED
+            _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
+            if self.context.on_written is not None:
+                self.context.on_written(written)
+            if self.report.refusals:
+                return
+
+    def _set_one(self, written: Written) -> Procedure[None]:
+        command, context = written.command, self.context
+        request = command.set(written.target)
+        view: EngineView = yield Inspect()
+        self.report.refusals = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
+        if self.report.refusals:
+            return
+        while view.flags.free_at(request) > view.now:  # until no answer to an earlier one can be taken for its own (E4)
+            if self.progress is not None:
+                yield self.progress._replace(doing=WAITING)
+            yield Pause(view.flags.free_at(request) - view.now)
+            view = yield Inspect()
+        entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: written.target})
+        self.entries.append((written, entry))
+        yield Await(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
+        yield from self._check()
+        if self.report.refusals:
+            return
+        # If it ends before the outcome is known it may have been carried out.
+        written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
+        try:
+            written.heard = reply_of((yield Ask(request)))
+        except Interrupted as error:
+            if error.is_unsent:
+                written.heard, written.fault = SetReply.NOT_SENT, WriteFault.NOT_SENT
+            raise
+        if written.heard is SetReply.NOT_SENT:
+            written.fault = WriteFault.NOT_SENT
+        elif command.reads_back:
+            reading = yield from read_twice(command)
+            written.read_back = None if reading is None else reading.value
+            written.fault = _fault(written.heard, request, reading, self.report.before.get(command.key))
+        else:
+            # Else the next set would wait for the answer to a question, and not come directly after its check.
+            yield from ask_report(is_fenced=True)
+            written.fault = _UNREADABLE_FAULTS.get(written.heard)
+
+    def _check(self) -> Procedure[None]:
+        """Ask who is there and whether writing is allowed, unless that was done a moment ago."""
+        view: EngineView = yield Inspect()
+        if view.now - self.present_at <= PRESENT_FOR_S:
+            return
+        present = yield from who_is_there()
+        view = yield Inspect()
+        inputs = replace(
+            checked_inputs(present, view, armed=self.context.armed),
+            contradiction=present.contradiction,  # a line that repeats answers is no reason
+            is_unlocked=self.context.is_unlocked,
+        )
+        self.report.refusals = refusals(Act.WRITE, inputs)
+        self.present_at = view.now
+
+    def _note_broken_off(self, contradiction: Contradiction | None) -> None:
+        """What was found so far was so then."""
+        for written in self.report.results:
             if written.is_sent and written.is_fine:
-                self.results[command] = _until_then(written)
-        contradiction = None if interrupted is None else interrupted.contradiction
+                if written.verified:
+                    written.fault = WriteFault.VERIFIED_THEN
+                elif written.command in TRIGGER_FLAGS:
+                    written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
+                else:
+                    written.fault = WriteFault.ACKNOWLEDGED_THEN
         if contradiction is None or contradiction.after.command not in READABLE_SETTINGS:
             return
-        command, now = contradiction.after.command, contradiction.after.value
-        known = self.results.get(command)
-        if known is not None and known.is_sent:
-            self.results[command] = known._replace(read_back=now, verified=False, fault=WriteFault.CHANGED)
-        else:
-            self.report = replace(self.report, changed=contradiction)
-
-
-def _write_and_read_again(writing: _Writing) -> Procedure[None]:
-    context = writing.context
-    writing.before = (yield from read_settings()).values
-    view: EngineView = yield Inspect()
-    if context.keep_as_found is not None:
-        stored = context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
-        if stored is not None:
-            yield Await(stored, DURABLE_LIMIT_S)
-    yield from _set_all(writing)
-    if not any(written.is_sent for written in writing.results.values()):
-        return
-    yield Pause(SETTLE_S)
-    yield from await_flags_known(writing.progress)
-    last = yield from read_settings()
-    view = yield Inspect()
-    writing.note_last(last, view)
-
-
-def _set_all(writing: _Writing) -> Procedure[None]:
-    for done, change in enumerate(writing.changes):
-        title = change.command.title
-        writing.progress = Report(done, len(writing.changes), marked("Writing: {what}"), (("what", title),))
-        yield writing.progress
-        yield from _set_one(writing, change)
-        if writing.refused:
-            writing.note(writing.results[change.command]._replace(fault=WriteFault.NOT_ALLOWED))
-            return
-
-
-def _set_one(writing: _Writing, change: SettingChange) -> Procedure[None]:
-    command, context = change.command, writing.context
-    request = command.set(change.value)
-    view: EngineView = yield Inspect()
-    writing.refused = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
-    if writing.refused:
-        return
-    yield from await_flags_free(request, writing.progress)
-    entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: change.value})
-    writing.entries[command] = entry
-    # Unlike an act, a set is sent also where the disk takes longer.
-    yield Await(entry, DURABLE_LIMIT_S)
-    yield from _check(writing)
-    if writing.refused:
-        return
-    waiting = writing.results[command]
-    writing.results[command] = waiting._replace(heard=SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
-    writing.setting = command
-    heard = reply_of((yield Ask(request)))
-    writing.setting = None
-    if heard is SetReply.NOT_SENT:
-        writing.note(waiting)
-        return
-    writing.results[command] = waiting._replace(heard=heard, fault=WriteFault.INTERRUPTED)
-    if not command.reads_back:
-        # Else the next set would wait for the answer to a question, and not come directly after its check.
-        yield from ask_report(is_fenced=True)
-        writing.note(waiting._replace(heard=heard, fault=_UNREADABLE_FAULTS.get(heard)))
-        return
-    reading = yield from read_twice(command)
-    fault = _fault(heard, request, reading, writing.before.get(command.key))
-    read_back = None if reading is None else reading.value
-    writing.note(waiting._replace(heard=heard, read_back=read_back, verified=fault is None, fault=fault))
-
-
-def _check(writing: _Writing) -> Procedure[None]:
-    """Ask who is there and whether writing is allowed, unless that was done a moment ago."""
-    view: EngineView = yield Inspect()
-    if view.now - writing.present_at <= PRESENT_FOR_S:
-        return
-    present = yield from who_is_there()
-    view = yield Inspect()
-    inputs = replace(
-        checked_inputs(present, view, armed=writing.context.armed),
-        contradiction=present.contradiction,  # a line that repeats answers is no reason
-        is_unlocked=writing.context.is_unlocked,
-    )
-    writing.refused = refusals(Act.WRITE, inputs)
-    writing.present_at = view.now
-    _log.debug("before writing: %s", [refusal.condition.name for refusal in writing.refused] or "allowed")
-
-
-def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tuple[Refusal, ...]:
-    risk = risk_message(change for change in changes if change not in context.accepted_risks)
-    if risk is None:
-        return ()
-    return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
+        for written in self.report.results:
+            if written.command is contradiction.after.command and written.is_sent:
+                written.read_back, written.fault = contradiction.after.value, WriteFault.CHANGED
+                return
+        self.report.changed = contradiction
 
 
 # What became of one
-
 
 _UNREADABLE_FAULTS = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}
 _REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
@@ -444,31 +423,20 @@ def _fault(heard: SetReply, request: Request, reading: Reading | None, old: Valu
     return faults.get(heard, WriteFault.NOT_RETAINED)
 
 
-def _after_last_reading(written: Written, last: Value | None) -> Written:
-    if written.fault is not None:
-        return written if last is None else written._replace(read_back=last)
-    if last is None:
-        return written._replace(read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
-    if last != written.read_back:
-        return written._replace(read_back=last, verified=False, fault=WriteFault.CHANGED)
-    return written
+def _judge_last(written: Written, last: Value | None) -> None:
+    """The last reading decides."""
+    if not written.is_fine:
+        written.read_back = written.read_back if last is None else last
+    elif last != written.read_back:
+        written.read_back = last
+        written.fault = WriteFault.NO_LAST_READING if last is None else WriteFault.CHANGED
 
 
-def _after_copies(written: Written, view: EngineView) -> Written:
+def _judge_copies(written: Written, view: EngineView) -> None:
     """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
-    if view.conversation.fresh(written.command.key, view.now) == written.target:
-        return written
-    has_repeated = view.flags.has_repeated
-    fault = WriteFault.REPEATED if has_repeated else WriteFault.NO_LAST_READING
-    return written._replace(heard=SetReply.NOTHING, fault=fault)
-
-
-def _until_then(written: Written) -> Written:
-    if written.verified:
-        return written._replace(verified=False, fault=WriteFault.VERIFIED_THEN)
-    if written.command in TRIGGER_FLAGS:
-        return written._replace(heard=SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
-    return written._replace(fault=WriteFault.ACKNOWLEDGED_THEN)
+    if view.conversation.fresh(written.command.key, view.now) != written.target:
+        written.heard = SetReply.NOTHING
+        written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
 
 
 def _outcome(written: Written) -> Outcome:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
 from app.procedures.act import Performed, begin_act, perform
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import await_module, find_rate, look_for
@@ -18,7 +18,6 @@ from app.procedures.write import (
     WriteContext,
     WriteReport,
     Written,
-    await_flags_free,
     await_flags_known,
     set_each,
     write_all,
@@ -80,10 +79,11 @@ def _no_reading_lie(reading: SettingsReading, cell: Cell) -> list[str]:
 def _trigger() -> Procedure[object]:
     """Disable a trigger; what is known of it once its answer counts."""
     request = BY_NAME["freefall_trigger"].set(False)
-    yield from await_flags_free(request)
+    view: EngineView = yield Inspect()
+    yield Pause(max(0.0, view.flags.free_at(request) - view.now))
     yield Ask(request)
     yield from await_flags_known()
-    view: EngineView = yield Inspect()
+    view = yield Inspect()
     return view.conversation.fresh("freefall_trigger", view.now)
 
 
@@ -185,7 +185,6 @@ ROWS: tuple[Row, ...] = (
     Row("find.await_module", lambda _cell: await_module(), lambda _result, _cell: [], strikes_at=0, outlives=True,
         begins=False),
     Row("read.who_is_there", lambda _cell: who_is_there(), lambda _result, _cell: []),
-    Row("write.await_flags_free", lambda _cell: _trigger(), _no_trigger_lie),
     Row("write.await_flags_known", lambda _cell: _trigger(), _no_trigger_lie),
     Row(
         "find.find_rate",

@@ -81,13 +81,10 @@ def test_exactly_the_replies_of_the_table_pass() -> None:
 
 
 @pytest.mark.parametrize("vector", VECTORS, ids=lambda vector: vector.id)
-def test_a_wrong_sum_is_told_with_both_numbers(vector: Vector) -> None:
+def test_a_wrong_sum_is_rejected(vector: Vector) -> None:
     raw = vector.raw[:-1] + bytes((vector.raw[-1] ^ 0x80,))
-    fault = check_host(raw) if vector.is_from_host else check_module(raw)
     assert not sum_is_right(raw)
-    assert fault is not None
-    assert fault.reason is Reason.CHECKSUM
-    assert f"checksum {raw[-1]:02X}, the sum is {checksum(raw[2:-1]):02X}" == fault.detail
+    assert (check_host(raw) if vector.is_from_host else check_module(raw)) is Reason.CHECKSUM
 
 
 @pytest.mark.parametrize(
@@ -97,7 +94,7 @@ def test_a_wrong_sum_is_told_with_both_numbers(vector: Vector) -> None:
         ("42 61 34 01 00", "no host frame"),
         ("41 75 34 01 00 35", "no host frame"),
         ("42 61 34 01 00 35 00", "no host frame"),
-        ("42 61 34 01 00 36", "checksum 36, the sum is 35"),
+        ("42 61 34 01 00 36", "wrong checksum"),
     ],
 )
 def test_what_is_no_request_is_refused_with_the_reason(hex_text: str, reason: str) -> None:
@@ -124,15 +121,11 @@ def test_an_unused_slot_is_all_00_or_all_ff(data: bytes, is_empty: bool) -> None
 def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int) -> None:
     data = bytearray(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB"))
     data[position] = 0x02
-    fault = check_module(bytes(data) + bytes((checksum(bytes(data[2:])),)))
-    assert fault is not None
-    assert (fault.reason, fault.detail) == (Reason.VALUE, "flag 02, expected 00 or 01")
+    assert check_module(bytes(data) + bytes((checksum(bytes(data[2:])),))) is Reason.VALUE
 
 
 def test_a_record_with_another_control_byte_is_rejected() -> None:
-    fault = check_module(encode_long(RECORD_CODE, b"\2" + bytes(11)))
-    assert fault is not None
-    assert (fault.reason, fault.detail) == (Reason.CONTROL, "control byte 02, expected 01")
+    assert check_module(encode_long(RECORD_CODE, b"\2" + bytes(11))) is Reason.CONTROL
 
 
 # The four kinds of field: every byte, every step, and what is refused

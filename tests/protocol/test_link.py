@@ -202,7 +202,7 @@ def test_rejected_bytes_are_counted_by_reason() -> None:
     bench.hear(BY_ID["attitude-threshold-reply-misprint"].raw, b"\xff\xfe")
     bench.wait(0.3)
     counted = {reason.value: count for reason, count in bench.link.counters.rejected_bytes.items()}
-    assert counted == {"checksum": 8}
+    assert counted == {"wrong checksum": 8}
     assert bench.link.counters.frames == 0
 
 

@@ -120,35 +120,34 @@ def test_a_status_flag_that_is_neither_00_nor_01_is_rejected(flag: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("hex_text", "reason", "detail"),
+    ("hex_text", "reason"),
     [
-        ("00 FF 13", Reason.NO_HEADER, "no frame header"),
-        ("41", Reason.NO_HEADER, "no frame header"),
-        ("41 75", Reason.INCOMPLETE, "broken off"),
-        ("41 75 32", Reason.INCOMPLETE, "broken off"),
-        ("41 75 99", Reason.UNKNOWN_CODE, "unknown command code 99"),
-        ("41 75 32 07 0A 00 01", Reason.INCOMPLETE, "broken off"),
-        ("42 61 32 01", Reason.INCOMPLETE, "broken off"),
-        ("41 75 99 01 00 9A", Reason.UNKNOWN_CODE, "unknown command code 99"),
-        ("42 61 99 01 00 9A", Reason.UNKNOWN_CODE, "unknown command code 99"),
-        ("41 75 20 02 3C 5E", Reason.CONTROL, "control byte 02, expected 01"),
-        ("42 61 14 02 01 17", Reason.CONTROL, "control byte 02 does not go with command 14"),
-        ("41 75 35 02 01 00", Reason.CONTROL, "control byte 02, expected 01"),
-        ("41 75 24 01 07 2C", Reason.VALUE, "value 07 is not allowed for 24"),
-        ("42 61 11 02 02 15", Reason.VALUE, "value 02 is not allowed for 11"),
-        ("41 75 01 A5 5B 01", Reason.VALUE, "heartbeat carries A5 5B, expected A5 5A"),
-        ("41 75 32 07 0A 00 01 45", Reason.CHECKSUM, "checksum 45, the sum is 44"),
-        ("41 75 35 01 BE F5", Reason.CHECKSUM, "checksum F5, the sum is F4"),
-        ("41 75 35 01 01 00 6C 02 3C 05", Reason.INCOMPLETE, "broken off"),
-        (summed(LIKE_A_VOLTAGE[:11] + b"\2" + LIKE_A_VOLTAGE[12:15]).hex(), Reason.VALUE,
-         "flag 02, expected 00 or 01"),
+        ("00 FF 13", Reason.NO_HEADER),
+        ("41", Reason.NO_HEADER),
+        ("41 75", Reason.INCOMPLETE),
+        ("41 75 32", Reason.INCOMPLETE),
+        ("41 75 99", Reason.UNKNOWN_CODE),
+        ("41 75 32 07 0A 00 01", Reason.INCOMPLETE),
+        ("42 61 32 01", Reason.INCOMPLETE),
+        ("41 75 99 01 00 9A", Reason.UNKNOWN_CODE),
+        ("42 61 99 01 00 9A", Reason.UNKNOWN_CODE),
+        ("41 75 20 02 3C 5E", Reason.CONTROL),
+        ("42 61 14 02 01 17", Reason.CONTROL),
+        ("41 75 35 02 01 00", Reason.CONTROL),
+        ("41 75 24 01 07 2C", Reason.VALUE),
+        ("42 61 11 02 02 15", Reason.VALUE),
+        ("41 75 01 A5 5B 01", Reason.VALUE),
+        ("41 75 32 07 0A 00 01 45", Reason.CHECKSUM),
+        ("41 75 35 01 BE F5", Reason.CHECKSUM),
+        ("41 75 35 01 01 00 6C 02 3C 05", Reason.INCOMPLETE),
+        (summed(LIKE_A_VOLTAGE[:11] + b"\2" + LIKE_A_VOLTAGE[12:15]).hex(), Reason.VALUE),
     ],
 )  # fmt: skip
-def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason, detail: str) -> None:
+def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason) -> None:
     raw = bytes.fromhex(hex_text)
     (noise,) = parse(raw)
     assert isinstance(noise, Noise)
-    assert (noise.raw, noise.reason, noise.detail, noise.offset) == (raw, reason, detail, 0)
+    assert (noise.raw, noise.reason, noise.offset) == (raw, reason, 0)
 
 
 def test_an_unknown_code_is_rejected_as_soon_as_it_is_there() -> None:

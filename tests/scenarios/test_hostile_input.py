@@ -240,5 +240,5 @@ def reasons(pieces: Sequence[object]) -> list[tuple[object, int]]:
     count: dict[object, int] = {}
     for piece in pieces:
         assert isinstance(piece, Noise)
-        count[piece.detail] = count.get(piece.detail, 0) + len(piece.raw)
+        count[piece.reason] = count.get(piece.reason, 0) + len(piece.raw)
     return sorted(count.items(), key=str)

@@ -12,7 +12,7 @@ from app.captures.traffic import MAX_ENTRY_BYTES, CaptureEntry, Explained, Way, 
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
-from protocol.frame import Direction, Fault, Frame, Noise, Reason
+from protocol.frame import Direction, Frame, Noise, Reason
 from protocol.messages import Status
 from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.line.sim_line import Rig
@@ -111,7 +111,7 @@ def test_any_other_text_is_refused_by_a_word_of_it(text: str) -> None:
 
 
 def test_events_become_what_went_over_the_wire() -> None:
-    noise = Noise(b"\x00\xff", Fault(Reason.NO_HEADER, "no frame header"), 0)
+    noise = Noise(b"\x00\xff", Reason.NO_HEADER, 0)
     frame = Frame(Direction.MODULE_TO_HOST, STATUS_FRAME)
     query = STATUS.query()
     events: list[Event] = [

@@ -15,7 +15,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
 from protocol.events import Answered, Counters, Event, Rejected, Role, Sent
-from protocol.frame import Fault, Noise, Reason
+from protocol.frame import Noise, Reason
 from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import asked
 
@@ -60,7 +60,7 @@ def test_round_trips_have_quantiles_and_a_slowest() -> None:
 def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(1.0, view(100, sent=10)))
-    noise = Noise(b"\x00\x01", Fault(Reason.NO_HEADER, ""), 0)
+    noise = Noise(b"\x00\x01", Reason.NO_HEADER, 0)
     figures.on_batch(batch(1.5, None, Sent(b"", QUERY, 1, 1.5), Rejected(noise, 1.5), connection=LOST))
     figures.on_batch(batch(1.6, None, connection=LOST))
     figures.on_batch(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))
@@ -107,7 +107,7 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
 
 
 NAMES = Names("wolfgang", "field-laptop.example.org", "/home/wolfgang")
-TRAFFIC = (asked(1000.0), Rejected(Noise(b"\x02", Fault(Reason.NO_HEADER, ""), 0), 1001.0))
+TRAFFIC = (asked(1000.0), Rejected(Noise(b"\x02", Reason.NO_HEADER, 0), 1001.0))
 CONTENTS = Contents(
     version="1.2",
     log="2026-11-21 opened /home/wolfgang/x on field-laptop\n",

@@ -21,7 +21,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATE, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, SETTINGS
 from protocol.events import Ended, EndReason, Received, Rejected, Role, Sent
 from protocol.fields import Choice, Value
-from protocol.frame import Direction, Fault, Frame, Noise, Reason
+from protocol.frame import Direction, Frame, Noise, Reason
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import gather, judged
@@ -228,7 +228,7 @@ def received(role: Role, count: int) -> list[Received]:
 def test_no_more_frames_are_kept_than_the_bound() -> None:
     log = FrameLog()
     sent = Sent(HEARTBEAT.query().encode(), HEARTBEAT.query(), 1, 0.0)
-    noise = Rejected(Noise(b"x", Fault(Reason.NO_HEADER, "noise"), 0), 0.0)
+    noise = Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0)
     log.feed([sent, noise, *received(Role.ANSWER, 1500)])
     assert (len(log.frames), log.left_out) == (1500, 2)
     assert [frame.way for frame in log.frames[:3]] == ["out", "noise", "in"]

@@ -23,7 +23,7 @@ from app.recordings.recording import RecordedTraffic
 from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
 from app.text.user_error import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
-from protocol.frame import Fault, Noise, Reason
+from protocol.frame import Noise, Reason
 from tests.support.records.recordings_made import (
     HEADING,
     LOST,
@@ -187,7 +187,7 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(*HEADING)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
-        garbage = Rejected(Noise(b"\0\1", Fault(Reason.NO_HEADER, ""), 0), 1000.0)
+        garbage = Rejected(Noise(b"\0\1", Reason.NO_HEADER, 0), 1000.0)
         bench.feed(batch(1000.0, events=(garbage,)), *(batch(sample.at, sample) for sample in samples))
         bench.finish()
         traffic = list(RecordedTraffic(bench.path))

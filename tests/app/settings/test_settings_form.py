@@ -38,9 +38,7 @@ def row(form: SettingsForm, key: str, view: ConversationView | None = None) -> F
 
 
 def written(key: str, wanted: Value, **more: Any) -> Written:
-    command = BY_KEY[key]
-    more.setdefault("verified", more.get("fault") is None if command.reads_back else None)
-    return Written(command=command, target=wanted, heard=SetReply.ECHO, **more)
+    return Written(BY_KEY[key], wanted, **({"heard": SetReply.ECHO, "fault": None} | more))
 
 
 def write(form: SettingsForm, *results: Written, after: ConversationView | None = None) -> None:
@@ -140,7 +138,7 @@ def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
 def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) -> None:
     form = SettingsForm()
     form.fill({TILT: 130})
-    write(form, written(TILT, 130, read_back=90, fault=fault, verified=False))
+    write(form, written(TILT, 130, read_back=90, fault=fault))
     held = known(changes={TILT: 90})
     for _ in range(3):
         red = row(form, TILT, held)
@@ -154,7 +152,7 @@ def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) ->
 def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> None:
     form = SettingsForm()
     form.fill({TILT: 70})
-    write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK, verified=False))
+    write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK))
     received = known(How.ACKNOWLEDGED, changes={TILT: 70})
     assert (row(form, TILT, received).state, row(form, TILT, received).is_pending) == (RowState.FAILED, True)
     assert row(form, TILT, known(changes={TILT: 70})).state is RowState.READ
@@ -173,7 +171,7 @@ def test_what_was_not_written_stays_edited_until_it_is_reverted(
 ) -> None:
     form = SettingsForm()
     form.fill({TILT: 130})
-    write(form, written(TILT, 130, fault=fault, verified=False)._replace(heard=heard))
+    write(form, written(TILT, 130, fault=fault, heard=heard))
     assert row(form, TILT).state is state
     form.revert(TILT)
     assert row(form, TILT).state is RowState.READ

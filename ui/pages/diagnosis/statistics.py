@@ -13,7 +13,6 @@ from app.diagnosis.link_statistics import MAX_SECONDS, Slice
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, labelled
-from protocol.frame import Reason
 from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
@@ -42,14 +41,6 @@ _FIGURES: Final = (
     ("rejected", marked("Invalid bytes")),
     ("reasons", ""),
 )
-REASON_WORDS: Final = {
-    Reason.NO_HEADER: marked("no frame header"),
-    Reason.UNKNOWN_CODE: marked("unknown code"),
-    Reason.CONTROL: marked("wrong control byte"),
-    Reason.CHECKSUM: marked("wrong checksum"),
-    Reason.VALUE: marked("impossible value"),
-    Reason.INCOMPLETE: marked("broken off"),
-}
 
 
 def percent_text(share: float) -> str:
@@ -164,7 +155,7 @@ class StatisticsView(QWidget):
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
         trips = [statistics.quantile_s(quantile) for quantile in (0.5, 0.95)]
         trip, late = ("—" if trip_s is None else f"{trip_s * 1000:.1f} ms" for trip_s in trips)
-        counts = (labelled(tr(REASON_WORDS[why]), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
+        counts = (labelled(tr(why.value), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
         texts = {
             "sent": f"{totals.sent:,}",
             "lost": f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "—",

@@ -191,7 +191,7 @@ def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
             noise = event.noise
             for first in range(0, len(noise.raw), MAX_ROW_BYTES):
                 raw = noise.raw[first : first + MAX_ROW_BYTES]
-                yield Rejected(Noise(raw, noise.fault, noise.offset + first), event.at)
+                yield Rejected(Noise(raw, noise.reason, noise.offset + first), event.at)
         elif not isinstance(event, Answered):  # its frame has a row already
             yield event
 
