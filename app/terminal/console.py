@@ -10,6 +10,7 @@ import os
 import shutil
 import sys
 import threading
+import time
 import unicodedata
 from collections.abc import Iterable, Sequence
 from enum import Enum
@@ -28,6 +29,8 @@ ANSWER_NO = 1  # done, and the answer is no
 USAGE_ERROR = 2
 NO_LINK = 3  # no such port, busy, no permission, no answer
 PARTIAL = 4
+
+PROGRESS_AFTER_S = 0.5
 
 
 class Refused(UserError):
@@ -65,7 +68,8 @@ class _Shown:
     def __init__(self) -> None:
         self.verbosity = 0  # -1 with --quiet, else how often -v was given
         self.has_result = False
-        self.has_progress = False
+        self.progress = ""  # the line that is shown now
+        self.progress_since: float | None = None
 
 
 _shown = _Shown()
@@ -102,18 +106,25 @@ def notify(sentence: str) -> None:
 
 
 def show_progress(words: str) -> None:
-    """Show progress in one line on standard error, which the next call replaces. Only on a terminal."""
+    """Show progress in one line on standard error, which the next call replaces. Only on a terminal, and not during the
+    first half second, so that short work does not flicker."""
     is_main = threading.current_thread() is threading.main_thread()
-    if is_main and _shown.verbosity >= 0 and sys.stderr is not None and sys.stderr.isatty():
-        _shown.has_progress = True
-        _print_error(f"\r{fitted(visible(words))}\x1b[K")
+    if not is_main or _shown.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty():
+        return
+    line, now = fitted(visible(words)), time.monotonic()
+    _shown.progress_since = _shown.progress_since or now
+    if line != _shown.progress and now - _shown.progress_since >= PROGRESS_AFTER_S:
+        _shown.progress = line
+        _print_error(f"\r{line}\x1b[K")
 
 
 def clear_progress() -> None:
     """Remove the line of `show_progress`."""
-    if _shown.has_progress:
-        _shown.has_progress = False
-        _print_error("\r\x1b[K")
+    if threading.current_thread() is threading.main_thread():
+        _shown.progress_since = None
+        if _shown.progress:
+            _shown.progress = ""
+            _print_error("\r\x1b[K")
 
 
 def _print_error(text: str) -> None:

@@ -7,8 +7,7 @@ import pytest
 
 import app.__main__ as program
 from app.simulator import bench as benches
-from protocol.catalogue import Request
-from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.frames import at_frame
 
 
 def bench_of(port: str) -> benches.SimulatedBench:
@@ -39,28 +38,6 @@ def is_one_sentence(text: str) -> bool:
 def falls_after(bench: benches.SimulatedBench, number: int, act: Callable[[], object]) -> Iterator[None]:
     """Call `act` in place of delivering the `number`-th frame that the host sends."""
     end = at_frame(bench, number, act, is_lost=True)
-    try:
-        yield
-    finally:
-        end()
-
-
-@contextmanager
-def falls_behind(
-    bench: benches.SimulatedBench, request: Request, number: int, act: Callable[[], object]
-) -> Iterator[None]:
-    """Call `act` in place of delivering the `number`-th frame after this one."""
-    count = -1
-
-    def counted(sent: Request) -> bool:
-        nonlocal count
-        count += count >= 0 or sent == request
-        is_it = count == number
-        if is_it:
-            act()
-        return not is_it
-
-    end = at_each_frame(bench, counted)
     try:
         yield
     finally:

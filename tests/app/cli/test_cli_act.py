@@ -188,18 +188,6 @@ def test_for_people(crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "1 of 1 fire." in printed.out
 
 
-def test_for_flights_of_one_side_nothing_softer_is_proposed(
-    calm: Path, crash: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _, printed = fired(capsys, calm, crash, "--must-not")
-    assert "Proposal" not in printed.out
-    said = printed.out.partition("The vendor's defaults fire in 1 of 2")[2].splitlines()
-    assert said[1:] == [str(crash), "Did it crash? Then it must fire."]
-    _, printed = fired(capsys, calm, "--must-not", "--json")
-    assert len(printed.out.splitlines()) == 1
-    assert "The vendor's defaults hold: they fire in 0 of 1" in printed.err
-
-
 def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     crash: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,10 +1,8 @@
 """`dps-s lock` waits for no disk: the module is locked whatever becomes of the store."""
 
-import os
 import sqlite3
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import closing
 
@@ -41,11 +39,6 @@ def locked(printed: "subprocess.CompletedProcess[str]") -> str:
     return printed.stderr
 
 
-def test_it_needs_no_yes_and_leaves_its_entry(module: RunningModule) -> None:
-    assert locked(ran(*PROGRAM, "lock", "--port", module.port)) == ""
-    assert locked(ran(*PROGRAM, "lock", "--yes", "--port", module.port)) == ""
-
-
 def test_a_store_that_another_program_holds(module: RunningModule) -> None:
     locked(ran(*PROGRAM, "lock", "--port", module.port))
     with closing(sqlite3.connect(data_folder() / FILE_NAME, isolation_level=None)) as other:
@@ -58,20 +51,3 @@ def test_a_store_that_another_program_holds(module: RunningModule) -> None:
 def test_a_disk_that_never_answers(module: RunningModule) -> None:
     with in_time(ENDS_WITHIN_S):
         assert "The audit log is incomplete." in locked(ran_code(BLOCKED, "lock", "--port", module.port))
-
-
-def test_the_first_frame_does_not_wait_for_the_store(module: RunningModule) -> None:
-    """The module is locked long before the command gives up on the store."""
-    began = time.monotonic()
-    code = BLOCKED.replace("sys.exit(main", "print(flush=True) or sys.exit(main")
-    with subprocess.Popen(
-        [sys.executable, "-c", code, "lock", "--port", module.port, "-v"], stdout=subprocess.PIPE, text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    ) as process:  # fmt: skip
-        assert process.stdout is not None
-        process.stdout.readline()
-        started = time.monotonic()
-        assert process.stdout.readline() == "The module reports LOCKED.\n"
-        said_after_s = time.monotonic() - started
-        assert process.wait() == 0
-    assert said_after_s < (time.monotonic() - began) / 2

@@ -91,25 +91,6 @@ def test_a_file_is_never_replaced_unasked(
     assert rows(path)
 
 
-def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:
-    with falls_after(bench_of(port), 18, bench_of(port).restart):
-        assert record(port, tmp_path / "a.csv", seconds="3") == 0
-    assert any(row["event"] == "restarted" for row in rows(tmp_path / "a.csv"))
-    assert not (tmp_path / "a-2.csv").exists()
-
-
-@pytest.mark.parametrize("end", ["\r\n", ""])
-def test_what_is_added_stands_behind_what_was_there(end: str, port: str, tmp_path: Path) -> None:
-    """An editor, or a disk that was full, leaves a last line without its end."""
-    path = tmp_path / "a.csv"
-    assert record(port, path, "--append") == 0
-    before = path.read_bytes().removesuffix(b"\r\n")
-    path.write_bytes(before + end.encode())
-    assert record(port, path, "--append") == 0
-    assert path.read_bytes().startswith(before + b"\r\n")
-    assert not any(row["time_utc"] == "time_utc" for row in rows(path))
-
-
 def test_where_the_line_goes_dead_what_came_is_kept(
     port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

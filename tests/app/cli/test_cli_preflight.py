@@ -222,16 +222,6 @@ def test_several_ports_are_checked_at_once(
     assert code == (3 if '"READY"' in capsys.readouterr().out else 1)
 
 
-def test_the_list_of_several_says_who_is_not_go_and_why(port: str, dps_s: Program) -> None:
-    ports = [f"{port}-d?cell=3.5", f"{port}-e"]
-    words = ["preflight", "--enable-triggers", "--records-reviewed"]
-    last = dps_s([*words, *(word for one in ports for word in ("--port", one))], 1).out.splitlines()[-3:]
-    assert last[0] == "1 READY, 1 NO-GO"
-    assert last[1].split("  ", 1)[0] == "NO-GO"
-    assert last[1].endswith("Cell voltage")
-    assert last[2].startswith("READY  ")
-
-
 @pytest.mark.usefixtures("qapp")
 @pytest.mark.parametrize("count", [1, 3])
 def test_where_nobody_reads_all_are_kept_and_reported(

@@ -15,7 +15,6 @@ import serial
 
 import app.__main__ as program
 from app.engine import ports as port_list
-from app.engine import transport
 from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
 from app.modules.labels import PAPERS
@@ -95,16 +94,6 @@ def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytes
     monkeypatch.setenv(program.DEBUG, "1")
     monkeypatch.setattr("logging.basicConfig", lambda **_values: None)
     assert "Traceback" in dps_s(["ports"], 1).err
-
-
-def test_a_bug_in_the_worker_is_one_calm_line(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_arguments: object) -> bytes:
-        raise ZeroDivisionError("a bug")
-
-    monkeypatch.setattr(transport.SerialLine, "read", fail)
-    printed = dps_s(["read", "--port", port], 1)
-    assert printed.err.startswith("Unexpected error: ")
-    assert printed.err.count("\n") == 1
 
 
 def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,6 @@ import json
 import signal
 from collections.abc import Callable, Iterable
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from app.store.trouble import StoreFault, StoreTrouble
 from app.terminal import console
 from app.terminal.console import Refused
 from protocol.frame import decode_request
-from tests.support.cli_line import bench_of, exchange, falls_after, run_here
+from tests.support.cli_line import bench_of, falls_after, run_here
 from tests.support.line.odd_module import forget_settings
 from tests.support.records.stored import checks_of, modules_in, open_store, register
 
@@ -169,12 +168,6 @@ def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     assert "PLUG IN: M-001" not in lines
     assert [line.split()[:2] for line in lines[-3:]] == [["M-001", "READY"], ["M-002", "READY"], ["SET", "ASIDE"]]
     assert batch(*ALLOWED)[2].startswith("M-002  READY")  # nothing is left, and nothing is waited for
-
-
-def test_a_module_that_was_on_already_is_taken_however_soon_it_is_plugged_in(batch: Batch) -> None:
-    """It does not restart, and the silence is too short for one that was unplugged for good."""
-    plug = partial(exchange, boot_count=2, attitude_threshold=60, freefall_time=160)
-    assert batch(*ALLOWED, plugs=[plug])[-1].startswith("M-002  READY")
 
 
 @pytest.mark.parametrize("frame", [24, 34, 60])

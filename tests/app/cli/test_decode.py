@@ -32,13 +32,6 @@ def test_a_file_that_cannot_be_read_is_named(
     assert dps_s(["decode", name], 2).err.startswith(f"{name} cannot be read: ")
 
 
-def test_bad_standard_input_is_refused_after_what_came_before(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{STATUS}\nxyz\n{STATUS}\n"))
-    printed = dps_s(["decode", "--json", "-"], 2)
-    assert [one["hex"] for one in objects(printed.out)] == [STATUS]
-    assert "xyz: neither hex nor a file" in printed.err
-
-
 def test_binary_input_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch, dps_s: Program, tmp_path: Path) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"Au\xff\xfe"), encoding="utf-8"))
     assert "cannot be read: unknown kind of file" in dps_s(["decode", "-"], 2).err

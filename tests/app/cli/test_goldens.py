@@ -17,13 +17,11 @@ import pytest
 import app.__main__ as program
 from app.cli import history as records
 from app.cli.schema import SCHEMAS as NAMES
-from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
 from app.terminal import console
 from app.terminal.arguments import RATES
-from app.text.durations import stopwatch
-from protocol.catalogue import BAUD_RATES, SETTINGS
+from protocol.catalogue import BAUD_RATES
 from protocol.frame import decode_request
 from protocol.messages import TriggerRecord, decode_record
 from tests.app.cli import test_schemas as schemas
@@ -175,7 +173,8 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
         PAGE.write_text(text, encoding="utf-8")
 
 
-# Byte for byte
+def test_rates_are_those_of_the_catalogue() -> None:
+    assert RATES == BAUD_RATES
 
 
 RECORD = bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E")
@@ -189,15 +188,6 @@ def record() -> TriggerRecord:
     return decoded
 
 
-def test_setting_keys_are_the_catalogues() -> None:
-    assert SETTING_KEYS == (
-        "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v",
-        "attitude_trigger", "freefall_trigger", "serial_output", "baud_rate",
-    )  # fmt: skip
-    assert set(SETTING_KEYS) == {command.key for command in SETTINGS}
-    assert RATES == BAUD_RATES
-
-
 def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     page = records.page_of(History((record,), 8, is_confirmed=True))
     assert page[1] == (
@@ -209,11 +199,6 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     doubtful = records.page_of(History(seen_once=(record,), is_answered=True))
     assert doubtful[1].startswith("1 (?)")
     assert "(?) Seen in one reading only. Read again." in doubtful
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0, "0:00"), (108, "1:48"), (65535, "18:12:15")])
-def test_durations(seconds: int, text: str) -> None:
-    assert stopwatch(seconds) == text
 
 
 def test_widths_count_columns() -> None:

@@ -70,15 +70,6 @@ def test_what_varies_is_as_its_schema_says(
     assert [fault for one in found for fault in faults(name, one)] == []
 
 
-def test_a_decoded_capture_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.hex"
-    path.write_text("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44 FF\n", "utf-8")
-    assert program.main(["decode", str(path), "--json"]) == 4
-    found = lines(capsys)
-    assert len(found) == 3
-    assert [fault for one in found for fault in faults("decode", one)] == []
-
-
 def test_the_record_of_a_check_is_as_its_schema_says(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--module", "M-07", "--json"]
     for _ in range(2):

@@ -46,10 +46,15 @@ def terminal() -> Terminal:
     return Terminal()
 
 
-def test_progress_is_taken_away_by_what_follows(terminal: Terminal, capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_is_taken_away_by_what_follows(
+    terminal: Terminal, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     console.show_progress("to nobody")
     assert capsys.readouterr() == ("", "")
     with redirect_stderr(terminal):
+        console.show_progress("soon done")
+        assert terminal.getvalue() == ""
+        monkeypatch.setattr(console, "PROGRESS_AFTER_S", 0.0)
         console.show_progress("reading")
         assert terminal.left == "reading"
         console.notify("There is no port.")
