@@ -95,15 +95,6 @@ def test_what_it_needs_next(name: str) -> None:
     assert "{" not in card.next_step(NOW)
 
 
-@pytest.mark.parametrize("state", [Activation.LOCKED, Activation.ACTIVE])
-@pytest.mark.parametrize("verdict", [GO, READY, NO_GO, VOID])
-def test_a_module_that_was_checked_is_never_called_not_checked(state: Activation, verdict: HeldVerdict) -> None:
-    """Pre-flight said READY where Fleet said "not checked" of the same module."""
-    card = replace(member(state=state), verdict=verdict)
-    assert "not checked" not in card.next_step(NOW)
-    assert card.need is not Need.CHECK
-
-
 @pytest.mark.promise("l")
 def test_a_void_check_and_a_name_to_be_said_again_are_told_in_words() -> None:
     assert replace(member(), verdict=VOID).next_step(NOW) == "Check again: The module restarted."

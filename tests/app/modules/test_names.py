@@ -9,16 +9,7 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.modules.names import (
-    NOT_NAMED,
-    Remembered,
-    known_by,
-    modules,
-    remember,
-    remembered,
-    what_differs,
-    what_speaks_against,
-)
+from app.modules.names import NOT_NAMED, known_by, modules, remember, remembered, what_differs, what_speaks_against
 from app.modules.service import ServiceKind, serviced
 from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed
@@ -62,11 +53,6 @@ def against(desk: Desk, boot_count: int | None) -> list[str]:
     known = remembered(desk.facts, "M-07")
     assert known is not None
     return [text.in_english() for text in what_speaks_against(known, conversation(boot_count))]
-
-
-def test_a_name_that_nobody_said_is_not_known(desk: Desk) -> None:
-    assert remembered(desk.facts, "M-07") is None
-    assert modules(desk.facts) == ()
 
 
 def test_what_is_not_given_stays(desk: Desk) -> None:
@@ -145,8 +131,3 @@ def test_by_what_it_is_known_is_said() -> None:
     assert known_by(None) == known_by("") == NOT_NAMED
     assert known_by("M-07").in_english() == "M-07, named by a person in this conversation"
     assert known_by("M-07", is_by_option=True).in_english() == "M-07, given by --module"
-
-
-def test_what_was_never_read_refutes_nothing() -> None:
-    assert not Remembered("M-07").is_past(3)
-    assert not Remembered("M-07", boot_count=3).is_past(None)

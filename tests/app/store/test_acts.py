@@ -7,15 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from app.modules.names import restorable, store_as_found
+from app.modules.names import restorable
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import Store
-from app.store.kinds import SettingsSeen
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, begin, kept_settings, left_in, modules_in, open_store, register, settle
+from tests.support.records.stored import audit, begin, left_in, open_store, settle
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 PORT = "/dev/ttyUSB0"
@@ -45,22 +44,6 @@ def test_an_outcome_is_written_once(tmp_path: Path) -> None:
         journal.settle(entry, Outcome.UNKNOWN, {})
         journal.settle(entry, Outcome.CONFIRMED, {})
         assert [one.outcome for one in audit(store)] == [Outcome.UNKNOWN]
-
-
-def test_modules_and_snapshots(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        register(store, "M-07", "usb 1")
-        register(store, "M-07", "usb 2")
-        register(store, "M-07")  # who does not know the adapter takes away nothing
-        assert [(module.name, module.adapter) for module in modules_in(store)] == [("M-07", "usb 2")]
-        register(store, "M-08")
-        register(store, "M-07")
-        assert [module.name for module in modules_in(store)] == ["M-07", "M-08"]
-        found = {"freefall_time_s": 1.6, "attitude_trigger": True}
-        store.write(lambda facts: store_as_found(facts, found, 37, port="sim://", module="M-07")).result(PATIENCE_S)
-        assert kept_settings(store) == [found]
-        (kept,) = store.read(lambda facts: facts.of_module(SettingsSeen, "M-07"))
-        assert kept.content.boot_count == 37
 
 
 def test_settings_that_were_tampered_with_give_only_what_fits() -> None:

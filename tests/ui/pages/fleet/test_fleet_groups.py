@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.engine.procedure import Cancelled, Procedure
 from app.fleet.check_set import SetMember, write_set_reports
@@ -13,24 +13,15 @@ from app.modules.labels import Printer
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
-from app.procedures.lock import Locked
 from app.procedures.read import Everything, read_everything
 from app.procedures.write import SettingChange, WriteContext
-from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.kinds import PreflightCheck
-from app.store.trouble import StoreFault, StoreTrouble
 from protocol.events import EndReason
-from tests.support.window.fake_ports import FakeWorker, stand
-from tests.support.window.fakes_ui import store_of
-from tests.support.window.steps import given, notice_text
+from tests.support.window.fake_ports import stand
+from tests.support.window.steps import given
 from tests.ui.pages.fleet.conftest import Desk
 from ui.files.file_dialogs import ThenPath
 from ui.pages.fleet.board import NEXT
-from ui.session.check import ENTRIES
-from ui.session.left_active import LeftActiveWatch
-from ui.shell.attention import Attention
-from ui.widgets.notice_bar import NoticeBar
 
 STEEPER = Profile(name="Show", settings={"attitude_threshold_deg": 70})
 
@@ -214,41 +205,6 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
         desk.wait(lambda: not desk.page.profile.is_running)
 
 
-@pytest.mark.parametrize("has_store", [False, True])
-def test_a_check_that_could_not_be_stored_says_why(
-    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_store: bool
-) -> None:
-    full = StoreTrouble(StoreFault.FULL, tmp_path)
-    found = desk.filed()._replace(trouble=full if has_store else None)
-    if not has_store:
-        monkeypatch.setattr(type(desk.services.storage), "begun", None)
-        monkeypatch.setattr(type(desk.services.storage), "store", full)
-    monkeypatch.setattr("ui.session.check.file_check", lambda *_, **__: found)
-    desk.plug_in(1)
-    ((connection, worker),) = desk.modules
-    desk.click(desk.page.check)
-    given(connection.module.check).evidence.began_at = 0.0
-    worker.end_jobs(Cancelled())
-    desk.wait(lambda: not desk.page.checks.is_running)
-    assert [member.trouble for member in desk.page.checks.results] == [full.message]
-
-
-def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk) -> None:
-    desk.plug_in(1)
-    ((connection, worker),) = desk.modules
-    connection.module.say_name("M-1")
-    desk.click(desk.page.check)
-    evidence = given(connection.module.check).evidence
-    evidence.began_at, evidence.ended_at = desk.ports.now_s, desk.ports.now_s
-    connection.module.say_name("M-2")
-    worker.end_jobs()
-    desk.wait(lambda: not desk.page.checks.is_running)
-    (member,) = desk.page.checks.results
-    assert (member.name, member.verdict, member.trouble) == ("M-1", None, ENTRIES.message)  # void, as its row says
-    store = store_of(desk.services.storage)
-    assert store.read(lambda facts: facts.of_kind(PreflightCheck)) == []
-
-
 @pytest.mark.promise("l")
 def test_what_is_void_of_a_set_is_neither_said_nor_exported_any_more(desk: Desk) -> None:
     desk.plug_in(3)
@@ -299,89 +255,16 @@ def test_the_report_of_all_is_exported_by_its_button(
     desk.page.checks.cancel()
 
 
-# Leaving
-
-
-def attention_of(desk: Desk) -> tuple[Attention, NoticeBar]:
-    """The window's, wired as there."""
-    bar = NoticeBar()
-    desk.qtbot.addWidget(bar)
-    attention = Attention(
-        desk.ports.ports,
-        bar,
-        acts={},
-        pending_edits=desk.services.pending_edits,
-        go_to=lambda _page: None,
-        shown_page=lambda: "fleet",
-        is_choosing=lambda: False,
-        left_active=LeftActiveWatch(desk.ports.ports),
-        parent=desk.page,
-    )
+def test_disconnecting_asks_the_window_first(desk: Desk) -> None:
+    """It knows what is not written yet, and what is ACTIVE."""
+    desk.plug_in(2, active=True)
+    asked: list[Callable[[], object]] = []
     desk.page.leave_wanted.disconnect()
-    desk.page.leave_wanted.connect(lambda port, act: attention.leave_port(act, port=port))
-    return attention, bar
-
-
-def press(bar: NoticeBar, key: str) -> None:
-    button = bar.button(key)
-    assert isinstance(button, QPushButton)
-    button.click()
-
-
-def disconnect(desk: Desk, number: int) -> None:
-    desk.board.selectRow(desk.row(number))
+    desk.page.leave_wanted.connect(lambda port, act: asked.append(act) if port is desk.modules[1][0] else None)
+    desk.board.selectRow(desk.row(1))
     desk.page.disconnect_marked.trigger()
     desk.settle()
-
-
-def lock_ended(desk: Desk, worker: FakeWorker) -> None:
-    """LOCK that was pressed is confirmed."""
-    worker.say(active=False)
-    worker.finish(worker.wanted(is_urgent=True)[-1], Locked(outcome=Outcome.CONFIRMED, sent=50))
-    desk.settle()
-
-
-def test_disconnecting_asks_before_edits_are_lost(desk: Desk) -> None:
-    desk.plug_in(2)
-    _, bar = attention_of(desk)
-    (first, _), (second, _) = desk.modules
-    first.module.settings.choose("freefall_time_s", 1.2)
-    disconnect(desk, 0)
-    assert desk.ports.ports.current is first
-    assert given(bar.notice).text == "Settings not written: 1."
-    given(bar.notice).choices[1].act()
-    desk.settle()
-    assert desk.page.members.connections == (second,)
-
-
-@pytest.mark.parametrize("is_cancelled", [False, True])
-def test_disconnecting_an_active_module_asks_first(desk: Desk, is_cancelled: bool) -> None:
-    desk.plug_in(2)
-    attention, bar = attention_of(desk)
-    (first, _), (second, worker) = desk.modules
-    worker.say(active=True)
-    desk.settle()
-    disconnect(desk, 1)
-    assert desk.page.members.connections == (first, second)
-    assert notice_text(bar) == "/dev/port1: The module is ACTIVE: it fires also without this program."
-    press(bar, "lock_and_leave")
-    assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 1]
-    if is_cancelled:
-        attention.stay()
-    lock_ended(desk, worker)
-    assert desk.page.members.connections == ((first, second) if is_cancelled else (first,))
-
-
-@pytest.mark.promise("l")
-def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Desk) -> None:
-    desk.plug_in(2)
-    closed = list[bool]()
-    attention, bar = attention_of(desk)
-    close: Callable[[], object] = lambda: closed.append(True)  # noqa: E731
-    assert attention.may_close(close)
-    desk.modules[1][1].say(active=True)  # not the one that the pages show
-    desk.settle()
-    assert not attention.may_close(close)
-    press(bar, "lock_and_leave")
-    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
-    assert not closed
+    assert len(desk.page.members.connections) == 2
+    (leave,) = asked
+    leave()
+    assert desk.page.members.connections == (desk.modules[0][0],)

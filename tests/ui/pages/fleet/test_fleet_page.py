@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication
 
 from app.engine.target import Target
 from app.preflight.findings import Person
-from app.safety.ritual import Input
 from app.settings.profiles import NO_PROFILE
 from protocol.events import EndReason
 from tests.support.thorough import some
@@ -17,7 +16,6 @@ from tests.support.window.fake_ports import VALUES, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
 from tests.support.window.steps import given, let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
-from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.board import MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT
 from ui.pages.fleet.members import target_of
@@ -218,25 +216,6 @@ def test_what_is_disconnected_has_no_row_and_another_takes_the_place(desk: Desk)
     desk.settle()
     assert desk.page.members.connections == ()
     assert desk.page.stack.currentWidget() is desk.page.empty
-
-
-@pytest.mark.promise("l")
-def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(desk: Desk) -> None:
-    desk.plug_in(2, active=True)
-    second, _ = desk.modules[1]
-    second.module.say_name("M-02")
-    ritual = RitualWidget(desk.services)
-    desk.qtbot.addWidget(ritual)
-    ritual.show()
-    desk.qtbot.waitExposed(ritual)
-    ritual._choose(is_rehearsal=True)
-    assert ritual.is_under_way
-    desk.ports.ports.choose(second)
-    assert not ritual.is_under_way
-    assert ritual.ritual.ended_by is Input.INTERRUPTED
-    ritual.refresh()
-    assert "M-02" in ritual._title.text()
-    assert "port1" in ritual._title.text()
 
 
 def test_a_name_is_kept_in_sight_while_its_module_is_off_and_asked_for_when_one_answers(desk: Desk) -> None:
