@@ -28,6 +28,7 @@ from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
+from ui.style.accessible_roles import announce
 from ui.style.theme import Meaning, Size, Space, font, is_text_large
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
@@ -61,6 +62,8 @@ class RitualWidget(QFrame):
         named(self, "ritual", "danger-corner")
         self.ritual = Ritual(Act.DEPLOY)
         self._services, self._ports = services, services.ports
+        # Why it was disarmed: it stays when the next conversation begins, since the person held the button.
+        self._disarmed: Notice | None = None
         self._conversation = 0
         """The number of the one in which it was chosen."""
         self._title = named(ElidedLabel(), "ritual_title", "strong")
@@ -101,6 +104,7 @@ class RitualWidget(QFrame):
         self._ports.changed.connect(self._watch)
         self._ports.shown.connect(self._on_another_module)
         self._ports.leaving.connect(partial(self.disarm, Input.INTERRUPTED))
+        self._ports.chosen.connect(self._forget_disarmed)
         self._guard = RitualGuard(self)
         self._guard.broken.connect(self.disarm)
         self._timer = QTimer(self, interval=TICK_MS, timerType=Qt.TimerType.PreciseTimer)
@@ -130,7 +134,7 @@ class RitualWidget(QFrame):
         self.choose.setEnabled(is_free and not blocking)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not refusals))
-        notice = self._job.notice(ASKING, can_cancel=False)
+        notice = self._job.notice(ASKING, can_cancel=False) or self._disarmed
         self.notice_bar.show_notice(notice)
         self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)
 
@@ -151,6 +155,7 @@ class RitualWidget(QFrame):
         self.ritual.choose(self._conversation, is_rehearsal=is_rehearsal)
         self._focus_cancel()
         self._job.dismiss()
+        self._disarmed = None
         self._begin_watching()
         self._show()
 
@@ -204,6 +209,10 @@ class RitualWidget(QFrame):
         self.ritual.disarm(Input.FINISHED)  # the outcome is shown to nobody
         self._show()
 
+    def _forget_disarmed(self) -> None:
+        self._disarmed = None
+        self.refresh()
+
     def _is_in_sight(self) -> bool:
         """Whether the controls of this step are entirely visible."""
         return all(is_in_sight(button) for button in (self.cancel, self.arm, self.hold) if not button.isHidden())
@@ -231,7 +240,8 @@ class RitualWidget(QFrame):
             leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._job.set_notice(_ended_notice(why))
+                self._disarmed = _ended_notice(why)._replace(dismiss=self._forget_disarmed)
+                announce(self._disarmed.text)
         self._show()
 
     # The end of it

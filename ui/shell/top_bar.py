@@ -126,7 +126,7 @@ class TopBar(QFrame):
             slot=ports.lock.press,
             about=tr("Standby at once: always allowed, never asked twice."),
         )
-        # Of modules that are not shown and not known to be LOCKED.
+        # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
         self.lock_others = control(QPushButton(), "lock_others_button", picture=Icon.LOCK, role="danger")
         self.lock_others.clicked.connect(ports.lock.press_others)
         self.lock_others.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
@@ -140,7 +140,7 @@ class TopBar(QFrame):
             first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:
-            in_row(*head, states, Gap(Space.S), self.lock_others, self.lock, of=self, spacing=Space.S, margins=margins)
+            in_row(*head, self.lock_others, states, Gap(Space.S), self.lock, of=self, spacing=Space.S, margins=margins)
         self._show_others()
         self.refresh()
         ports.any_changed.connect(self._show_others)
