@@ -87,15 +87,9 @@ def invent_records(memory: Memory, count: int, *, seed: int) -> None:
     source = random.Random(seed)  # noqa: S311 (variety, not secrets)
     boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
     for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
-        then = Memory(
-            boot_count=boot,
-            attitude_threshold=source.choice((55, 60, 60, 65, 70)),
-            freefall_acceleration=source.choice((4, 5, 5, 6)),
-            freefall_time=source.choice((120, 160, 160, 200)),
-        )
         data = record_data(
-            then,
-            uptime_s=source.choice((source.randrange(20, 255), source.randrange(300, 5400))),
+            Memory(boot_count=boot, attitude_threshold=source.choice((55, 60, 65)), freefall_time=160),
+            uptime_s=source.randrange(20, 5400),
             sources=sources,
             is_connected=Source.SERIAL in sources or source.random() < 0.5,
             is_charging=False,
