@@ -77,7 +77,7 @@ class Preferences:
     """Paths of files of any type, the last opened first."""
     # Not "flights/lists": that entry had flights on a side that no person had chosen.
     flight_lists = _Entry("flights/sides", _lines, "\n".join)
-    """Flights of the Flight logs page, each with its list."""
+    """Logs of the Logs page, each with its side."""
     who = _Entry("preflight/who", _text)
     """Who checked last."""
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)

@@ -47,22 +47,19 @@ def picture_with_footer(content: QWidget, foot: str) -> QImage:
 
 
 class Origin(NamedTuple):
-    """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `recorded_at` is the
-    start of a recording, None for live data; `module` is its name, or ""."""
+    """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `module` is its name,
+    or ""."""
 
     port: str
     baud_rate: int
     wall_offset_s: float
-    recorded_at: datetime | None = None
     module: str = ""
 
 
 def footer_text(origin: Origin, when: datetime) -> str:
-    """Time, module, port and program version; for a recording its time."""
+    """Time, module, port and program version."""
     port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
     stamp = when.astimezone().isoformat(" ", "seconds")
-    if origin.recorded_at is not None:
-        stamp = tr("Recording of {time}", time=origin.recorded_at.astimezone().isoformat(" ", "seconds"))
     parts = (stamp, origin.module, port, f"DPS-S Configurator {version()}")
     return "  ·  ".join(part for part in parts if part)
 
@@ -191,5 +188,5 @@ class SaveBar(QWidget):
 
 def _place(origin: Origin, suffix: str) -> Path:
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
-    when = (origin.recorded_at or datetime.now(UTC)).astimezone()
-    return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, when)
+    now = datetime.now(UTC).astimezone()
+    return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, now)

@@ -144,6 +144,8 @@ def test_a_bare_angle_of_more_than_a_turn_is_no_degrees(tmp_path: Path, per_deg:
     rows = [f"{at_s},{round(tilt * per_deg)},0,{force}" for at_s, tilt, force in TILT]
     path = written(tmp_path / "a.csv", "\n".join(["time_s,roll,pitch,acceleration_g", *rows]))
     assert "The unit of “roll” is not certain" in refusal(path)
+    with pytest.raises(UserError, match=r"“roll” reaches .*: its unit is another"):
+        answer(path, "roll_deg=roll", "pitch_deg=pitch")
 
 
 @pytest.mark.parametrize("unit", ["time_us", "time_ms"])

@@ -11,17 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QHBoxLayout,
-    QLabel,
-    QStackedWidget,
-    QToolBar,
-    QToolButton,
-    QVBoxLayout,
-    QWhatsThis,
-    QWidget,
-)
+from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
 from app.flights.columns import CsvColumns
 from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
@@ -47,6 +37,7 @@ from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import ICON_PX, Shortcut, named
+from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -390,32 +381,16 @@ class LogsPage(Page):
         self.addAction(folder)
         self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
         self.header.add_rare("logs_profile", tr("Save in a profile…"), self.proposal.save_in_profile)
-        left, right = QVBoxLayout(), QVBoxLayout()
-        for widget in (self.bar, self.counts):
-            left.addWidget(widget)
-        left.addWidget(self.list, 1)
-        right.addWidget(self.thresholds)
-        right.addWidget(self.map, 1)
         self.map.setMinimumWidth(_MAP_PX)
-        content = named(QWidget(), "logs_content")
-        both = QHBoxLayout(content)
-        both.setContentsMargins(0, 0, 0, 0)
+        both = in_row(
+            (in_column(self.bar, self.counts, (self.list, 1)), 7), (in_column(self.thresholds, (self.map, 1)), 3)
+        )
         if is_text_large():
             both.setDirection(QBoxLayout.Direction.TopToBottom)
-        both.addLayout(left, 7)
-        both.addLayout(right, 3)
         self._overview = QWidget()
-        overview = QVBoxLayout(self._overview)
-        overview.setContentsMargins(0, 0, 0, 0)
-        overview.addWidget(self.header)
-        overview.addWidget(content, 1)
-        overview.addWidget(self.proposal)
-        self._stack = named(QStackedWidget(), "logs_stack")
-        self._stack.addWidget(self._overview)
-        self._stack.addWidget(self.view)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, 0, Space.M, Space.S)
-        whole.addWidget(self._stack)
+        in_column(self.header, (both, 1), self.proposal, of=self._overview, margins=0)
+        self._stack = stacked(named(QStackedWidget(), "logs_stack"), self._overview, self.view)
+        in_column(self._stack, of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     def _wire(self) -> None:
         work = self.work

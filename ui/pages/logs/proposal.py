@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
 
 from app.flights.judging import Answer
 from app.flights.thresholds import (
@@ -33,6 +33,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import named
 from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
 
 _ICON_PX = 20
@@ -58,27 +59,14 @@ class ProposalBar(QFrame):
         self.use = button("logs_use", tr("Use in Settings"), Icon.SETTINGS, self._use)
         self.use.setToolTip(tr("Nothing is sent."))
         summary = QWidget()
-        texts = QVBoxLayout()
-        texts.setSpacing(0)
-        texts.addWidget(self.head)
-        texts.addWidget(self.lines)
-        texts.addStretch()
-        row = QHBoxLayout(summary)
-        row.setContentsMargins(Space.S, 0, 0, 0)
-        row.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
-        row.addLayout(texts, 1)
+        texts = in_column(self.head, self.lines, 1, spacing=0)
+        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (texts, 1), of=summary, margins=(Space.S, 0))
         self._stack = QStackedWidget()
         self._stack.addWidget(_scrolled(summary))
         self._stack.addWidget(_scrolled(self.strip))
         self._stack.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
         self.strip.changed.connect(lambda: self._stack.setCurrentIndex(int(self.strip.notice is not None)))
-        buttons = QVBoxLayout()
-        buttons.addWidget(self.take)
-        buttons.addWidget(self.use)
-        whole = QHBoxLayout(self)
-        whole.setContentsMargins(Space.XS, Space.XS, Space.M, Space.XS)
-        whole.addWidget(self._stack, 1)
-        whole.addLayout(buttons)
+        in_row((self._stack, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
 
     def refresh(self, *, is_mistyped: bool = False) -> None:
         """`is_mistyped`: a threshold is typed that cannot be used, so none is handed over."""

@@ -272,7 +272,7 @@ COLUMNS: Final = (
         marked("Log"),
         lambda row: clean(row.label, longest=80),
         picture=_kind_icon,
-        widest=lambda: "survey-00",
+        widest=lambda: "survey-00.csv",
         stretches=True,
     ),
     TableColumn[LogRow](

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLineEdit, QWidget
 
 from app.flights.columns import CsvColumns, parse_line, role_words
 from app.flights.flight_log import FlightLog
@@ -32,7 +32,7 @@ from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.files.save_bar import SaveNote
+from ui.files.save_bar import SaveNote, picture_with_footer
 from ui.pages.logs.rows import button, outcome_lines, row_text, short_name, verdict_of
 from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
@@ -41,6 +41,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
 
 _ICON_PX: Final = 20
 _WINDOW_S: Final = 10.0
@@ -102,28 +103,13 @@ class LogView(QWidget):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.addWidget(self.name, 1)
-        for one in (self.values, self.image, self.back):
-            head.addWidget(one)
-        verdict = QHBoxLayout()
-        verdict.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
-        verdict.addWidget(self.verdict, 1)
-        line = QHBoxLayout(self.columns)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(self.line, 1)
-        line.addWidget(self.read)
+        head = in_row((self.name, 1), self.values, self.image, self.back)
+        verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1))
+        in_row((self.line, 1), self.read, of=self.columns, margins=0)
         self._card = named(QFrame(), "log_card", "card")
-        self._room = QVBoxLayout(self._card)
-        self._room.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, Space.S, 0, 0)
-        column.addLayout(head)
-        column.addLayout(verdict)
-        for widget in (self.details, self.columns, self.fault, self.saved):
-            column.addWidget(widget)
-        column.addWidget(self._card, 1)
-        column.addStretch()
+        self._room = in_column(of=self._card, margins=Space.S)
+        parts = head, verdict, self.details, self.columns, self.fault, self.saved, (self._card, 1)
+        in_column(*parts, of=self, margins=(0, Space.S, 0, 0)).addStretch()
 
     def show_log(self, row: LogRow, limits: TriggerLimits) -> None:
         """Reads the file in the background; of one that could not be read, says why, and asks for columns."""
@@ -234,9 +220,10 @@ class LogView(QWidget):
             self.saved.save_values(self._place(".csv"), values_csv(log, span))
 
     def _save_picture(self) -> None:
-        if self.plot is not None:
-            canvas = self.plot.canvas
-            self.saved.save_picture(self._place(".png"), canvas.grab().toImage(), canvas.svg())
+        if self.plot is not None and self._row is not None:
+            row, canvas = self._row, self.plot.canvas
+            foot = short_name(row.name) if row.entry is None else entry_text(row.entry)
+            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas, foot), canvas.svg())
 
     def _place(self, suffix: str) -> Path:
         path = Path("" if self._row is None else self._row.name)

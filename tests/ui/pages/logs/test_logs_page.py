@@ -391,6 +391,19 @@ def test_logs_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
     desk.wait_proposal()
 
 
+def test_each_answer_has_its_word(desk: Desk) -> None:
+    late = tilted("late", 5)
+    late.specific_force_g[100:103] = 9.0
+    late.tilt_deg[150:] = 90.0
+    unknown = tilted("tilt only", 20)
+    unknown.specific_force_g[:] = np.nan
+    desk.add(late, tilted("flies on", 20), group=MUST)
+    desk.add(unknown, tilted("calm", 20), tilted("steep", 80))
+    words = {"late": "too late", "flies on": "no", "tilt only": "not judged", "calm": "no", "steep": "2.0 s"}
+    assert desk.answers() == words
+    assert desk.page.counts.text() == "Must not fire: 1 of 3 fire · Must fire: 0 of 2 fire in time"
+
+
 # One log
 
 
