@@ -67,7 +67,6 @@ class Card:
     lock_sent: int | None = None
     # The module did not report that it is locked.
     lock_failed: Locked | None = None
-    can_lock: bool = False
     # The other pages show this module.
     is_shown: bool = False
     # What is wrong with the present cell voltage.

@@ -184,7 +184,6 @@ class Board(QTableWidget):
 
     def _show(self, port: Port, card: Card, now: float) -> None:
         lock = self._locks[port]
-        lock.setEnabled(card.can_lock)
         lock.setAccessibleName(labelled(tr("LOCK"), card.name or card.port))
         set_role(lock, "primary" if card.activation.may_fire else "")
         cells = {

@@ -73,7 +73,7 @@ def _member(port: Port, name: str, module: ShownModule | None) -> SetMember:
     if module is None:
         return SetMember(place, name, None, SILENT)
     check = module.check
-    if check is None or port.module is not module or not port.is_requested:
+    if check is None:
         return SetMember(place, name, None, OVER.message)
     void = None if check.void is None else check.void.message
     trouble = void if check.trouble is None else check.trouble.message

@@ -94,7 +94,6 @@ class FleetMembers:
             is_checking=module.is_checking,
             lock_sent=port.lock.sent,
             lock_failed=port.lock.failed,
-            can_lock=port.lock.is_possible,
             is_shown=port is self._ports.current,
             cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use),
         )

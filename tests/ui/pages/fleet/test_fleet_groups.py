@@ -198,6 +198,7 @@ def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, mon
     for is_first in (True, False):
         desk.page.profile.apply()
         keep = contexts[-1].keep_as_found
+        assert contexts[-1].accepted_risks == frozenset()
         assert (keep is not None) is is_first
         if keep is not None:
             keep({"attitude_threshold_deg": 60}, None)

@@ -20,7 +20,7 @@ from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.board import MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT
 from ui.pages.fleet.members import target_of
 from ui.session.check import ENTRIES
-from ui.style.theme import Meaning
+from ui.style.theme import Meaning, current
 from ui.widgets.notice_bar import Notice
 
 THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
@@ -51,6 +51,12 @@ def test_a_row_tells_what_its_module_reports(desk: Desk) -> None:
         "not known\n4.00 V",
     ]
     assert desk.cell(1, NEXT).startswith("TRIGGERED")
+    colours = []
+    for triggered in (True, False):
+        desk.modules[1][1].say(active=True, triggered=triggered)
+        desk.settle()
+        colours.append(given(desk.board.item(desk.row(1), STATE)).foreground().color())
+    assert colours == [current().ink(Meaning.DANGER), current().ink(Meaning.ATTENTION)]
 
 
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))
@@ -126,7 +132,10 @@ def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> N
         worker.say(active=False)
     desk.settle()
     assert [desk.cell(number, STATE).partition("\n")[0] for number in range(5)] == ["ACTIVE", *["LOCKED"] * 4]
-    assert desk.lock(0).isEnabled()
+    desk.modules[1][1].unplug()
+    desk.settle()
+    desk.click(desk.lock(1))  # owed, until it answers
+    assert len(desk.modules[1][1].wanted(is_urgent=True)) == 2
 
 
 def test_the_lock_of_a_row_is_for_that_module_alone_and_chooses_nothing(desk: Desk) -> None:
