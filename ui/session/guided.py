@@ -109,10 +109,10 @@ class Guided(QObject):
 
     @property
     def can_start(self) -> bool:
+        module = self._module
         is_safe = self.is_stated_safe or not self.test.statement
-        is_free = not self.is_running and not self.owes_lock
-        is_free = is_free and not self._module.is_checking
-        return self._module.is_going and is_safe and is_free and not self._module.activation.may_fire
+        is_free = not (self.is_running or self.owes_lock or module.is_checking)
+        return module.is_going and is_safe and is_free and not module.activation.may_fire
 
     @property
     def confirm_words(self) -> str:

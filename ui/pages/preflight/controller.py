@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from app.diagnosis.link_state import Phase
-from app.preflight.findings import Person
 from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
 from app.records.record import SignedRecord
@@ -80,11 +79,6 @@ class PreflightController:
         return last is not None and last.standing is Standing.READY and last.profile.activated_by is ActivatedBy.PERSON
 
     # What a person does
-
-    def check(self, profile: Profile, person: Person, *, is_enabling: bool = False) -> None:
-        """Start a check; nothing of the previous one is kept on screen."""
-        if self.can_check:
-            self._ports.module.begin_check(profile, person, is_enabling=is_enabling)
 
     def cancel(self) -> None:
         if self.last is not None:

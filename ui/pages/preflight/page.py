@@ -181,7 +181,7 @@ class PreflightPage(Page):
             self.form.read_again()
             who, aircraft = self.form.committed
             person = replace(stated or Person(), who=who, aircraft=aircraft)
-            self.work.check(self.list.answered(), person, is_enabling=is_enabling)
+            self.module.begin_check(self.list.answered(), person, is_enabling=is_enabling)
 
     def enable_and_check(self) -> None:
         """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
