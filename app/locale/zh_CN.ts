@@ -2040,10 +2040,6 @@
         <translation>更正之前无法写入：{names}。</translation>
     </message>
     <message>
-        <source>Nothing has the focus: press Tab.</source>
-        <translation>没有控件获得焦点：请按 Tab 键。</translation>
-    </message>
-    <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
     </message>
@@ -3516,10 +3512,6 @@
     <message>
         <source>Warnings: {count}</source>
         <translation>警告：{count}</translation>
-    </message>
-    <message>
-        <source>What has the keyboard?</source>
-        <translation>当前焦点是什么？</translation>
     </message>
     <message>
         <source>What is read twice and agrees is one module's.</source>

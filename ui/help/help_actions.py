@@ -1,8 +1,7 @@
 """Actions of the Help menu, and "What's this?" of every control. All help windows are modeless: LOCK stays within
 reach."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QWhatsThis, QWidget
@@ -22,22 +21,12 @@ _QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
 _SAYS_TOOLTIP: Final = "says_tooltip"
 
 
-def _with_parents(widget: QWidget) -> Iterator[QWidget]:
-    around: QWidget | None = widget
-    while around is not None:
-        yield around
-        around = around.parentWidget()
-
-
-def text_of(widget: QWidget) -> str:
-    """Its own text, or that of what it is part of, as Qt shows it."""
-    return next((text for parent in _with_parents(widget) if (text := parent.whatsThis())), "")
-
-
 def explain(widget: QWidget) -> None:
     """Where neither a widget nor what it is part of was made with a text, the nearest with a tooltip or an accessible
     name gets that."""
-    around = list(_with_parents(widget))
+    around = [widget]
+    while (parent := around[-1].parentWidget()) is not None:
+        around.append(parent)
     if any(candidate.whatsThis() and not candidate.property(_SAYS_TOOLTIP) for candidate in around):
         return
     for candidate in around:
@@ -61,7 +50,6 @@ class HelpActions(QObject):
             MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
             None,
             MenuEntry("what", marked("What is this? Point at it"), self._ask, "Shift+F1"),
-            MenuEntry("what_focused", marked("What has the keyboard?"), self.show_focus_help, "Ctrl+Shift+F1"),
             None,
             MenuEntry("about", marked("About"), self.show_about),
         )
@@ -73,16 +61,6 @@ class HelpActions(QObject):
         if not QWhatsThis.inWhatsThisMode():
             application().installEventFilter(self)
             QWhatsThis.enterWhatsThisMode()
-
-    def show_focus_help(self) -> None:
-        """The text of the focused control, or of what it is part of."""
-        widget = cast("QWidget | None", self._window.focusWidget())
-        if widget is not None:
-            explain(widget)
-            if text := text_of(widget):
-                QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), text, widget)
-                return
-        self._window.show_message(tr("Nothing has the focus: press Tab."))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Of the application, until the click."""

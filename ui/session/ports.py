@@ -79,11 +79,6 @@ class Ports(QObject):
         """The one that the pages show."""
         return self.current.module
 
-    @property
-    def is_any_active(self) -> bool:
-        """A module on any port may fire by its thresholds, as far as is known."""
-        return any(port.is_active for port in self._ports)
-
     def known_names(self) -> list[str]:
         """Of all modules of the store, the last seen first; empty while there is no store."""
         store = self.storage.ready
