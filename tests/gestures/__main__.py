@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QApplication
 from tests.gestures.clumsy import run
 from tests.gestures.gesture_table import LANGUAGES, SIZES, run_window
 from tests.support.confined import confined_home
+from tests.support.line import odd_module
 
 ROOT = Path(__file__).parents[2]
 SCALE = "QT_SCALE_FACTOR"
@@ -45,6 +46,7 @@ def main() -> int:
     given = parser.parse_args()
     if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    odd_module.install()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     if not given.sequences:

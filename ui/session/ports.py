@@ -226,9 +226,9 @@ class LockControl:
             port.lock.press()
 
     def press_all(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
-        """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
-        that they are locked."""
-        ports = [port for port in self._ports.all if port.lock.is_possible]
+        """LOCK on every port, each by itself: none waits for another, and one that is lost owes it. `then` is called
+        when all of them report that they are locked."""
+        ports = [port for port in self._ports.all if port.is_requested]
         waiting = set(ports)
 
         def note(port: Port) -> None:

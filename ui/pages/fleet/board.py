@@ -264,11 +264,11 @@ def _ago(at: float | None, now: float) -> str:
 
 
 def _module(card: Card) -> _Cell:
-    """Its name, or the one that it had before it was switched off; and its port, which tells unnamed ones apart."""
+    """Its name, also of the conversation that ended, in which it was said; and its port, which tells unnamed ones
+    apart."""
     title = card.title
-    known = card.name or card.expected
-    if known and not card.conversation.is_going:
-        title = known + in_brackets(tr("offline"))
+    if card.name and not card.conversation.is_going:
+        title = card.name + in_brackets(tr("offline"))
     lines = [title, card.port.replace("/", "/\u200b")]  # a path may wrap
     if card.is_shown:
         lines.append(tr("Shown"))

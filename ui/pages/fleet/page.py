@@ -176,7 +176,7 @@ class FleetPage(Page):
         self.enable.setEnabled(can_check)
         self.open_profile.setEnabled(bool(ticked) and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self.result.is_writing)
-        self.lock_all.setEnabled(any(port.is_open for port in connections))
+        self.lock_all.setEnabled(any(port.is_requested for port in connections))
         self.first.setVisible(bool(self.members.unconnected))
 
     def _notice(self) -> Notice | None:

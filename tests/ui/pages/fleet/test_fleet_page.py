@@ -150,6 +150,19 @@ def test_the_lock_of_a_row_is_for_that_module_alone_and_chooses_nothing(desk: De
 
 
 @pytest.mark.promise("l")
+def test_a_module_whose_port_is_lost_can_be_locked_and_is_locked_with_all(desk: Desk) -> None:
+    desk.plug_in(2, active=True)
+    _, worker = desk.modules[1]
+    worker.unplug()
+    desk.settle()
+    assert desk.lock(1).isEnabled()
+    desk.click(desk.lock(1))
+    assert len(worker.wanted(is_urgent=True)) == 1
+    desk.click(desk.page.lock_all)
+    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 2]
+
+
+@pytest.mark.promise("l")
 def test_no_lock_moves_under_a_hand(desk: Desk) -> None:
     """Where a module needs a person first, a text grows, a notice comes, or another module is added."""
     desk.plug_in(4)
@@ -240,6 +253,11 @@ def test_a_name_is_kept_in_sight_while_its_module_is_off_and_asked_for_when_one_
     desk.settle()
     assert desk.cell(1, MODULE) == "Unnamed\nport1"
     assert desk.cell(1, NEXT) == "M-07 again? Read its label."
+    worker.end(EndReason.SILENT)
+    desk.settle()
+    assert desk.cell(1, MODULE) == "Unnamed\nport1", "nobody said that it is M-07"
+    worker.begin(**VALUES)
+    desk.settle()
     port.module.say_name("M-07")
     QApplication.processEvents()
     desk.settle()
