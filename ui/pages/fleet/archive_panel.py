@@ -136,17 +136,18 @@ class ArchivePanel(QWidget):
         label = named(QLabel(tr("Server")), "archive_server_label")
         label.setBuddy(self.server)
         place = QHBoxLayout()
-        for widget in (label, self.server, self.sync, self.carry):
+        for widget in (label, self.server, self.sync):
             place.addWidget(widget)
         state = QHBoxLayout()
         state.addWidget(self.state, 1)
+        state.addWidget(self.carry)
         state.addWidget(self.enter_service)
         tables = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         tables.addWidget(self.modules)
         tables.addWidget(self.life)
-        # The tables scroll by themselves: the page need not be as high as they would like to be.
-        tables.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.views = named(QStackedWidget(), "archive_views")
+        # The tables scroll by themselves: the page need not be as high as they would like to be.
+        self.views.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.views.addWidget(tables)
         self.views.addWidget(scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
         column = QVBoxLayout(self)

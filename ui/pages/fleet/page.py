@@ -7,16 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QPushButton,
-    QStackedWidget,
-    QTabBar,
-    QTabWidget,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
 from app.fleet.card import Card, Need
 from app.fleet.check_set import SetMember, summary, write_set_reports
@@ -109,9 +100,6 @@ class FleetPage(Page):
         self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
         self.board.addAction(self.show_marked)
         self.board.addAction(self.disconnect_marked)
-        self.stack = named(QStackedWidget(), "fleet_stack")
-        for view in (self.empty, self.board):
-            self.stack.addWidget(view)
         connected = QWidget()
         column = QVBoxLayout(connected)
         buttons = QHBoxLayout()
@@ -119,7 +107,8 @@ class FleetPage(Page):
             buttons.addWidget(action)
         buttons.addStretch(1)
         column.addLayout(buttons)
-        column.addWidget(self.stack, 1)
+        for view in (self.empty, self.board):
+            column.addWidget(view, 1)
         # Below the table, so that a notice moves no LOCK.
         column.addWidget(self.notice_bar)
         self.tabs = named(QTabWidget(), "fleet_views")
@@ -148,7 +137,8 @@ class FleetPage(Page):
     def refresh(self) -> None:
         cards = {port: self.members.card(port) for port in self.members.connections}
         self.board.show_cards(cards, self.members.now())
-        self.stack.setCurrentWidget(self.board if cards else self.empty)
+        self.empty.setVisible(not cards)
+        self.board.setVisible(bool(cards))
         self._show_summary(list(cards.values()))
         self._show_controls()
         self.notice_bar.show_notice(self._notice())

@@ -27,10 +27,10 @@ THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", ser
 
 
 def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
-    assert desk.page.stack.currentWidget() is desk.page.empty
+    assert desk.page.empty.isVisible()
     assert not desk.page.lock_all.isEnabled()
     desk.plug_in(1)
-    assert desk.page.stack.currentWidget() is desk.board
+    assert desk.board.isVisible()
     assert desk.page.lock_all.isEnabled()
 
 
@@ -237,7 +237,7 @@ def test_what_is_disconnected_has_no_row_and_another_takes_the_place(desk: Desk)
     worker.hand_over()
     desk.settle()
     assert desk.page.members.connections == ()
-    assert desk.page.stack.currentWidget() is desk.page.empty
+    assert desk.page.empty.isVisible()
 
 
 def test_a_name_is_kept_in_sight_while_its_module_is_off_and_asked_for_when_one_answers(desk: Desk) -> None:
