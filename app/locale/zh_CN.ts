@@ -440,10 +440,6 @@
         <translation>充电状态</translation>
     </message>
     <message>
-        <source>Charging voltage</source>
-        <translation>充电电压</translation>
-    </message>
-    <message>
         <source>Check</source>
         <translation>检查项目</translation>
     </message>
@@ -1122,10 +1118,6 @@
     <message>
         <source>If it is this module, add {option}.</source>
         <translation>如果就是这个模块，请加上 {option}。</translation>
-    </message>
-    <message>
-        <source>In standby.</source>
-        <translation>待机。</translation>
     </message>
     <message>
         <source>Install a Chinese font (fonts-noto-cjk), then restart.</source>
@@ -2950,6 +2942,10 @@
     <message>
         <source>The module is ACTIVE: lock it first.</source>
         <translation>模块已激活：请先锁定。</translation>
+    </message>
+    <message>
+        <source>The module is LOCKED.</source>
+        <translation>模块已锁定。</translation>
     </message>
     <message>
         <source>The module is LOCKED: activate it first.</source>
@@ -5152,10 +5148,6 @@
     <message>
         <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
         <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
-    </message>
-    <message>
-        <source>{uptime} after power-on, boot {boot}</source>
-        <translation>开机后 {uptime}，第 {boot} 次开机</translation>
     </message>
     <message>
         <source>{uptime} · boot {boot}</source>

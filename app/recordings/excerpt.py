@@ -5,7 +5,7 @@ Times are seconds of the program's clock.
 
 import csv
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from heapq import merge
 from io import StringIO
 from itertools import islice
@@ -17,15 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
-from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
+from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits, charging_at
 from app.samples.ring_buffers import Readable, Seconds, Window
 from app.samples.step_function import MAX_STEPS, StepFunction
 
 ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `Excerpt.flags`."""
-HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
+HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,charging,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
 """Rows per part, about 10 ms: how often a cancellation is checked."""
+CHARGING_HOLDS_S: Final = 5.0
+"""It is asked for once a second."""
 _FLAGS: Final = ("false", "true")
 Cells = tuple[str, ...]
 
@@ -42,6 +44,8 @@ class Excerpt(NamedTuple):
     cell: Window
     light: Window
     markers: tuple[Marker, ...]
+    charging: Window | None = None
+    """Readings of the charger, where they were kept; else the markers tell."""
     is_whole: bool = True
     """False where the span includes times that are no longer kept sample by sample."""
 
@@ -97,6 +101,7 @@ class Measured(LimitSteps):
     acceleration: Readable
     cell: Readable
     light: Readable
+    charging: Readable | None = None
     markers: Collection[Marker]
 
     @abstractmethod
@@ -110,7 +115,8 @@ class Measured(LimitSteps):
         )
         within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
         markers = (*_held_at(start_s, self.markers), *within)
-        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, is_whole)
+        charging = None if self.charging is None else self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, charging, is_whole)
 
 
 def _held_at(start_s: float, markers: Iterable[Marker]) -> list[Marker]:
@@ -136,18 +142,37 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
     """
     yield f"{HEAD}\r\n".encode()
     first_s = excerpt.first_s if first_s is None else first_s
+    charging = _charging(excerpt)
     rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
     while batch := list(islice(rows, ROWS_AT_ONCE)):
         stamps = time_cells(np.array([at for at, _ in batch]) + wall_offset_s)
         text = StringIO()
         lines = csv.writer(text)
         for stamp, (at, cells) in zip(stamps, batch, strict=True):
-            lines.writerow((stamp, f"{at - first_s:.3f}", *cells))
+            lines.writerow((stamp, f"{at - first_s:.3f}", *cells[:4], charging(at), *cells[4:]))
         yield text.getvalue().encode()
 
 
 def part_count(excerpt: Excerpt) -> int:
     return excerpt.row_count // ROWS_AT_ONCE + 2
+
+
+def _charging(excerpt: Excerpt) -> Callable[[float], str]:
+    """Whether there was external power at a time: "true", "false", or "" where nobody knows."""
+    if excerpt.charging is not None:
+        times, states = excerpt.charging.time_s, excerpt.charging.value.astype(np.bool_).tolist()
+        ends = times + CHARGING_HOLDS_S
+    else:
+        edges = [-inf, *(marker.time_s for marker in excerpt.markers)]
+        times, states = np.array(edges), [charging_at(excerpt.markers, edge) for edge in edges]
+        ends = np.full(len(edges), inf)
+
+    def at(time_s: float) -> str:
+        last = int(np.searchsorted(times, time_s, side="right")) - 1
+        is_known = last >= 0 and time_s <= ends[last] and states[last] is not None
+        return _FLAGS[states[last]] if is_known else ""
+
+    return at
 
 
 def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:

@@ -7,7 +7,7 @@ from app.system.files import write_whole
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
 from app.text.messages import clean
 from app.trigger_records.fields import FIELDS, fields_of
-from app.trigger_records.history import record_of, sentence
+from app.trigger_records.history import JUDGEMENT_WORDS, record_of, sentence
 from app.trigger_records.kept import SeenRecord
 
 HEAD = ("module", "place", "first_seen_at", "new", "confirmed", *FIELDS, "told", "judgement", "note")
@@ -35,7 +35,7 @@ def write_archive(
             "new": None if new is None else seen.id in new,
             "confirmed": seen.id not in seen_once,
             "told": sentence(record).translated(),
-            "judgement": seen.judgement.value if seen.judgement is not None else None,
+            "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],
             "note": clean(seen.note, longest=2000),
         }
         rows.append([values[name] for name in HEAD])

@@ -1,7 +1,7 @@
 """Saves values and pictures of plots, and shows the outcome."""
 
 from collections.abc import Callable, Iterable, Iterator
-from datetime import UTC, datetime
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -29,8 +29,7 @@ _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
 
 
-def picture_with_footer(content: QWidget, foot: str) -> QImage:
-    pixmap = content.grab()
+def picture_with_footer(pixmap: QPixmap, foot: str) -> QImage:
     ratio = pixmap.devicePixelRatio()
     width, height = pixmap.width() / ratio, pixmap.height() / ratio
     whole = QPixmap(pixmap.width(), pixmap.height() + round(_FOOT_PX * ratio))
@@ -47,19 +46,20 @@ def picture_with_footer(content: QWidget, foot: str) -> QImage:
 
 
 class Origin(NamedTuple):
-    """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `module` is its name,
-    or ""."""
+    """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `shown_at` is the end
+    of the time line in sight; `module` is its name, or ""."""
 
     port: str
     baud_rate: int
     wall_offset_s: float
+    shown_at: datetime
     module: str = ""
 
 
-def footer_text(origin: Origin, when: datetime) -> str:
+def footer_text(origin: Origin) -> str:
     """Time, module, port and program version."""
     port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
-    stamp = when.astimezone().isoformat(" ", "seconds")
+    stamp = origin.shown_at.isoformat(" ", "seconds")
     parts = (stamp, origin.module, port, f"DPS-S Configurator {version()}")
     return "  ·  ".join(part for part in parts if part)
 
@@ -142,7 +142,7 @@ class SaveBar(QWidget):
         self,
         *,
         take_excerpt: Callable[[], Excerpt],
-        take_picture: Callable[[str], QImage],
+        take_picture: Callable[[], QPixmap],
         take_drawing: Callable[[], bytes],
         find_origin: Callable[[], Origin],
     ) -> None:
@@ -182,11 +182,11 @@ class SaveBar(QWidget):
     def save_png(self) -> None:
         if not self.note.job.is_writing:
             origin = self._find_origin()
-            image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
+            image = picture_with_footer(self._take_picture(), footer_text(origin))
             self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())
 
 
 def _place(origin: Origin, suffix: str) -> Path:
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
-    now = datetime.now(UTC).astimezone()
-    return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, now)
+    when = datetime.now().astimezone()
+    return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, when)

@@ -64,7 +64,6 @@ class RowsTable(QTableView, Generic[Row]):
         modes = QHeaderView.ResizeMode
         for place, column in enumerate(columns):
             mode = modes.ResizeToContents if column.widest is None and not column.fixed_px else modes.Interactive
-            self.setColumnHidden(place, column.is_beside)
             self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
         self.measure()
 
@@ -103,7 +102,7 @@ class RowsTable(QTableView, Generic[Row]):
         # Whether it scrolls or not, so that lists of one width have the same columns.
         room_px = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
         columns = list(enumerate(self.source.columns))
-        needed_px = sum(self._widths[place] for place, column in columns if not column.is_beside)
+        needed_px = sum(self._widths[place] for place, _column in columns)
         for place, column in reversed(columns):
             if column.is_spare:
                 has_room = needed_px <= room_px

@@ -41,8 +41,6 @@ class TableColumn(Generic[Row]):
     """The width of a column of pictures."""
     stretches: bool = False
     """Takes what room remains, beside others that do."""
-    is_beside: bool = False
-    """Hidden, shown in the details; rows are searched, copied and exported with it."""
     is_spare: bool = False
     """Hidden where there is no room for it."""
 

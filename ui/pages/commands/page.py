@@ -16,7 +16,7 @@ from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.theme import Space
+from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, scroll_area
@@ -30,7 +30,7 @@ GROUPS: Final = (
 STATE_WORDS: Final[Mapping[Activation, str]] = {
     Activation.ACTIVE: marked("Ready to fire: lock it before you touch it."),
     Activation.WAS_ACTIVE: marked("Treat it as ready to fire until it reports LOCKED."),
-    Activation.LOCKED: marked("In standby."),
+    Activation.LOCKED: marked("The module is LOCKED."),
     Activation.WAS_LOCKED: marked("Treat it as ready to fire until it reports LOCKED."),
     Activation.UNKNOWN: marked("Treat it as ready to fire until it reports LOCKED."),
 }
@@ -61,7 +61,8 @@ class CommandsPage(Page):
         column.addStretch(1)
         content = named(QWidget(), "commands_content")
         content.setLayout(column)
-        scroll = scroll_area(content, "commands_scroll", tr("Commands"))
+        # In large text the page scrolls as a whole: an area of its own would show no act.
+        scroll = content if is_text_large() else scroll_area(content, "commands_scroll", tr("Commands"))
         head = in_column(self.make_header(tr("Commands")), margins=(Space.M, 0))
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column(head, (scroll, 1), docked, of=self, spacing=0, margins=0)

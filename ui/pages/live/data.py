@@ -36,6 +36,7 @@ class LiveData(Measured):
     acceleration: Series
     cell: Series
     light: Series
+    charging: Series
     markers: deque[Marker]
 
     def __init__(self) -> None:
@@ -44,6 +45,7 @@ class LiveData(Measured):
         self.acceleration = Series()
         self.cell = Series(_SLOW_SAMPLES)
         self.light = Series(_SLOW_SAMPLES)
+        self.charging = Series(_SLOW_SAMPLES)
         self.acting = LimitSteps()
         """The limits that the module acts on, as far as that is known."""
         self.unproven = LimitSteps()
@@ -61,7 +63,7 @@ class LiveData(Measured):
 
     def reset(self) -> None:
         """Discards everything, for another module."""
-        for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
+        for series in (self.tilt, self.acceleration, self.cell, self.light, self.charging, self._flags):
             series.clear()
         self.clear()
         self.acting.clear()
@@ -108,7 +110,7 @@ class LiveData(Measured):
             self._first_s = float(times[0])
 
     def _add_slow(self, device: ConversationView) -> None:
-        for series, key in ((self.cell, "cell_voltage_v"), (self.light, "light_v")):
+        for series, key in ((self.cell, "cell_voltage_v"), (self.light, "light_v"), (self.charging, "charging")):
             known = device.values.get(key)
             if known is None or known.is_stale:
                 continue

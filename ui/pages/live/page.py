@@ -1,10 +1,11 @@
-"""Live page: a row of values above the plots.
+"""Live page: a column of values beside the plots.
 
 While the page is visible each batch draws, or a timer where no batch comes: the plots only when they moved by a pixel,
 the numbers some ten times a second and whenever the module's state changes. Batches are taken at all times, visible
 or not. It is always live: recordings are shown on Logs.
 """
 
+from datetime import datetime
 from typing import Final, cast
 
 from PySide6.QtCore import Qt
@@ -21,7 +22,7 @@ from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
-from ui.files.save_bar import Origin, SaveBar, picture_with_footer
+from ui.files.save_bar import Origin, SaveBar
 from ui.pages.live.data import LiveData, live_lanes
 from ui.pages.live.panel import LivePanel
 from ui.plots.time_plot import TimePlot
@@ -130,7 +131,7 @@ class LivePage(Page):
         self.plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
         self.save = SaveBar(
             take_excerpt=self._excerpt,
-            take_picture=lambda foot: picture_with_footer(self._seen, foot),
+            take_picture=self.plot.canvas.grab,
             take_drawing=self._drawing,
             find_origin=self._origin,
         )
@@ -256,7 +257,8 @@ class LivePage(Page):
 
     def _origin(self) -> Origin:
         connection = self._ports.current.connection
-        return Origin(connection.port, connection.baud_rate, wall_offset_s(), module=self.module.name)
+        shown_at = datetime.fromtimestamp(self.plot.time_range.span.end_s + wall_offset_s()).astimezone()
+        return Origin(connection.port, connection.baud_rate, wall_offset_s(), shown_at, self.module.name)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()

@@ -27,8 +27,6 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _COUNT_EVERY_S: Final = 0.5
 """Slow, since the rate of reports often varies by one."""
 _GAUGE_PX: Final = 76
-_CELL: Final = marked("Cell voltage")
-_CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
 _NOT_CHARGING: Final = marked("not charging")
 _CHARGER_UNKNOWN: Final = marked("charger unknown")
@@ -55,7 +53,6 @@ class LivePanel(QFrame):
         self.gauge.use_card_background()
         self._stream_kind: tuple[bool, bool, str] | None = None
         self._counted_at = 0.0
-        self._cell_caption = _CELL
         self._name()
         self._lay_out()
         self._reserve()
@@ -80,10 +77,6 @@ class LivePanel(QFrame):
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         _show(self.light, known_light, now_s, 1, *_bay_note(known_light, limits.light_v, in_use, direction))
         charging = device.known("charging", now_s)
-        caption = _CHARGER if charging is not None and charging.value is True else _CELL
-        if caption != self._cell_caption:
-            self._cell_caption = caption
-            self.cell.set_caption(tr(caption))
         self.cell.set_limit("" if cell is None else cell.limit)
         charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
         note, meaning = (charge, None) if cell is None else (tr(cell.fault.value), Meaning.ATTENTION)
@@ -138,7 +131,7 @@ class LivePanel(QFrame):
             (self.tilt, "Tilt"),
             (self.acceleration, "Acceleration"),
             (self.light, "Light"),
-            (self.cell, self._cell_caption),
+            (self.cell, "Cell voltage"),
             (self.boot_count, "Boot count"),
             (self.stream, "Reports"),
         ):
@@ -162,10 +155,6 @@ class LivePanel(QFrame):
         values = (self.tilt, self.acceleration, self.light, self.cell)
         in_column(self.gauge, *values, rest, 1, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
 
-    @property
-    def _tiles(self) -> tuple[Readout, ...]:
-        return (self.tilt, self.acceleration, self.light, self.cell, self.stream, self.boot_count)
-
     def _reserve(self) -> None:
         """Reserves room for all possible notes, so that nothing moves."""
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
@@ -176,7 +165,7 @@ class LivePanel(QFrame):
         bay = tr(OutOfLimit.BAY_OPEN.value), tr(_BAY_CLOSED)
         self.light.reserve((*(tr(_ASSUMED, state=state) + sign for state in bay), age), limit="00.0 V")
         low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
-        words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, _CELL, _CHARGER)
+        words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN)
         self.cell.reserve((*low, *(tr(word) for word in words), age), limit="0.00 V")
         self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
         self.boot_count.reserve((age,))

@@ -1,33 +1,24 @@
-"""Details of the selected trigger records, and what a person judges."""
+"""The selected trigger records as a sentence, their bytes, and what a person judges."""
 
 from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QToolButton
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLineEdit, QToolButton, QVBoxLayout
 
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import capitalised, with_units
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
+from app.text.sentences import capitalised, labelled, with_units
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.kept import MAX_NOTE_LENGTH
 from protocol.translatable import marked
-from ui.forms.rows_table import FactRows
-from ui.pages.triggers.model import COLUMNS, Column
+from ui.pages.triggers.model import COLUMNS
 from ui.session.trigger_reading import TriggerRow
-from ui.style.theme import Size, Space, fixed_font
+from ui.style.theme import Size, fixed_font, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import Gap, in_column, in_row
 
-_FACTS: Final = {
-    "link": Column.LINK,
-    "charger": Column.CHARGE,
-    "light": Column.LIGHT,
-    "cell": Column.CELL,
-}
-"""Those of the table's columns that may be hidden there."""
 JUDGEMENTS: Final = (None, *Judgement)
 
 
@@ -41,10 +32,7 @@ class TriggersDetail(QFrame):
         named(self, "triggers_detail", "card")
         self._rows: Sequence[TriggerRow] = ()
         self._note_of: int | None = None
-        self.cause = text_label("triggers_cause", "strong", is_selectable=True)
-        self.facts = FactRows(
-            "triggers", {"when": marked("Time")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
-        )
+        self.cause = text_label("triggers_cause", is_selectable=True)
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
@@ -76,7 +64,7 @@ class TriggersDetail(QFrame):
     def show_rows(self, rows: Sequence[TriggerRow]) -> None:
         """The selected rows; several are judged at once."""
         self._rows, row = rows, rows[0] if len(rows) == 1 else None
-        for widget in (self.facts, self.raw, self.note, self.seen):
+        for widget in (self.raw, self.note, self.seen):
             widget.setVisible(row is not None)
         self.bytes.setVisible(row is not None and self.raw.isChecked())
         judgements = {chosen.seen.judgement for chosen in rows if chosen.is_stored}
@@ -88,13 +76,14 @@ class TriggersDetail(QFrame):
             self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
             self._note_of = None
             return
-        self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
-        when = tr("{uptime} after power-on, boot {boot}", boot=row.record.boot_count,
-                  uptime=uptime_message(row.record).translated())  # fmt: skip
-        self.facts.show_facts({"when": when} | {key: COLUMNS[column].text(row) for key, column in _FACTS.items()})
+        self.cause.setText(with_units(capitalised(sentence(row.record).translated())))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         self.bytes.setFont(fixed_font(Size.SMALL))
-        self.seen.setText(self._seen_text(row))
+        seen = self._seen_text(row)
+        if is_text_large():  # the list has no room for all its columns
+            fields = (labelled(tr(column.title), column.text(row)) for column in COLUMNS if column.is_spare)
+            seen = " · ".join((seen, *fields))
+        self.seen.setText(seen)
         self.note.setEnabled(row.is_stored)
         if self._note_of != row.seen.id or not self.note.hasFocus():
             self.note.setText(row.seen.note)
@@ -123,20 +112,15 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def _lay_out(self) -> None:
-        judging, tools = QGridLayout(), in_row(1, self.raw)
+        judging = QGridLayout()
+        columns = 3 if is_text_large() else len(self.buttons)
         for number, button in enumerate(self.buttons.values()):
-            judging.addWidget(button, number // 2, number % 2)
-        in_column(
-            self.cause,
-            self.facts,
-            self.seen,
-            Gap(Space.XS),
-            judging,
-            self.note,
-            1,
-            self.bytes,
-            tools,
-            of=self,
-            spacing=Space.S,
-            margins=Space.M,
-        )
+            judging.addWidget(button, number // columns, number % columns)
+        row = QHBoxLayout()
+        row.addLayout(judging)
+        row.addWidget(self.note, 1)
+        row.addWidget(self.raw)
+        column = QVBoxLayout(self)
+        for part in (self.cause, self.seen, self.bytes):
+            column.addWidget(part)
+        column.addLayout(row)

@@ -11,7 +11,7 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import capitalised, labelled
 from app.trigger_records.fields import source_message
-from app.trigger_records.history import JUDGEMENT_WORDS, cell_text, sentence, uptime_message
+from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.session.trigger_reading import TriggerReading, TriggerRow
@@ -92,21 +92,32 @@ COLUMNS: Final = (
         is_spare=True,
     ),
     TableColumn[TriggerRow](
-        marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no"), is_beside=True
+        marked("Link"),
+        lambda row: tr("connected") if row.record.serial_connected else tr("no"),
+        widest=lambda: tr("connected"),
+        is_spare=True,
     ),
     TableColumn[TriggerRow](
-        marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no"), is_beside=True
+        marked("Charger"),
+        lambda row: tr("charging") if row.record.charging else tr("no"),
+        widest=lambda: tr("charging"),
+        is_spare=True,
     ),
     TableColumn[TriggerRow](
-        marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_beside=True
+        marked("Light"),
+        lambda row: f"{row.record.light_v:.1f} V",
+        lambda row: row.record.light_v,
+        widest=lambda: "25.5 V",
+        is_spare=True,
     ),
     TableColumn[TriggerRow](
         marked("Cell"),
-        lambda row: cell_text(row.record),
+        lambda row: f"{row.record.cell_voltage_v:.2f} V",  # the sentence says what is wrong with it
         lambda row: row.record.cell_voltage_v,
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if _cell_meaning(row) else None,
         ink=_cell_meaning,
-        is_beside=True,
+        widest=lambda: "0.00 V",
+        is_spare=True,
     ),
     TableColumn[TriggerRow](
         marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)

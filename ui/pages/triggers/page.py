@@ -1,7 +1,7 @@
 """Triggers page: all trigger records of a module, newest first, with the details and the review of the selected ones.
 
     head     search, Read
-    list     `RowsTable`, or why it is empty; beside it `TriggersDetail`
+    list     `RowsTable` with all fields as columns, or why it is empty; below it `TriggersDetail`
     foot     copy, export
 `TriggerReading` reads the records of the module shown, merges them with the stored ones and stores judgements.
 """
@@ -11,9 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QLabel, QPushButton, QSplitter
+from PySide6.QtWidgets import QLabel, QPushButton
 
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
@@ -40,10 +39,10 @@ from ui.services.page import Page, WaysBack
 from ui.session.module_field import ModuleField
 from ui.session.trigger_reading import TriggerReading
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, is_text_large
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -92,7 +91,7 @@ class TriggersPage(Page):
         for shown in (self.list, self.detail):
             shown.setEnabled(self.module.is_going or self.module.end is None)
         has_rows = bool(work.rows)
-        self._beside.setVisible(has_rows)
+        self.detail.setVisible(has_rows)
         if has_rows and self._is_review_wanted and work.reading is not None:
             self._is_review_wanted = False
             self.table.choose(lambda row: row.is_on_module and row.seen.judgement is None)
@@ -203,15 +202,8 @@ class TriggersPage(Page):
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
         foot = in_row(1, self.copy, self.save_page, self.save_archive, spacing=Space.S)
         says = in_row(self.count, (self.news, 1), self.name_field, spacing=Space.M)
-        beside = self._beside = scroll_area(self.detail, "triggers_scroll", tr("Trigger records"), is_vertical=True)
-        beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        lists = QSplitter(Qt.Orientation.Vertical if is_text_large() else Qt.Orientation.Horizontal)
-        lists.addWidget(self.list)
-        lists.addWidget(beside)
-        lists.setStretchFactor(0, 1)
-        lists.setSizes((700, 304))
         in_column(
-            head, says, (lists, 1), self.strip, foot, of=self, spacing=Space.S,
+            head, says, (self.list, 1), self.detail, self.strip, foot, of=self, spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
 

@@ -275,7 +275,7 @@ def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: D
     active.until(lambda: meaning.text() == f"Fired. {until_locked}")  # silent: it may be active by now
     end_faults(active.bench)
     active.bench.restart()
-    active.until(lambda: meaning.text() == "In standby.")
+    active.until(lambda: meaning.text() == "The module is LOCKED.")
 
 
 def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -133,7 +133,7 @@ def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(be
         "Step 1: Choose, done", "Step 2: Arm, now", "Step 3: Hold for 2 s",
     ]  # fmt: skip
     go_to(bench, ACTS[0])
-    assert page.meaning.text() == "In standby."
+    assert page.meaning.text() == "The module is LOCKED."
 
 
 @pytest.mark.promise("d")

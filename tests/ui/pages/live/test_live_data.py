@@ -243,7 +243,7 @@ def filled() -> LiveData:
     take(
         data,
         batch(0.5),
-        batch(1.0, report(1.0, 3), view=talk(1.1, cell_voltage_v=3.94, light_v=0.3)),
+        batch(1.0, report(1.0, 3), view=talk(1.1, cell_voltage_v=3.94, light_v=0.3, charging=True)),
         batch(2.0, report(1.5, 61, active=True), report(2.0, 62, triggered=True, active=True)),
     )
     return data
@@ -254,11 +254,11 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
     rows = rows_of(b"".join(csv_parts(recording, wall_offset_s=NOON)))
     noon = f"{datetime.fromtimestamp(NOON, UTC):%Y-%m-%d %H:%M:}"
     assert [tuple(row.values()) for row in rows] == [
-        (f"{noon}01.000", "0.000", "3", "0.3", "false", "false", "", "", ""),
-        (f"{noon}01.100", "0.100", "", "", "", "", "", "0.3", ""),
-        (f"{noon}01.100", "0.100", "", "", "", "", "3.94", "", ""),
-        (f"{noon}01.500", "0.500", "61", "0.9", "false", "true", "", "", ""),
-        (f"{noon}01.500", "0.500", "", "", "", "", "", "", "activated"),
+        (f"{noon}01.000", "0.000", "3", "0.3", "false", "false", "", "", "", ""),
+        (f"{noon}01.100", "0.100", "", "", "", "", "true", "", "0.3", ""),
+        (f"{noon}01.100", "0.100", "", "", "", "", "true", "3.94", "", ""),
+        (f"{noon}01.500", "0.500", "61", "0.9", "false", "true", "true", "", "", ""),
+        (f"{noon}01.500", "0.500", "", "", "", "", "true", "", "", "activated"),
     ]
     assert datetime.fromisoformat(rows[0]["time_utc"] + "+00:00").timestamp() == pytest.approx(NOON + 1)
 

@@ -113,10 +113,10 @@ def test_values_never_reported_are_unknown(live: Bench, key: str, name: str, wor
     assert (readout.accessibleName().rstrip(), readout.freshness) == (words, Freshness.UNKNOWN)
 
 
-def test_external_power_is_called_charging_voltage(live: Bench) -> None:
+def test_external_power_is_noted_beside_the_voltage(live: Bench) -> None:
     live.say(charging=True, cell_voltage_v=4.1)
     panel = live.page.panel
-    assert panel.cell.accessibleName() == "Charging voltage: 4.10 V, charging"
+    assert panel.cell.accessibleName() == "Cell voltage: 4.10 V, charging"
     live.say()
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, not charging"
     live.say(leave_out="charging")
