@@ -15,7 +15,7 @@ from protocol.catalogue import BY_NAME
 from ui.forms.field_editors import explain_setting
 from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
-from ui.style.theme import Meaning, Space, is_text_large, scaled
+from ui.style.theme import Meaning, Space, is_text_large, scale_in_use, scaled
 from ui.widgets.controls import control, named, set_role, without_key
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
@@ -96,8 +96,8 @@ class PortButton(QPushButton):
 
 
 class TopBar(QFrame):
-    """Port and link, module, states and LOCK, on every page. Large text has the states on a second line; what has no
-    room then is elided, with a tooltip: the port and the name, never a state or LOCK."""
+    """Port and link, module, states and LOCK, on every page. Text that is larger than usual has the states on a second
+    line; what has no room then is elided, with a tooltip: the port and the name, never a state or LOCK."""
 
     panel_wanted = Signal()
 
@@ -136,7 +136,7 @@ class TopBar(QFrame):
         states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
         head = (self.menu, self.port, (self.name, 1))
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
-        if is_text_large():
+        if scale_in_use() > 1:
             first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:

@@ -102,18 +102,6 @@ def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
                 assert cut_off(bar) == [], (language, theme)
 
 
-@pytest.mark.parametrize("percent", [100, 125, 150, 200])
-def test_the_port_is_named_whole_at_every_size_of_text(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, percent: int
-) -> None:
-    with simulated("large"), window(qapp, tmp_path, percent=percent) as assembly:
-        main = assembly.window
-        main.resize(1024, 600)
-        connect(qtbot, assembly, "sim://large")
-        let_lay_out(main)
-        assert main.top_bar.port.title.toolTip() == ""  # not elided
-
-
 FIRES = r"(?:fires?|deploys?)\b"
 REASSURES = re.compile(
     rf"\b(?:does not|do not|will not|won't|cannot|never|nothing can|no longer|not going to) {FIRES}|neither arms"
