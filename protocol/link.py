@@ -34,6 +34,7 @@ import logging
 from collections.abc import Callable
 from math import inf
 
+from protocol import timing
 from protocol.catalogue import BOOT_COUNT, HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
 from protocol.events import (
     Answered,
@@ -54,27 +55,12 @@ from protocol.frame import Direction, Frame, Noise
 from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
 from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, StaleReplies, ToldValues, reason_of
 from protocol.stream import Piece, StreamParser
-from protocol.timing import (
-    ANSWER_S,
-    ASKS_AFTER,
-    BOOT_COUNT_EVERY_S,
-    HEARTBEAT_EVERY_S,
-    LATE_S,
-    LONGEST_SILENCE_S,
-    QUIET_S,
-    RECORDS_LONGEST_S,
-    RECORDS_QUIET_S,
-    RESTART_S,
-    SLOW_S,
-    TRIES,
-    Gap,
-    RoundTrips,
-)
+from protocol.timing import Gap, RoundTrips
 
 _log = logging.getLogger(__name__)
 _HEARTBEAT = HEARTBEAT.query()
 _BOOTS = BOOT_COUNT.query()
-MOST_PROBES = 2 * TRIES  # so often the boot count is asked, until the module counts as silent
+MOST_PROBES = 2 * timing.TRIES  # so often the boot count is asked, until the module counts as silent
 
 
 class LinkMisused(RuntimeError):
@@ -166,7 +152,7 @@ class Link:
     @property
     def allows_commands(self) -> bool:
         """Whether sets and acts may be sent: a report may be too old on a slow line."""
-        return self.lag_s is not None and self.lag_s <= SLOW_S
+        return self.lag_s is not None and self.lag_s <= timing.SLOW_S
 
     def ask(
         self,
@@ -234,7 +220,7 @@ class Link:
     def tick(self, now: float) -> list[Event]:
         """Do what is due."""
         events: list[Event] = []
-        if self._parser.pending and now >= self._last_byte_at + QUIET_S:
+        if self._parser.pending and now >= self._last_byte_at + timing.QUIET_S:
             for piece in self._parser.flush():
                 self._digest(piece, now, events)
         self._note_delay(now)
@@ -256,7 +242,7 @@ class Link:
         flight = self._flight
         dues = [self._own_due_at() if flight is None else self._next_step(flight, now)[0]]
         if self._parser.pending:
-            dues.append(self._last_byte_at + QUIET_S)
+            dues.append(self._last_byte_at + timing.QUIET_S)
         if flight is not None and self.is_begun:
             dues.append(self._silent_at(flight))
         return min(dues)
@@ -276,12 +262,12 @@ class Link:
             return -inf
         return min(
             self._valid_at + self.round_trips.asks_after_s,
-            self._boots_sent_at + BOOT_COUNT_EVERY_S,
-            self._heartbeat_sent_at + HEARTBEAT_EVERY_S,
+            self._boots_sent_at + timing.BOOT_COUNT_EVERY_S,
+            self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S,
         )
 
     def _ask_own(self, now: float, events: list[Event]) -> None:
-        is_heartbeat_due = now >= self._heartbeat_sent_at + HEARTBEAT_EVERY_S
+        is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
         request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
         events += self._take_off(_Flight(request, now, is_own=True), now, is_fenced=not self.is_begun)
 
@@ -319,27 +305,27 @@ class Link:
         end: _Step = self._give_up
         ends_at = flight.first_at + flight.limit_s
         if flight.records:
-            ends_at, end = flight.first_at + RECORDS_LONGEST_S, self._finish_records
+            ends_at, end = flight.first_at + timing.RECORDS_LONGEST_S, self._finish_records
             at = max(flight.record_at + trips.asks_after_s, flight.probed_at + trips.repeat_s)
             if flight.is_past:
-                ends_at = min(ends_at, flight.record_at + RECORDS_QUIET_S)
+                ends_at = min(ends_at, flight.record_at + timing.RECORDS_QUIET_S)
                 at = flight.probed_at + trips.asks_after_s
         elif flight.is_once:
             # Something else came in this time, or it would be silent.
-            ends_at = min(ends_at, flight.first_at + ANSWER_S)
+            ends_at = min(ends_at, flight.first_at + timing.ANSWER_S)
             at = flight.probed_at + trips.repeat_s if flight.probes else flight.first_at + trips.asks_after_s
         else:
             at, send = self._next_question(flight)
             if flight.is_own and not self.is_begun:
                 # Asked again, so that no late answer begins a conversation.
-                ends_at, send = flight.first_at + ANSWER_S, self._transmit
+                ends_at, send = flight.first_at + timing.ANSWER_S, self._transmit
         at = self.gap.due(_BOOTS, at, is_repeated=True, now=max(now, at))
         return (ends_at, end) if now >= ends_at or ends_at <= at else (at, send)
 
     def _next_question(self, flight: _Flight) -> tuple[float, _Step]:
         """When a question is sent again, or the boot count behind it."""
         trips, is_boots = self.round_trips, flight.request == _BOOTS
-        can_send = flight.attempts < (MOST_PROBES if is_boots else TRIES)
+        can_send = flight.attempts < (MOST_PROBES if is_boots else timing.TRIES)
         can_probe = not is_boots and flight.probes < MOST_PROBES
         spoken_at = max(flight.sent_at, flight.probed_at)
         if can_send:
@@ -348,11 +334,13 @@ class Link:
             at = spoken_at + trips.repeat_s
         else:
             return spoken_at + trips.silence_s / 2, self._fall_silent  # for the answers on a slow line
-        if not self.is_begun or self.silence_s < LONGEST_SILENCE_S:
+        if not self.is_begun or self.silence_s < timing.LONGEST_SILENCE_S:
             return at, self._transmit if can_send else self._probe
         # On a slow line few repetitions fit into a silence. Where no answer can have come yet only one; then many, of
         # which some may be lost.
-        look_at = often_at = self._valid_at + max(ASKS_AFTER * LONGEST_SILENCE_S, 1.5 * (self.lag_s or 0.0))
+        look_at = often_at = self._valid_at + max(
+            timing.ASKS_AFTER * timing.LONGEST_SILENCE_S, 1.5 * (self.lag_s or 0.0)
+        )
         if is_boots:
             return min(at, max(often_at, flight.sent_at + trips.probe_s)), self._transmit
         if self.lag_s is not None:
@@ -539,13 +527,13 @@ class Link:
             self._on_probe_answered(late.at, now, events)
 
     def _on_unasked_heartbeat(self, now: float, events: list[Event]) -> None:
-        if now - self._restarted_at < RESTART_S:
+        if now - self._restarted_at < timing.RESTART_S:
             return  # the second one of a restart
-        is_second = now - self._unasked_at < RESTART_S
+        is_second = now - self._unasked_at < timing.RESTART_S
         self._unasked_at = now
         if not self.is_begun:
             self._restarted_at = now
-        elif is_second or now - self._heartbeat_sent_at > LATE_S:
+        elif is_second or now - self._heartbeat_sent_at > timing.LATE_S:
             self._restarted_at = now
             self._end(EndReason.RESTARTED, now, events)
         else:
@@ -575,7 +563,7 @@ class Link:
         elif flight.behind is not None:
             self._drop_flight()
             self._open(flight, flight.behind, now, events)  # the boot count is fence enough
-        elif flight.is_once or flight.attempts >= TRIES:
+        elif flight.is_once or flight.attempts >= timing.TRIES:
             self._give_up(flight, now, events)
 
     def _contradicts(self, frame: Frame, message: Message, role: Role, now: float, events: list[Event]) -> bool:
@@ -595,7 +583,7 @@ class Link:
     @property
     def _patience_s(self) -> float:
         """For how long nothing valid may come."""
-        return min(LONGEST_SILENCE_S, self.silence_s + self._delay_s)
+        return min(timing.LONGEST_SILENCE_S, self.silence_s + self._delay_s)
 
     def _silent_at(self, flight: _Flight) -> float:
         if not flight.attempts:
@@ -603,7 +591,7 @@ class Link:
         silent_at = self._valid_at + self._patience_s
         if flight.is_once:
             # The vendor gives the module a second for its own answer, counted from the request.
-            return max(silent_at, flight.first_at + ANSWER_S)
+            return max(silent_at, flight.first_at + timing.ANSWER_S)
         return max(silent_at, flight.first_at + self.silence_s / 2)
 
     def _drop_flight(self, *, is_answered: bool = False) -> _Flight | None:

@@ -5,7 +5,6 @@ vendor's advice, "the reading with the bay fully open", is shown too; taken lite
 side.
 """
 
-from dataclasses import dataclass
 from enum import Enum
 from statistics import median
 from typing import NamedTuple
@@ -87,8 +86,7 @@ class LightDirection(Enum):
     FALLS = marked("More light reads lower.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Proposal:
+class Proposal(NamedTuple):
     """`margin_closed_v`, `margin_open_v`: from the threshold to the nearest reading of each side."""
 
     threshold_v: float
@@ -103,27 +101,28 @@ class Proposal:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        return tr("{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.",
-                  threshold=self.threshold_v, closed=self.margin_closed_v, open=self.margin_open_v)  # fmt: skip
+        text = marked("{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.")
+        return tr(text, threshold=self.threshold_v, closed=self.margin_closed_v, open=self.margin_open_v)
 
 
 def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
     """The threshold in the middle of the gap, or why there is none."""
     if not (closed.is_enough and opened.is_enough):
         return CalibrationFault.TOO_FEW
-    rises = min(opened.raws) > max(closed.raws)
-    if not rises and max(opened.raws) >= min(closed.raws):
+    low, high, direction = closed, opened, LightDirection.RISES
+    if min(opened.raws) < min(closed.raws):
+        low, high, direction = opened, closed, LightDirection.FALLS
+    below, above = max(low.raws), min(high.raws)
+    threshold = (below + above) // 2
+    if min(threshold - below, above - threshold) < SMALLEST_MARGIN_STEPS:
         return CalibrationFault.TOO_CLOSE
-    near_closed, near_open = (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
-    threshold = (near_closed + near_open) // 2
-    margin_closed, margin_open = abs(threshold - near_closed), abs(near_open - threshold)
-    if min(margin_closed, margin_open) < SMALLEST_MARGIN_STEPS:
-        return CalibrationFault.TOO_CLOSE
+    to_low_v, to_high_v = (threshold - below) / _STEPS_PER_V, (above - threshold) / _STEPS_PER_V
+    is_rising = direction is LightDirection.RISES
     return Proposal(
-        threshold_v=threshold / _STEPS_PER_V,
-        direction=LightDirection.RISES if rises else LightDirection.FALLS,
-        margin_closed_v=margin_closed / _STEPS_PER_V,
-        margin_open_v=margin_open / _STEPS_PER_V,
+        threshold / _STEPS_PER_V,
+        direction,
+        margin_closed_v=to_low_v if is_rising else to_high_v,
+        margin_open_v=to_high_v if is_rising else to_low_v,
         vendors_v=opened.median_v,
         is_steady=closed.is_steady and opened.is_steady,
     )

@@ -13,7 +13,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.engine.conversation import ConversationView, Interrupted
+from app.engine.conversation import Interrupted
 from app.engine.procedure import (
     MAX_LOCKS,
     Ask,
@@ -97,8 +97,7 @@ class _Proof:
     """The module's answers since the first LOCK."""
 
     def __init__(self) -> None:
-        self.is_acknowledged = False
-        self.is_heard = False
+        self.is_acknowledged = self.is_heard = False
         # The conversation in which it was pressed has ended.
         self.may_be_another = False
         # The number of that conversation; before the first one, of the one that begins.
@@ -106,36 +105,35 @@ class _Proof:
         self._reports: list[bool] = []
         self._reported_in = (0, False)
 
-    def note_conversation(self, now: ConversationView) -> None:
+    def look(self) -> Procedure[EngineView]:
+        """What was reported in a conversation counts in no other."""
+        view: EngineView = yield Inspect()
+        now = view.conversation
         if self._pressed_in is None:
             self._pressed_in = max(now.number, 1)
-        if now.ended is not None or now.number > self._pressed_in:
-            self.may_be_another = True
+        self.may_be_another |= now.ended is not None or now.number > self._pressed_in
         if (now.number, now.is_going) != self._reported_in:
             self._reported_in = now.number, now.is_going
             self._reports.clear()
+        return view
 
     def note(self, reply: Reply) -> bool:
         """Note the outcome of a request; return whether it was answered."""
         answer = reply.messages[0] if isinstance(reply, Answered) else None
-        if answer is None:
-            return False
-        self.is_heard = True
         if isinstance(answer, Acknowledgement):
             self.is_acknowledged |= answer.is_accepted
         elif isinstance(answer, Status):
             self._reports.append(answer.active)
         elif isinstance(answer, Reading):
             self._reports.append(answer.value is True)
-        return True
+        self.is_heard |= answer is not None
+        return answer is not None
 
     @property
     def is_locked(self) -> bool | None:
         """None while there are too few reports, or they contradict each other."""
         last = self._reports[-AGREEING:]
-        if len(last) < AGREEING or len(set(last)) > 1:
-            return None
-        return not last[0]
+        return None if len(last) < AGREEING or len(set(last)) > 1 else not last[0]
 
     @property
     def says_locked(self) -> bool:
@@ -187,16 +185,14 @@ def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Pr
 
 
 def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
-    view: EngineView = yield Inspect()
-    proof.note_conversation(view.conversation)
+    view = yield from proof.look()
     if view.proven_rate is not None and view.proven_rate != view.baud_rate:
         yield UseRate(view.proven_rate)
     silent_since = view.now
     may_search = is_last_answered = True
     question = asked_after = 0
     while not proof.is_locked:
-        view = yield Inspect()
-        proof.note_conversation(view.conversation)
+        view = yield from proof.look()
         is_going_on = repeat.is_repeating(view.now)
         if repeat.is_due(view.now) and not proof.says_locked:
             reply = yield Ask(LOCK, limit_s=ACKNOWLEDGED_S, repeat=repeat)
@@ -207,8 +203,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         if not is_last_answered:
             yield Pause(BREATH_S)
         reply = yield Ask(QUESTIONS[question], limit_s=ANSWER_S, repeat=repeat)
-        view = yield Inspect()
-        proof.note_conversation(view.conversation)
+        view = yield from proof.look()
         is_last_answered = proof.note(reply)
         question = 1 - question  # also unanswered, in case the module lacks it
         if is_last_answered:
@@ -222,5 +217,5 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         if may_search and view.is_rate_in_doubt and view.now - silent_since > SILENT_S:
             may_search = False
             yield from find_rate()
-            view = yield Inspect()
+            view = yield from proof.look()
             silent_since = view.now

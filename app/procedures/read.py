@@ -30,25 +30,19 @@ from protocol.translatable import marked
 ACTIVE = BY_NAME["active"]
 TRIGGERED = BY_NAME["triggered"]
 _FIRST = (ACTIVE, TRIGGERED, STATUS)
-_NOT_VALUES = (HEARTBEAT, TRIGGER_RECORDS)
+_APART = (*_FIRST, HEARTBEAT, TRIGGER_RECORDS, BOOT_COUNT)
 # The state first, as it matters most: 30, 31 and the status one after the other, as they have to agree.
 READABLE: tuple[Command, ...] = (
     *_FIRST,
-    *(
-        command
-        for command in COMMANDS
-        if command.can_be_asked and command not in (*_FIRST, *_NOT_VALUES) and command is not BOOT_COUNT
-    ),
+    *(command for command in COMMANDS if command.can_be_asked and command not in _APART),
     BOOT_COUNT,
 )
 
 NO_REPLY = marked("no reply")
 ANSWERED_TWICE = message(marked("Questions are answered twice. Two modules on this line?"))
-_WORDS: Mapping[tuple[str, Value | None], str] = {
-    (ACTIVE.key, True): marked("ACTIVE"),
-    (ACTIVE.key, False): marked("LOCKED"),
-    (TRIGGERED.key, True): marked("TRIGGERED"),
-    (TRIGGERED.key, False): marked("not triggered"),
+_WORDS: Mapping[Command, tuple[str, str]] = {
+    ACTIVE: (marked("LOCKED"), marked("ACTIVE")),
+    TRIGGERED: (marked("not triggered"), marked("TRIGGERED")),
 }
 
 
@@ -60,18 +54,17 @@ def contradictions(
     found: dict[str, UserMessage] = {}
     for command, answer in ((ACTIVE, active), (TRIGGERED, triggered)):
         reported = None if status is None else getattr(status, command.key)
-        if answer is None or reported is None or answer != reported:
+        if answer is None or answer != reported:
+            words = [
+                message(NO_REPLY if said is None else _WORDS[command][said is True]) for said in (answer, reported)
+            ]
             found[command.key] = message(
                 marked("{code}: {answer}, status: {reported}."),
                 code=f"{command.code:02X}",
-                answer=_in_words(command, answer),
-                reported=_in_words(command, reported),
+                answer=words[0],
+                reported=words[1],
             )
     return found
-
-
-def _in_words(command: Command, answer: Value | None) -> UserMessage:
-    return message(_WORDS.get((command.key, answer), NO_REPLY))
 
 
 # Everything
