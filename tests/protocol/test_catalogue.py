@@ -3,11 +3,9 @@
 import pytest
 
 from protocol.catalogue import (
-    BAUD_RATES,
     BY_CODE,
     BY_NAME,
     COMMANDS,
-    DEFAULT_BAUD_RATE,
     RECORD_PARTS,
     RESET_BELOW_THRESHOLD_DEG,
     SET,
@@ -86,12 +84,6 @@ def test_exactly_these_requests_may_be_repeated() -> None:
     assert {without_sum(one) for one in every_request() if one.is_repeatable} == REPEATABLE
 
 
-def test_a_loop_over_all_queries_would_be_a_mistake_and_can_be_asked_prevents_it() -> None:
-    askable = {command.name for command in COMMANDS if command.can_be_asked}
-    assert "zero_sensor" not in askable
-    assert all(command.query().is_repeatable for command in COMMANDS if command.can_be_asked)
-
-
 def test_the_settings_and_their_keys() -> None:
     assert [command.key for command in SETTINGS] == [
         "serial_output",
@@ -139,16 +131,6 @@ def test_an_entry_is_complete(command: Command) -> None:
         assert command.write_key is not None
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
-def test_a_default_is_a_value_that_follows_the_advice(command: Command) -> None:
-    if command.default is None:
-        return
-    assert command.write is not None
-    assert command.default in command.write.allowed
-    if command.advice is not None:
-        assert command.advice.is_followed_by(command.write.decode(command.default))
-
-
 def test_the_defaults_of_the_table() -> None:
     defaults = {
         command.name: command.write.decode(command.default)
@@ -174,23 +156,6 @@ def test_e10_advice() -> None:
     assert [attitude.is_followed_by(value) for value in (54, 55, 60, 255)] == [False, True, True, True]
     assert [fall.is_followed_by(value) for value in (0.0, 0.6, 0.7, 0.8)] == [True, True, False, False]
     assert Advice("anything").is_followed_by(1e9)
-
-
-@pytest.mark.parametrize("name", ["activation", "deploy", "shutdown", "serial_output", "baud_rate", "attitude_trigger"])
-def test_e08_what_has_no_query_cannot_be_asked(name: str) -> None:
-    with pytest.raises(LookupError, match=name):
-        BY_NAME[name].query()
-
-
-@pytest.mark.parametrize("name", ["heartbeat", "light", "status", "zero_sensor", "trigger_records"])
-def test_what_is_read_only_cannot_be_set(name: str) -> None:
-    with pytest.raises(LookupError, match=name):
-        BY_NAME[name].set(1)
-
-
-def test_baud_rates_fastest_first() -> None:
-    assert BAUD_RATES == (115200, 57600, 38400, 19200, 9600, 4800)
-    assert BAUD_RATES[0] == DEFAULT_BAUD_RATE
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.catalogue import Request
-from protocol.events import Answered, EndReason, Role, Unanswered
+from protocol.events import Answered, EndReason, Unanswered
 from protocol.frame import encode_reply
 from tests.support.line.link_bench import Bench, named
 
@@ -66,14 +66,6 @@ def test_else_the_next_one_waits_until_no_copy_can_come(
     assert is_sent(bench, second)
 
 
-def test_after_an_unanswered_set_the_next_one_waits_too(bench: Bench) -> None:
-    assert is_sent(bench, FREEFALL)
-    bench.wait(LATE_S - 0.1)
-    assert not is_sent(bench, ATTITUDE)
-    bench.wait(0.2)
-    assert is_sent(bench, ATTITUDE)
-
-
 @pytest.mark.promise("f")
 def test_the_wait_outlives_the_conversation(bench: Bench) -> None:
     assert is_sent(bench, FREEFALL)
@@ -82,15 +74,6 @@ def test_the_wait_outlives_the_conversation(bench: Bench) -> None:
     bench.wait(1.0)
     assert bench.begins == 1
     assert not is_sent(bench, ATTITUDE)
-
-
-def test_what_was_acknowledged_counts_after_a_while(bench: Bench) -> None:
-    assert is_sent(bench, FREEFALL)
-    bench.hear(encode_reply(0x17, 0))
-    bench.wait(LATE_S - 0.01)
-    assert not are_known(bench)
-    bench.wait(0.02)
-    assert are_known(bench)
 
 
 @pytest.mark.parametrize("after_s", [0.001, 0.05, 0.5, 2.9, 4.0])
@@ -107,30 +90,3 @@ def test_where_an_acknowledgement_comes_twice_nothing_counts_in_this_conversatio
     bench.events += bench.link.end(EndReason.ANOTHER, bench.now)
     bench.wait(LATE_S)
     assert are_known(bench)
-
-
-def test_a_late_acknowledgement_is_no_copy(bench: Bench) -> None:
-    assert is_sent(bench, FREEFALL)
-    bench.wait(1.01)
-    bench.hear(encode_reply(0x16, 0), after_s=0.2)
-    assert bench.roles() == [Role.LATE]
-    assert not are_known(bench)
-    bench.wait(LATE_S)
-    assert are_known(bench)
-
-
-def test_a_copy_of_an_earlier_conversation_is_seen_before_anything_is_set() -> None:
-    bench = Bench().begun()
-    bench.hear(encode_reply(0x16, 0), after_s=2.0)
-    bench.wait(LATE_S - 0.1)
-    assert not is_sent(bench, FREEFALL)
-    assert not are_known(bench)
-
-
-def test_nothing_else_waits(bench: Bench) -> None:
-    assert is_sent(bench, FREEFALL)
-    bench.hear(encode_reply(0x17, 0))
-    for request in (named("freefall_time").set(1.2), named("serial_output").set(True), named("light").query()):
-        assert is_sent(bench, request)
-        bench.hear(encode_reply(request.command.code, request.data))
-        bench.wait(0.1)

@@ -22,7 +22,7 @@ from protocol.catalogue import (
     TENTH_VOLT,
 )
 from protocol.events import Counters, Role
-from protocol.fields import Done, Field, Flag, Quantity, Value, ValueRefused
+from protocol.fields import Done, Field, Quantity, Value, ValueRefused
 from protocol.frame import (
     Reason,
     check_host,
@@ -31,7 +31,6 @@ from protocol.frame import (
     decode_request,
     encode_long,
     encode_reply,
-    is_empty_slot,
     module_lengths,
 )
 from tests.support.line.reference_decoder import REPLIES, REQUESTS, sum_is_right
@@ -102,21 +101,6 @@ def test_what_is_no_request_is_refused_with_the_reason(hex_text: str, reason: st
         decode_request(bytes.fromhex(hex_text))
 
 
-@pytest.mark.parametrize(
-    ("data", "is_empty"),
-    [
-        (bytes(11), True),
-        (b"\xff" * 11, True),
-        (bytes(10) + b"\1", False),
-        (b"\1" + bytes(10), False),
-        (b"\0\xff" * 5 + b"\0", False),
-    ],
-)
-def test_an_unused_slot_is_all_00_or_all_ff(data: bytes, is_empty: bool) -> None:
-    raw = encode_long(RECORD_CODE, b"\1" + data)
-    assert is_empty_slot(raw) is is_empty
-
-
 @pytest.mark.parametrize("position", [11, 12])
 def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int) -> None:
     data = bytearray(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB"))
@@ -140,13 +124,6 @@ def test_every_allowed_byte_survives_the_way_there_and_back(field: Field) -> Non
     assert field.allowed
     for raw in field.allowed:
         assert field.encode(field.decode(raw)) == raw
-
-
-@pytest.mark.parametrize("field", QUANTITIES, ids=str)
-def test_no_two_bytes_read_alike(field: Quantity) -> None:
-    """As text for a person too: 3.80 V and 3.82 V are two values."""
-    assert len({field.text(raw) for raw in range(256)}) == 256
-    assert len({field.decode(raw) for raw in range(256)}) == 256
 
 
 @pytest.mark.parametrize("field", QUANTITIES, ids=str)
@@ -219,28 +196,8 @@ def test_a_number_is_carried_exactly_or_refused(field: Quantity, value: float) -
         assert field.decode(raw) == value
 
 
-def test_zero_has_no_sign() -> None:
-    assert TENTH_G.encode(-0.0) == 0
-
-
-def test_a_lenient_flag_takes_any_byte() -> None:
-    lenient = Flag(lenient=True)
-    assert lenient.allowed == set(range(256))
-    assert [lenient.decode(raw) for raw in (0, 1, 2, 255)] == [False, True, False, False]
-    assert lenient.text(7) == "no"
-
-
 # What was counted
 
 
 def counted(sent: int, frames: int, roles: Counter[Role], rejected: Counter[Reason]) -> Counters:
     return Counters(sent=sent, frames=frames, by_role=roles, rejected_bytes=rejected)
-
-
-def test_counts_are_added_and_what_was_counted_since_is_their_difference() -> None:
-    before = counted(1, 2, Counter({Role.ANSWER: 2}), Counter({Reason.CHECKSUM: 6}))
-    since = counted(10, 20, Counter({Role.ANSWER: 19, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 60}))
-    total = counted(11, 22, Counter({Role.ANSWER: 21, Role.ECHO: 1}), Counter({Reason.CHECKSUM: 66}))
-    assert vars(before + since) == vars(total)
-    assert vars(total - before) == vars(since)
-    assert total.rejected == 66

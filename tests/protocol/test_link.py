@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.catalogue import COMMANDS, HEARTBEAT, LOCK, STATUS, TRIGGER_RECORDS, Hazard, Layout, Request
-from protocol.events import Answered, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
+from protocol.catalogue import COMMANDS, HEARTBEAT, LOCK, TRIGGER_RECORDS, Hazard, Layout, Request
+from protocol.events import Answered, OutcomeUnknown, Role, Sent, Unanswered
 from protocol.frame import encode_reply
 from protocol.link import LinkMisused
 from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode
 from protocol.stale_replies import FENCES
-from protocol.timing import QUIET_S, TRIES
+from protocol.timing import TRIES
 from tests.support.line.link_bench import BOOTS, PULSE, RECORD, STREAMED, TRAP, Bench, named
 from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.line.reference_decoder import sum_is_right
 from tests.support.thorough import IS_THOROUGH
-from tests.vendor.frames import BY_ID, FROM_MODULE
+from tests.vendor.frames import FROM_MODULE
 
 LIGHT = named("light").query()
 
@@ -34,18 +34,6 @@ def test_a_question_is_answered_once_with_its_round_trip(bench: Bench) -> None:
     assert answered.messages == (Reading(named("attitude_threshold"), 60),)
     assert answered.round_trip_s == pytest.approx(0.004)
     assert bench.link.is_idle
-
-
-def test_an_answer_to_a_repeated_question_is_no_round_trip(bench: Bench) -> None:
-    before = bench.link.lag_s
-    bench.ask(LIGHT)
-    bench.wait(0.06)
-    bench.hear(encode_reply(0x14, 3))
-    (answered,) = bench.taken(Answered)
-    assert (answered.attempts, answered.round_trip_s) == (2, None)
-    bench.hear(encode_reply(0x14, 3), after_s=0.1)
-    assert bench.roles() == [Role.ANSWER, Role.LATE]
-    assert bench.link.lag_s == before
 
 
 @pytest.mark.parametrize("request_", [named("freefall_time").set(1.6), named("serial_output").set(True), LOCK])
@@ -88,20 +76,6 @@ def test_locking_waits_behind_no_fence_and_for_no_pause(bench: Bench) -> None:
         assert bench.link.ask(LOCK, bench.now) == [Sent(LOCK.encode(), LOCK, 1, bench.now)]
 
 
-def test_what_is_no_frame_is_told_with_its_bytes(bench: Bench) -> None:
-    bench.hear(b"AT\r")
-    bench.wait(1)
-    assert b"".join(event.noise.raw for event in bench.taken(Rejected)) == b"AT\r"
-
-
-def test_after_its_answer_a_voltage_is_no_longer_expected(bench: Bench) -> None:
-    bench.ask(named("cell_voltage").query())
-    bench.hear(encode_reply(0x35, 0xC8))
-    bench.hear(TRAP)
-    *_, heard = bench.taken(Received)
-    assert isinstance(heard.message, TriggerRecord)
-
-
 @pytest.mark.promise("i")
 @pytest.mark.parametrize("name", ["deploy", "activation", "shutdown"])
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench, name: str) -> None:
@@ -114,30 +88,6 @@ def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Benc
     bench.wait(60)
     assert bench.sent(request) == 1
     assert len(bench.taken(OutcomeUnknown)) == 1
-
-
-def test_a_second_request_in_flight_is_a_bug(bench: Bench) -> None:
-    bench.ask(LIGHT)
-    with pytest.raises(LinkMisused):
-        bench.link.ask(LIGHT, bench.now)
-
-
-def test_a_limit_ends_the_wait(bench: Bench) -> None:
-    bench.ask(LIGHT, limit_s=0.12)
-    asked_at = bench.now
-    bench.wait(0.2)
-    (given_up,) = bench.taken(Unanswered)
-    assert given_up.at - asked_at == pytest.approx(0.12, abs=0.001)
-
-
-@pytest.mark.parametrize("cut", range(1, 16))
-def test_e03_a_record_that_begins_like_a_voltage_stays_a_record(bench: Bench, cut: int) -> None:
-    bench.ask(TRIGGER_RECORDS.query())
-    bench.hear(TRAP[:cut], after_s=0.003)
-    bench.hear(TRAP[cut:], after_s=0.1)
-    bench.wait(1)
-    (answered,) = bench.taken(Answered)
-    assert [type(message) for message in answered.messages] == [TriggerRecord]
 
 
 def test_e06_all_records_until_the_line_is_quiet_in_order(bench: Bench) -> None:
@@ -165,15 +115,6 @@ def test_e06_a_record_after_half_a_second_of_silence_is_none_of_the_answer(
     assert len(answered.messages) == (2 if belongs else 1)
 
 
-def test_e06_records_that_do_not_end_are_collected_for_ten_seconds(bench: Bench) -> None:
-    bench.ask(TRIGGER_RECORDS.query())
-    bench.hear(RECORD)
-    for _ in range(30):
-        bench.hear(RECORD, after_s=0.4)
-    (answered,) = bench.taken(Answered)
-    assert len(answered.messages) == 25, "ten seconds from the first"
-
-
 def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) -> None:
     bench.ask(TRIGGER_RECORDS.query())
     bench.wait(5)
@@ -188,66 +129,6 @@ def test_our_own_bytes_are_an_echo_and_prove_nothing() -> None:
         bench.hear(BOOTS.encode(), after_s=0.1)
     assert set(bench.roles()) == {Role.ECHO}
     assert bench.begins == 0
-
-
-def test_a_status_is_an_answer_when_asked_and_streamed_when_not(bench: Bench) -> None:
-    bench.ask(STATUS.query())
-    bench.hear(STREAMED)
-    bench.hear(STREAMED, after_s=0.1)
-    assert bench.roles() == [Role.ANSWER, Role.STREAMED]
-
-
-def test_rejected_bytes_are_counted_by_reason() -> None:
-    bench = Bench(is_there=False)
-    bench.hear(BY_ID["attitude-threshold-reply-misprint"].raw, b"\xff\xfe")
-    bench.wait(0.3)
-    counted = {reason.value: count for reason, count in bench.link.counters.rejected_bytes.items()}
-    assert counted == {"wrong checksum": 8}
-    assert bench.link.counters.frames == 0
-
-
-def test_every_valid_frame_is_counted() -> None:
-    bench = Bench(is_there=False)
-    bench.hear(PULSE, STREAMED, STREAMED)
-    assert bench.link.counters.frames == 3
-    roles = bench.link.counters.by_role
-    assert (roles[Role.STREAMED], sum(roles.values())) == (2, 3)
-
-
-def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:
-    bench.ask(HEARTBEAT.query())
-    bench.wait(0.01)
-    (answered,) = bench.taken(Answered)
-    assert [type(message) for message in answered.messages] == [Heartbeat]
-
-
-def test_the_rest_of_a_frame_that_never_comes_is_given_up_when_the_line_is_quiet() -> None:
-    bench = Bench(is_there=False)
-    bench.hear(STREAMED[:4])
-    bench.wait(QUIET_S + 0.001)
-    assert bench.link.counters.rejected == 4
-
-
-def test_abandoning_what_waits_behind_a_fence_leaves_nothing_to_send(bench: Bench) -> None:
-    activate = named("activation").set(True)
-    bench.is_there = False
-    bench.begin_to_ask(activate, is_deliberate=True, is_fenced=True)
-    bench.events += bench.link.abandon(bench.now)
-    assert bench.link.is_idle
-    bench.is_there = True
-    bench.wait(1.0)
-    assert bench.sent(activate) == 0
-
-
-def test_a_reply_that_began_before_the_second_attempt_is_believed(bench: Bench) -> None:
-    reply = encode_reply(0x14, 3)
-    bench.ask(LIGHT)
-    bench.hear(reply[:4], after_s=0.045)
-    bench.wait(0.01)
-    assert bench.sent(LIGHT) == 2
-    bench.hear(reply[4:])
-    (answered,) = bench.taken(Answered)
-    assert answered.messages == (Reading(named("light"), 3),)
 
 
 REQUESTS = [

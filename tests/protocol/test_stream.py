@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.catalogue import BY_NAME, COMMANDS, Request
-from protocol.frame import Direction, Frame, Noise, Reason, encode_reply
+from protocol.catalogue import BY_NAME, Request
+from protocol.frame import Direction, Frame, Noise, Reason
 from protocol.messages import Status
 from protocol.stream import Piece, StreamParser
 from tests.support.line import reference_decoder
@@ -110,15 +110,6 @@ def test_status_frames_back_to_back_up_to_a_bad_one_are_taken(checksum: int) -> 
     assert [piece.raw for piece in pieces if isinstance(piece, Noise)] == [bad]
 
 
-@pytest.mark.parametrize("flag", [5, 6])
-def test_a_status_flag_that_is_neither_00_nor_01_is_rejected(flag: int) -> None:
-    changed = bytearray(STREAMED[:-1])
-    changed[flag] = 2
-    (noise,) = parse(STREAMED + summed(bytes(changed)))[1:]
-    assert isinstance(noise, Noise)
-    assert noise.reason is Reason.VALUE
-
-
 @pytest.mark.parametrize(
     ("hex_text", "reason"),
     [
@@ -148,12 +139,6 @@ def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason) -> Non
     (noise,) = parse(raw)
     assert isinstance(noise, Noise)
     assert (noise.raw, noise.reason, noise.offset) == (raw, reason, 0)
-
-
-def test_an_unknown_code_is_rejected_as_soon_as_it_is_there() -> None:
-    (noise,) = StreamParser().feed(bytes.fromhex("41 75 99"))
-    assert isinstance(noise, Noise)
-    assert noise.reason is Reason.UNKNOWN_CODE
 
 
 def test_what_comes_after_a_pause_is_not_blamed_on_the_frame_before_it() -> None:
@@ -187,12 +172,6 @@ def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
         pieces = [piece for chunk in (*chunks, following) for piece in parser.feed(chunk)]
         assert frames(pieces) == [LIKE_A_VOLTAGE] + [STREAMED] * (len(following) // 8)
         assert parser.pending == 0
-
-
-def test_e03_a_voltage_is_a_frame_at_once_while_it_is_asked() -> None:
-    parser = StreamParser(asked=VOLTAGE)
-    assert parser.feed(VOLTAGE_AS_35[:-1]) == []
-    assert frames(parser.feed(VOLTAGE_AS_35[-1:])) == [VOLTAGE_AS_35]
 
 
 @pytest.mark.parametrize("asked", [None, VOLTAGE, STATUS])
@@ -229,22 +208,3 @@ def test_both_decoders_agree_on_nasty_streams(
     found = [(piece.offset, piece.raw) for piece in pieces + parser.flush() if isinstance(piece, Frame)]
     code = None if asked is None else asked.command.code
     assert found == reference_decoder.frames(data, asked=code, follows_host=follows_host)
-
-
-def test_every_reply_of_the_catalogue_is_found_by_its_code() -> None:
-    for command in COMMANDS:
-        if command.reply is not None:
-            for raw in command.reply.allowed:
-                reply = encode_reply(command.code, raw)
-                assert frames(parse(reply)) == [reply]
-
-
-@pytest.mark.parametrize("whole", [STREAMED, encode_reply(0x20, 60)], ids=["status", "short"])
-def test_what_follows_a_frame_inside_a_bad_record_is_not_the_bad_records(whole: bytes) -> None:
-    """The tail of a frame that failed shares its reason only up to the next frame."""
-    broken = b"Au\x35\x01\x00" + whole
-    junk = bytes(20)
-    pieces = parse(broken + junk)
-    assert frames(pieces) == [whole]
-    rejected = [(piece.reason, len(piece.raw)) for piece in pieces if isinstance(piece, Noise)]
-    assert rejected == [(Reason.CHECKSUM, 5), (Reason.NO_HEADER, len(junk))]

@@ -42,15 +42,6 @@ def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, ser
     assert module.settings[0x10] == 0
 
 
-def test_the_rate_is_found_through_rfc2217() -> None:
-    module = Module(now=now())
-    module.settings[0x24] = 3
-    module.rate = 19200
-    with Line(module) as line, tcp_peers.rfc2217_server(line.port) as address:
-        found = ran(*PROGRAM, "find", "--json", "--port", f"rfc2217://{address}")
-    assert json.loads(found.stdout)["baud_rate"] == 19200, found.stderr
-
-
 def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
     """Whatever rate the port is opened with, the module answers; changing it would cut the link for good."""
     module = Module(now=now())
@@ -87,14 +78,6 @@ def test_what_is_no_serial_server_is_said_of_the_address(scheme: str, peer: str)
     assert port in ended.stderr
     for word in ADAPTER_WORDS:
         assert word not in ended.stderr.lower()
-
-
-def test_nobody_listens() -> None:
-    with tcp_peers.serving(tcp_peers.silent) as address:
-        pass
-    ended = ran(*PROGRAM, "read", "--port", f"socket://{address}")
-    assert ended.returncode == 3
-    assert "refused" in ended.stderr
 
 
 def test_an_address_that_takes_no_more_bytes_is_stuck() -> None:

@@ -8,19 +8,17 @@ from app.engine.conversation import (
     Conversation,
     ConversationView,
     How,
-    Interrupted,
     Known,
     reason_message,
 )
 from app.safety.acts import REQUESTS, Act
-from app.text.user_error import ErrorCode
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
 from protocol.frame import Direction, Frame, encode_long, encode_reply
 from protocol.messages import Acknowledgement, Reading, decode
 from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
-from tests.support.line.link_bench import PULSE, RECORD
+from tests.support.line.link_bench import RECORD
 
 NOW = 1000.0
 THRESHOLD, TIME = BY_NAME["attitude_threshold"], BY_NAME["freefall_time"]
@@ -84,11 +82,6 @@ def test_an_answer_is_read_and_an_acknowledgement_acknowledged(talk: Conversatio
 
 
 @pytest.mark.promise("a")
-def test_e08_a_flag_that_nobody_set_is_unknown() -> None:
-    assert not {"serial_output", "attitude_trigger", "freefall_trigger"} & begun().view(NOW).values.keys()
-
-
-@pytest.mark.promise("a")
 def test_e04_a_flag_is_not_known_while_a_copy_of_the_other_ones_answer_may_come() -> None:
     flags = FlagAnswers(NOW - 10.0)
     talk = Conversation(1, 37, NOW, 115200, flags)
@@ -131,21 +124,6 @@ def test_a_set_without_an_answer_leaves_the_setting_unknown(talk: Conversation, 
     assert request_.command.key not in talk.view(NOW).values
 
 
-def test_e02_a_refused_set_leaves_the_setting_unknown(talk: Conversation) -> None:
-    talk.apply(acknowledged(THRESHOLD.set(70), raw=60))
-    assert "attitude_threshold_deg" not in talk.view(NOW).values
-
-
-def test_e02_an_acknowledged_set_is_not_read(talk: Conversation) -> None:
-    talk.apply(acknowledged(TIME.set(1.2), raw=1))
-    assert talk.view(NOW).values["freefall_time_s"] == Known(1.2, How.ACKNOWLEDGED, NOW)
-
-
-def test_e09_an_acknowledged_rate_is_no_known_rate(talk: Conversation) -> None:
-    talk.apply(acknowledged(BY_NAME["baud_rate"].set(9600)))
-    assert "baud_rate" not in talk.view(NOW).values
-
-
 @pytest.mark.parametrize("role", [Role.LATE, Role.ECHO])
 @pytest.mark.promise("a")
 def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, role: Role) -> None:
@@ -154,30 +132,10 @@ def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, ro
     assert len(talk.take_samples()) == 1
 
 
-@pytest.mark.parametrize("role", [Role.LATE, Role.DUPLICATE, Role.UNSOLICITED])
-@pytest.mark.promise("a")
-def test_a_reading_that_answers_nothing_is_no_value(talk: Conversation, role: Role) -> None:
-    talk.apply(heard(encode_reply(THRESHOLD.code, 85), role))
-    talk.apply(heard(PULSE, role, asked=HEARTBEAT.query()))
-    assert talk.view(NOW).fresh("attitude_threshold_deg", NOW) == 60
-
-
 @pytest.mark.parametrize(("role", "is_stray"), [(Role.LATE, True), (Role.UNSOLICITED, True), (Role.ANSWER, False)])
 def test_records_outside_an_answer_are_kept(talk: Conversation, role: Role, is_stray: bool) -> None:
     talk.apply(heard(RECORD, role))
     assert [record.raw for record in talk.view(NOW).stray_records] == [RECORD] * is_stray
-
-
-def test_every_status_is_a_sample_once(talk: Conversation) -> None:
-    streamed(talk, 0.1, 0.2)
-    assert [sample.at for sample in talk.take_samples()] == [NOW, NOW + 0.1, NOW + 0.2]
-    assert talk.take_samples() == []
-
-
-def test_the_settings_are_those_that_are_known(talk: Conversation) -> None:
-    talk.apply(acknowledged(SERIAL_OUTPUT.set(True)))
-    settings = talk.view(NOW).settings(NOW)
-    assert settings == {"attitude_threshold_deg": 60, "attitude_trigger": True, "baud_rate": 115200}
 
 
 def test_motion_is_that_of_the_last_seconds(talk: Conversation) -> None:
@@ -203,11 +161,6 @@ def test_a_live_value_ages(talk: Conversation, key: str) -> None:
     assert known is not None
     assert known.is_stale
     assert view.fresh(key, NOW + limit_s + 0.01) is None
-
-
-@pytest.mark.parametrize("key", ["boot_count", "baud_rate", "attitude_threshold_deg", "attitude_trigger"])
-def test_what_does_not_change_by_itself_does_not_age(talk: Conversation, key: str) -> None:
-    assert talk.view(NOW).fresh(key, NOW + 3600.0) is not None
 
 
 @pytest.mark.promise("a")
@@ -237,12 +190,6 @@ def test_a_streamed_status_may_be_as_old_as_the_next_one_is_late(talk: Conversat
     assert view.fresh("active", NOW + 3.6) is None
 
 
-def test_a_stream_that_is_switched_off_is_none(talk: Conversation) -> None:
-    streamed(talk, 0.0, 0.1, 0.2)
-    talk.apply(acknowledged(SERIAL_OUTPUT.set(False), at=NOW + 0.2))
-    assert not talk.view(NOW + 0.2).is_streaming
-
-
 # After its end
 
 
@@ -262,14 +209,6 @@ def test_with_its_end_nothing_is_fresh_any_more(talk: Conversation, reason: EndR
     assert view.settings(NOW + 0.1) == {}
     assert view.boot_count == 37, "what it was is still to be seen"
     assert view.reported == (False, False)
-
-
-@pytest.mark.parametrize("reason", EndReason)
-def test_every_reason_is_one_sentence(reason: EndReason) -> None:
-    error = Interrupted(reason)
-    assert error.code is ErrorCode.INTERRUPTED
-    assert error.reason is reason
-    assert str(error).endswith((".", "?"))
 
 
 def test_a_contradiction_says_the_setting_and_both_values() -> None:

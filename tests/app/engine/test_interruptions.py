@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
 
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.engine.procedure import Ask, Cancelled, Inspect, Job, Pause, Procedure, UseRate
+from app.engine.procedure import Ask, Inspect, Pause, Procedure, UseRate
 from app.procedures.lock import lock
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered
 from tests.support.line.link_bench import BOOTS
-from tests.support.line.odd_module import end_faults, restart_silently
+from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
 
 LIGHT = BY_NAME["light"].query()
@@ -148,22 +147,6 @@ def test_what_a_job_wants_to_undo_reaches_nobody(end: Callable[[Rig], None], rea
     assert SET not in rig.line.requests
 
 
-@on_the_port
-def test_a_procedure_may_return_what_it_has_found(end: Callable[[Rig], None], reason: EndReason) -> None:
-    def careful() -> Procedure[EndReason | None]:
-        try:
-            yield from rest()
-        except Interrupted as interrupted:
-            return interrupted.reason
-        return None
-
-    rig = settled_rig()
-    job = rig.job(careful())
-    rig.step_for(0.1)
-    end(rig)
-    assert job.outcome() is reason
-
-
 @whatever_ends_it
 @pytest.mark.promise("f")
 def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig], None]) -> None:
@@ -233,30 +216,6 @@ def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig],
     assert SET not in rig.line.requests
 
 
-def test_who_expects_another_reason_ends() -> None:
-    rig = settled_rig()
-    job = rig.job(rest(), expects=frozenset({EndReason.RESTARTED}))
-    rig.step_for(0.1)
-    silent(rig)
-    assert isinstance(job.error, Interrupted)
-
-
-def test_who_changes_the_rate_is_not_interrupted_by_that() -> None:
-    def changing() -> Procedure[Any]:
-        yield UseRate(9600)
-        yield Pause(0.1)
-        yield UseRate(115200)
-        return (yield Ask(SET))
-
-    rig = settled_rig()
-    other = rig.job(rest(), conversation=1)
-    rig.session._jobs.remove(other)
-    job = rig.job(changing())
-    refused = rig.end(job)
-    assert isinstance(refused, Unanswered), "it may be another module's rate: questions only"
-    assert rig.conversation.number == 2 or not rig.conversation.is_going
-
-
 @pytest.mark.promise("f")
 @pytest.mark.parametrize("is_held", [True, False])
 def test_it_is_told_whether_a_set_had_left(is_held: bool) -> None:
@@ -295,24 +254,6 @@ def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(end: Ca
     if end not in (lost, closed):
         rig.step_for(1.0)
     assert ACTIVATE not in rig.line.requests
-
-
-def test_a_cancelled_job_is_not_interrupted_too() -> None:
-    rig = settled_rig()
-    job = rig.job(rest())
-    rig.step_for(0.1)
-    job.cancel()
-    rig.session.step()
-    silent(rig)
-    assert isinstance(job.error, Cancelled)
-
-
-def test_numbers_count_on() -> None:
-    rig = settled_rig()
-    for number in range(1, 5):
-        assert rig.conversation.number == number
-        said(rig)
-        rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
 
 
 def test_after_a_sleep_what_the_driver_held_is_thrown_away() -> None:
@@ -354,16 +295,6 @@ def test_an_interrupted_activation_leaves_lock_owed(end: Callable[[Rig], None]) 
 
 
 @pytest.mark.promise("j")
-def test_also_one_that_was_not_acknowledged() -> None:
-    rig = settled_rig(**{"mute-codes": "10"})
-    job = rig.job(activating())
-    rig.step_until(lambda: ACTIVATE in rig.line.requests)
-    rig.session.treat_as_another()
-    assert job.has_ended
-    assert rig.session.owes_lock
-
-
-@pytest.mark.promise("j")
 def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
     rig = settled_rig(locks=False, active=True)
     rig.job(lock(), is_urgent=True, outlives=True)
@@ -378,21 +309,3 @@ def test_nothing_is_owed_after_a_lock_that_was_reported() -> None:
     rig.step_for(0.5)
     silent(rig)
     assert not rig.session.owes_lock
-
-
-def test_nothing_is_owed_where_the_act_had_ended() -> None:
-    rig = settled_rig()
-    rig.run(_ask(ACTIVATE, STATUS.query()))
-    silent(rig)
-    assert not rig.session.owes_lock
-
-
-@pytest.mark.promise("j")
-def test_what_goes_first_goes_before_the_background() -> None:
-    rig = Rig({"uptime": 60, "active": True}, background=rest)
-    job: Job[Any] = Job(lock(), outlives=True)
-    rig.session._make_first = lambda: job
-    rig.begin()
-    rig.end(job)
-    assert sent_since(rig, 0)[0] == LOCK
-    end_faults(rig.bench)

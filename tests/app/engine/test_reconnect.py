@@ -3,13 +3,12 @@
 import json
 import sys
 import threading
-from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
 
-from app.engine.ports import PortInfo, list_ports, scan
+from app.engine.ports import PortInfo, list_ports
 from app.engine.reconnect import LOSSES, Absence, Address, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
@@ -97,20 +96,6 @@ def test_a_bare_name_is_never_opened_again() -> None:
     assert made.poll([PortInfo("/dev/ttyS0")], 110.0) is None
 
 
-@pytest.mark.parametrize("device", ["socket://10.0.0.2:4000", "sim://bench", "/home/me/module"])
-def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
-    made = lost(device=device, is_link="://" not in device)
-    assert made.absence is Absence.AWAY
-    assert made.needs_ports is ("://" not in device)
-    assert made.poll([], 100.0) == Address(device)
-
-
-def test_what_a_link_leads_to_is_the_adapter(tmp_path: Path) -> None:
-    link = tmp_path / "module"
-    link.symlink_to(MINE.device)
-    assert address_of(str(link), [MINE]) == Address(str(link), MINE.identity, MINE.location)
-
-
 def test_an_adapter_that_was_typed_is_learnt_while_it_is_open() -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.request(Address(MINE.device))
@@ -130,15 +115,6 @@ def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: Por
     assert made.poll([MINE], 100.0) is None
 
 
-@pytest.mark.parametrize("trouble", NEVER_OPEN)
-def test_one_that_does_not_open_yet_is_tried_again(trouble: PortTrouble) -> None:
-    made = lost(MINE)
-    made.poll([MINE], 100.0)
-    made.feed(closed(trouble), 100.1)
-    assert made.is_waiting
-    assert made.poll([MINE], 101.0) is not None
-
-
 def test_who_disconnects_waits_for_nothing() -> None:
     made = lost(MINE)
     made.request(None)
@@ -146,16 +122,6 @@ def test_who_disconnects_waits_for_nothing() -> None:
     assert made.poll([MINE], 200.0) is None
     made.feed(closed(), 200.0)
     assert made.absence is None
-
-
-def test_the_next_loss_is_a_new_one() -> None:
-    made = lost(MINE)
-    made.poll([MINE], 100.0)
-    made.feed(opened(), 100.5)
-    made.poll([MINE], 100.6)
-    made.feed(closed(), 200.0)
-    assert made.is_waiting
-    assert made.is_due(200.0)
 
 
 class _Listed(NamedTuple):
@@ -169,13 +135,6 @@ class _Listed(NamedTuple):
     vid: int | None = None
     pid: int | None = None
     location: str | None = None
-
-
-def test_what_the_system_does_not_tell_of_a_port_is_empty_and_usb_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    bare = _Listed("/dev/ttyS0")
-    usb = _Listed("/dev/ttyUSB0", None, "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
-    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [bare, usb])
-    assert scan() == [MINE._replace(description="CP2102"), PortInfo("/dev/ttyS0")]
 
 
 @pytest.mark.parametrize(

@@ -1,40 +1,18 @@
 """Whose turn it is on the line: queued, urgent, in the background, cancelled; and what never leaves."""
 
-from collections.abc import Generator
 from concurrent.futures import Future
-from itertools import pairwise
 from typing import Any
 
 import pytest
 
-from app.engine.conversation import Interrupted, NoModule
-from app.engine.procedure import (
-    LOCK_GAPS_S,
-    LOCKS_FOR_S,
-    MAX_LOCKS,
-    Ask,
-    Await,
-    Cancelled,
-    Inspect,
-    Job,
-    Listen,
-    LockRepeat,
-    Pause,
-    Procedure,
-    Report,
-    UseRate,
-    ask_value,
-)
-from app.engine.session import BATCH_S
-from app.engine.transport import PortError, PortTrouble
+from app.engine.procedure import Ask, Await, Cancelled, Inspect, Pause, Procedure
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
-from protocol.events import Answered, EndReason, OutcomeUnknown, Received, Role, Unanswered
-from protocol.frame import Direction, Frame
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
+from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.link import LinkMisused
 from tests.support.line.link_bench import BOOTS
-from tests.support.line.sim_line import Rig, settled_rig, watched_rig
+from tests.support.line.sim_line import Rig, settled_rig
 
 LIGHT = BY_NAME["light"]
 STATUS_QUERY = STATUS.query()
@@ -65,22 +43,6 @@ def asked(rig: Rig) -> list[Request]:
 # Waiting for bytes
 
 
-def test_no_read_gathers_while_an_answer_is_awaited() -> None:
-    rig = settled_rig()
-    read, gathered = rig.line.read, list[float]()
-
-    def noted(longest_s: float, gather_s: float) -> bytes:
-        gathered.append(gather_s)
-        return read(longest_s, gather_s)
-
-    rig.line.read = noted  # type: ignore[method-assign]
-    rig.run(ask(LIGHT.query()))
-    assert set(gathered) == {0.0}
-    gathered.clear()
-    rig.session.step()
-    assert gathered == [BATCH_S] == [0.008], "a stream is gathered while no answer is awaited"
-
-
 def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
     """The driver has nothing yet, and this thread gets its turn again only later than it wanted."""
     rig = settled_rig()
@@ -98,48 +60,7 @@ def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
     assert rig.conversation.is_going
 
 
-def test_a_step_ends_when_a_disk_may_be_done() -> None:
-    rig = settled_rig()
-    read, limits_s = rig.line.read, list[float]()
-
-    def noted(longest_s: float, gather_s: float) -> bytes:
-        limits_s.append(longest_s)
-        return read(longest_s, gather_s)
-
-    def waiting() -> Procedure[None]:
-        yield Await(Future(), 0.5)
-
-    rig.job(waiting())
-    rig.session.step()
-    rig.line.read = noted  # type: ignore[method-assign]
-    rig.session.step(5.0)
-    assert limits_s == [pytest.approx(0.002)]
-
-
-@pytest.mark.promise("j")
-def test_lock_is_repeated_at_its_times() -> None:
-    rig = settled_rig(active=True)
-    rig.bench.change(mute=True)
-    rig.job(lock(), is_urgent=True, outlives=True)
-    sent_at: list[float] = []
-    while len(sent_at) < 8:
-        before = rig.line.requests.count(LOCK)
-        rig.session.step(5.0)
-        sent_at += [rig.clock()] * (rig.line.requests.count(LOCK) - before)
-    gaps_s = [later - sooner for sooner, later in pairwise(sent_at)]
-    assert gaps_s[1:5] == pytest.approx(LOCK_GAPS_S[1:5], abs=2e-3)
-
-
 # Whose turn it is
-
-
-def test_a_second_job_waits_for_the_first() -> None:
-    rig = settled_rig()
-    first, second = rig.job(read_everything()), rig.job(ask(LIGHT.query()))
-    rig.end(first)
-    assert not second.has_ended
-    rig.end(second)
-    assert rig.line.requests[-1] == LIGHT.query()
 
 
 @pytest.mark.promise("j")
@@ -224,26 +145,6 @@ def test_a_second_lock_replaces_the_first() -> None:
     assert not second.has_ended
 
 
-@pytest.mark.promise("j")
-def test_the_port_is_not_set_to_the_rate_that_it_has_when_an_overtaken_job_goes_on() -> None:
-    rig = settled_rig()
-    overtaken = rig.job(read_everything())
-    rig.step_for(0.002)
-    rates: list[int] = []
-    rig.line.use_rate = rates.append  # type: ignore[method-assign, assignment]
-    rig.job(lock(), is_urgent=True, outlives=True)
-    rig.end(overtaken)
-    assert rates == [], "it would discard what is being received"
-
-
-def test_the_background_does_not_hold_up_the_foreground() -> None:
-    rig = Rig({"mute-codes": "14"}, background=lambda: poll(LIGHT.query())).begin()
-    rig.step_for(0.02)
-    start_s = rig.clock.now_s
-    rig.run(ask(STATUS.query()))
-    assert rig.clock.now_s - start_s < 0.4, "one question of its own at most"
-
-
 def test_the_background_has_the_line_while_the_foreground_waits_for_a_disk() -> None:
     def waiting() -> Procedure[None]:
         yield Await(Future(), 0.5)
@@ -273,16 +174,6 @@ def test_a_cancelled_job_ends_at_once_and_leaves_the_line_free() -> None:
     rig.run(ask(STATUS.query()))
     rig.step_for(1.0)
     assert rig.line.requests.count(LIGHT.query()) == sent
-
-
-def test_a_job_that_is_cancelled_before_its_turn_leaves_the_line_alone() -> None:
-    rig = settled_rig()
-    rig.job(ask(*[LIGHT.query()] * 5))
-    waiting = rig.job(ask(STATUS.query()))
-    waiting.cancel()
-    rig.step_for(0.5)
-    assert isinstance(waiting.error, Cancelled)
-    assert STATUS.query() not in rig.line.requests
 
 
 def test_after_a_cancellation_a_procedure_may_undo_what_it_changed() -> None:
@@ -374,53 +265,7 @@ def test_a_bug_in_a_procedure_ends_only_that_job() -> None:
 # Without a module
 
 
-def test_a_job_waits_two_seconds_for_a_conversation() -> None:
-    rig = Rig({"mute": True})
-    job = rig.job(ask(LIGHT.query()))
-    began = rig.clock()
-    with pytest.raises(NoModule):
-        rig.end(job)
-    assert rig.clock() - began == pytest.approx(2.0, abs=0.05)
-    assert LIGHT.query() not in rig.line.requests
-
-
-def test_a_job_goes_on_when_the_conversation_begins() -> None:
-    rig = Rig({"mute": True})
-    job = rig.job(ask(LIGHT.query()))
-    rig.step_for(1.5)
-    rig.bench.change(mute=False)
-    (answered,) = rig.end(job)
-    assert isinstance(answered, Answered)
-
-
-def test_a_job_of_the_port_needs_no_conversation() -> None:
-    rig = Rig({"mute": True})
-    began = rig.clock()
-    (unanswered,) = rig.run(ask(HEARTBEAT.query(), limit_s=0.4), outlives=True)
-    assert isinstance(unanswered, Unanswered)
-    assert rig.clock() - began < 0.5
-
-
 # The port
-
-
-def test_a_lost_port_ends_every_job() -> None:
-    rig = watched_rig()
-    rig.step_for(3)
-    jobs = [rig.job(poll()), rig.job(poll()), rig.job(poll(HEARTBEAT.query()), outlives=True)]
-    rig.step_for(0.2)
-    rig.bench.unplug()
-    with pytest.raises(PortError) as lost:
-        rig.step_for(1)
-    assert lost.value.trouble is PortTrouble.LOST
-    rig.session.close(EndReason.PORT_LOST)
-    for job in jobs:
-        assert isinstance(job.error, Interrupted)
-        assert job.error.reason is EndReason.PORT_LOST
-    assert rig.line.is_closed
-    ended = rig.conversation.ended
-    assert ended is not None
-    assert ended.reason is EndReason.PORT_LOST
 
 
 def test_what_a_procedure_sees() -> None:
@@ -435,118 +280,4 @@ def test_what_a_procedure_sees() -> None:
     assert view.link.round_trip_median_s is not None
 
 
-def test_a_job_that_begins_with_a_look_goes_on_at_once() -> None:
-    def look_and_ask() -> Procedure[None]:
-        yield Inspect()
-        yield Ask(LIGHT.query())
-
-    rig = settled_rig()
-    rig.job(look_and_ask())
-    rig.session.step(0.0)
-    assert rig.line.requests[-1] == LIGHT.query()
-
-
-def test_a_search_for_the_rate_is_seen_by_lock() -> None:
-    seen: list[bool] = []
-
-    def search() -> Procedure[None]:
-        yield UseRate(9600)
-        yield Pause(1.0)
-
-    def look() -> Procedure[None]:
-        seen.append((yield Inspect()).is_rate_in_doubt)
-
-    rig = settled_rig()
-    rig.job(search(), outlives=True)
-    rig.step_for(0.1)
-    rig.end(rig.job(look(), is_urgent=True, outlives=True))
-    assert seen == [True]
-
-
 # LOCK's times, and single effects
-
-
-def test_lock_is_repeated_for_ten_seconds_from_the_first_one() -> None:
-    assert (LOCKS_FOR_S, MAX_LOCKS) == (10.0, 50)
-    assert all(0.1 < gap_s < 0.2 for gap_s in LOCK_GAPS_S)
-    repeat = LockRepeat()
-    assert repeat.is_due(5.0)
-    repeat.note_sent(5.0)
-    assert (repeat.until, repeat.next_at, repeat.sent) == (15.0, 5.0 + LOCK_GAPS_S[0], 1)
-    assert not repeat.is_due(5.0)
-    assert repeat.is_due(repeat.next_at)
-    repeat.note_sent(6.0)
-    assert (repeat.until, repeat.next_at, repeat.sent) == (15.0, 6.0 + LOCK_GAPS_S[1], 2)
-    assert repeat.is_repeating(14.875)
-    assert not repeat.is_repeating(15.0)
-
-
-def test_lock_is_sent_fifty_times_at_most() -> None:
-    repeat = LockRepeat()
-    for count in range(MAX_LOCKS):
-        assert repeat.is_repeating(0.0), count
-        repeat.note_sent(0.0)
-    assert not repeat.is_repeating(0.0)
-
-
-def started(effect: object, now: float = 10.0) -> Job[Any]:
-    def procedure() -> Generator[Any, Any, object]:
-        return (yield effect)
-
-    job: Job[Any] = Job(procedure())
-    job.start(now)
-    return job
-
-
-def test_a_pause_ends_at_its_time() -> None:
-    job = started(Pause(0.5))
-    assert job.due_at == 10.5
-    job.tick(10.375)
-    assert not job.has_ended
-    job.tick(10.5)
-    assert (job.has_ended, job.outcome(), job.due_at) == (True, 10.5, None)
-
-
-def test_listening_returns_what_came_meanwhile() -> None:
-    heard = Received(Frame(Direction.MODULE_TO_HOST, HEARTBEAT_REPLY), None, Role.STREAMED, 10.25)
-    job = started(Listen(0.5))
-    job.hear(heard)
-    job.tick(10.5)
-    assert job.outcome() == (heard,)
-    paused = started(Pause(0.5))
-    paused.hear(heard)
-    paused.tick(10.5)
-    assert paused.outcome() == 10.5
-
-
-def test_waiting_ends_with_the_future_or_at_its_limit() -> None:
-    slow: Future[None] = Future()
-    job = started(Await(slow, 2.0))
-    assert (job.awaits_since, job.due_at) == (10.0, None)
-    job.tick(11.875)
-    assert not job.has_ended
-    job.tick(12.0)
-    assert (job.has_ended, job.outcome(), job.awaits_since) == (True, False, None)
-    quick: Future[None] = Future()
-    job = started(Await(quick, 2.0))
-    quick.set_result(None)
-    job.tick(10.125)
-    assert job.outcome() is True
-    assert started(Await(quick, 2.0)).outcome() is True, "it is done already"
-
-
-def test_a_report_does_not_hold_a_procedure_up() -> None:
-    def procedure() -> Generator[Any, Any, object]:
-        return (yield Report(1, 2, "Working"))
-
-    told: list[Report] = []
-    job: Job[Any] = Job(procedure(), told.append)
-    job.start(10.0)
-    assert (job.outcome(), told) == (10.0, [Report(1, 2, "Working")])
-
-
-def test_one_value_and_no_answer() -> None:
-    rig = settled_rig(**{"mute-codes": "33"})
-    reading = rig.run(ask_value(LIGHT))
-    assert reading is not None
-    assert rig.run(ask_value(BY_NAME["charging"])) is None

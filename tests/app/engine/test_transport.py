@@ -8,8 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
-from threading import Event
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 import serial
@@ -100,20 +99,6 @@ def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
     assert failed.value.holder == (HOLDER if trouble is PortTrouble.BUSY else None)
 
 
-@pytest.mark.parametrize(
-    ("text", "trouble"), [("PermissionError(13)", PortTrouble.BUSY), ("OSError(22)", PortTrouble.UNUSABLE)]
-)
-def test_on_windows_a_port_without_permission_is_open_elsewhere(
-    text: str, trouble: PortTrouble, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fake.failures["open"] = serial.SerialException(f"could not open port 'COM3': {text}")
-    monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: fake)
-    monkeypatch.setattr(sys, "platform", "win32")
-    with pytest.raises(PortError) as failed:
-        open_line("COM3", 115200)
-    assert (failed.value.trouble, failed.value.holder) == (trouble, None)
-
-
 @pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
 def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
     port: str, is_exclusive: bool | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
@@ -165,16 +150,6 @@ def test_a_port_that_takes_nothing_is_stuck(opened: tuple[SerialLine, int]) -> N
         line.write(bytes(16_000_000))
 
 
-@pytest.mark.parametrize("failing", ["reset_input_buffer", None])
-def test_another_rate_begins_with_nothing_heard_before(failing: str | None, fake: FakeSerial) -> None:
-    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
-    if failing is not None:
-        fake.failures[failing] = OSError(errno.EIO, "gone")
-    with nullcontext() if failing is None else pytest.raises(PortError, match=PortTrouble.LOST.value):
-        line.use_rate(9600)
-    assert (line.baud_rate, fake.called) == (9600, ["reset_input_buffer"])
-
-
 def test_only_a_stuck_port_is_emptied_before_closing(
     opened: tuple[SerialLine, int], fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -192,40 +167,6 @@ def test_only_a_stuck_port_is_emptied_before_closing(
     assert fake.is_closed
     other.interrupt()
     assert not select.select([fake.pipe_abort_read_r], [], [], 0.0)[0], "its number may be another file's"
-
-
-def test_a_port_that_fails_right_after_the_opening_is_lost_and_closed(
-    fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fake.failures["reset_input_buffer"] = OSError(errno.EIO, "gone")
-    monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: fake)
-    with pytest.raises(PortError) as failed:
-        open_line("/dev/ttyS9", 115200)
-    assert failed.value.trouble is PortTrouble.LOST
-    assert fake.is_closed
-
-
-def test_an_interrupt_ends_one_read_only(fake: FakeSerial) -> None:
-    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
-    line.interrupt()
-    assert line.read(60.0, 0.0) == b""
-    assert select.select([fake.pipe_abort_read_r], [], [], 0.0)[0] == []
-
-
-@pytest.mark.parametrize("gather_s", [0.0, 0.008])
-def test_a_read_gathers_for_as_long_as_it_is_told(
-    gather_s: float, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    real, waits = select.select, []
-
-    def without_waiting(readable: Any, writable: Any, special: Any, longest_s: float) -> Any:
-        waits.append(longest_s)
-        return real(readable, writable, special, 0.0)
-
-    monkeypatch.setattr(select, "select", without_waiting)
-    os.write(fake.far_end, b"Au")
-    assert SerialLine("/dev/ttyS9", fake).read(0.05, gather_s) == b"Au"  # type: ignore[arg-type]
-    assert waits == [0.05] + [gather_s] * (gather_s > 0)
 
 
 class Uninterrupted:
@@ -247,36 +188,6 @@ class Uninterrupted:
             raise serial.SerialException(trouble)
         taken, self.left = self.left[:size], self.left[size:]
         return taken
-
-
-@pytest.mark.parametrize(("port", "rest"), [("socket://127.0.0.1:9", (65536, 0)), ("COM3", (5, 0.01))])
-def test_where_a_read_cannot_be_interrupted_the_rest_is_read_without_waiting(
-    port: str, rest: tuple[int, float]
-) -> None:
-    opened = Uninterrupted()
-    assert SerialLine(port, opened).read(0.05, 0.0) == b"AuAuAu"  # type: ignore[arg-type]
-    assert opened.reads == [(1, 0.01), rest]
-    assert opened.timeout == 0.01
-
-
-@pytest.mark.parametrize(
-    ("longest_s", "waiting", "reads"), [(0.0, b"", 0), (0.05, b"", 1), (0.0, b"A", 1), (0.0, b"Au", 2)]
-)
-def test_a_read_without_time_takes_only_what_waits(longest_s: float, waiting: bytes, reads: int) -> None:
-    opened = Uninterrupted(waiting)
-    assert SerialLine("COM3", opened).read(longest_s, 0.0) == waiting  # type: ignore[arg-type]
-    assert len(opened.reads) == reads
-
-
-def test_a_read_that_cannot_be_interrupted_gathers_until_it_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
-    waits: list[float | None] = []
-    monkeypatch.setattr(Event, "wait", lambda _event, timeout=None: waits.append(timeout))
-    for gather_s in (0.0, 0.008):
-        line = SerialLine("COM3", Uninterrupted())  # type: ignore[arg-type]
-        line.interrupt()
-        assert line.read(0.05, gather_s) == b"AuAuAu"
-        assert line._wake_up.is_set() is (gather_s == 0.0)
-    assert waits == [0.008]
 
 
 @pytest.mark.parametrize(
@@ -336,20 +247,3 @@ def test_the_only_other_program_that_has_it_open_is_named(proc: Proc) -> None:
     assert proc.holder() == PortHolder("minicom", 42)
     proc.runs(43, "screen")
     assert proc.holder() is None, "it is not certain which one"
-
-
-@LINUX_ONLY
-def test_a_process_that_ended_meanwhile_holds_nothing(proc: Proc) -> None:
-    proc.runs(42, "minicom")
-    (proc.folder / "42" / "comm").unlink()
-    assert proc.holder() is None
-
-
-@LINUX_ONLY
-def test_an_unplugged_port_and_another_system_name_nobody(proc: Proc, monkeypatch: pytest.MonkeyPatch) -> None:
-    proc.runs(42, "minicom")
-    monkeypatch.setattr(sys, "platform", "darwin")
-    assert proc.holder() is None
-    monkeypatch.undo()
-    proc.device.unlink()
-    assert proc.holder() is None

@@ -4,22 +4,20 @@ away.
 
 import time
 from collections.abc import Iterator
-from itertools import pairwise
 
 import pytest
 
 from app.engine import worker as worker_module
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Job, Pause, Procedure
-from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import OWED_FOR_S, PUBLISH_EVERY_S, Batch, PortState, Worker
+from app.engine.transport import PortTrouble
+from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
 from app.procedures.find import await_module
 from app.procedures.history import read_history
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
-from app.system.clock import steady_time
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended, EndReason, Received, Role
 from protocol.messages import Status
@@ -71,36 +69,12 @@ def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batche
     batches.until(lambda batch: job in batch.finished)
 
 
-def test_who_waits_for_a_job_goes_on_once_what_it_read_is_handed_over(sim: str) -> None:
-    """Else the last reading was missing, and called a restart of the module."""
-    handed_over: list[bool] = []
-    worker = Worker(lambda batch: handed_over.extend(job.is_done for job in batch.finished))
-    worker.start()
-    try:
-        worker.open(sim, 115200)
-        assert worker.submit(Job(read_everything())).wait(PATIENCE_S)
-        assert handed_over == [False]
-    finally:
-        assert worker.stop(PATIENCE_S)
-
-
 def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
     job = worker.submit(Job(await_module()))
     assert job.wait(PATIENCE_S)
     with pytest.raises(Interrupted) as interrupted:
         job.outcome()
     assert interrupted.value.reason is EndReason.CLOSED
-
-
-def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batches: Batches) -> None:
-    worker.open("/dev/there-is-no-such-port", 115200)
-    trouble = batches.until(has_trouble).connection.trouble
-    assert trouble is not None
-    assert trouble.trouble is PortTrouble.MISSING
-    job = worker.submit(Job(await_module()))
-    assert job.wait(PATIENCE_S)
-    with pytest.raises(PortError):
-        job.outcome()
 
 
 def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches: Batches, sim: str) -> None:
@@ -160,14 +134,6 @@ def test_stopping_takes_at_most_half_a_second_whatever_is_under_way(options: str
     assert quickest(stopped_in_s, 0.6) <= 0.6
 
 
-def test_stop_is_idempotent_and_needs_no_start(batches: Batches) -> None:
-    worker = Worker(batches)
-    assert worker.stop()
-    worker.start()
-    assert worker.stop()
-    assert worker.stop()
-
-
 def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:
     """1,440 status frames a second over a real pseudo-terminal: every one reaches the owner, none is rejected."""
     with run_module("--rate", "1440", "--uptime", "60") as module:
@@ -217,21 +183,6 @@ class _TurnedWorker(Worker):
                 self._turn()
 
 
-def test_reports_that_say_the_same_come_ten_times_a_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.turn_for(10.0)
-    assert 8 * 10.0 < len(worker.batches) <= 10 * 10.0
-    assert all(later.at - one.at >= PUBLISH_EVERY_S for one, later in pairwise(worker.batches))
-    assert sum(len(batch.samples) for batch in worker.batches) > 9.9 * _STREAM_HZ
-
-
-def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.turn_for(10.0)
-    waits_s = [batch.at - sample.at for batch in worker.batches for sample in batch.samples]
-    assert max(waits_s) <= PUBLISH_EVERY_S + 1 / _STREAM_HZ
-
-
 @pytest.mark.promise("j")
 def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
@@ -240,28 +191,6 @@ def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.Monk
     batch = next(batch for batch in worker.batches if any(sample.triggered for sample in batch.samples))
     assert [sample.triggered for sample in batch.samples].index(True) == len(batch.samples) - 1
     assert batch.at == batch.samples[-1].at
-
-
-@pytest.mark.promise("j")
-def test_the_report_of_another_activation_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    for is_active in (False, True):
-        worker.batches.clear()
-        worker.line.bench.module.state.is_active = is_active
-        worker.turn_for(0.5)
-        batch = next(batch for batch in worker.batches if any(one.active is is_active for one in batch.samples))
-        assert [sample.active for sample in batch.samples].index(is_active) == len(batch.samples) - 1
-        assert batch.at == batch.samples[-1].at
-
-
-def test_the_end_of_a_job_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.publish_every_s = 100.0
-    job = worker.submit(Job(read_everything()))
-    worker.turn_for(5.0)
-    (batch,) = [batch for batch in worker.batches if batch.finished]
-    assert list(batch.finished) == [job]
-    assert worker.clock.now_s - batch.at > 3.0
 
 
 @pytest.mark.parametrize(
@@ -288,18 +217,6 @@ def test_closing_switches_the_stream_off_within_its_limit(
     assert len(answers) == has_answered
 
 
-@pytest.mark.promise("j")
-def test_a_lost_module_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.line.bench.power_off()
-    worker.turn_for(2.0)
-    ended = next(batch for batch in worker.batches if batch.conversation.ended is not None)
-    assert ended.conversation.ended is not None
-    assert ended.conversation.ended.reason is EndReason.SILENT
-    assert ended.conversation.ended.at == ended.at
-    assert worker.batches[-1].conversation.number == 1, "the last one stays in sight until another begins"
-
-
 # One conversation after another
 
 
@@ -319,28 +236,6 @@ def test_no_batch_mixes_two_conversations(monkeypatch: pytest.MonkeyPatch) -> No
         ends = [event for event in batch.events if isinstance(event, Began | Ended)]
         assert len(ends) <= 1
     assert list(began_at) == [1, 2, 3, 4]
-
-
-def test_every_event_and_every_report_is_in_one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.turn_for(3.0)
-    worker.treat_as_another()
-    worker.turn_for(3.0)
-    events = [event for batch in worker.batches for event in batch.events]
-    assert [type(event) for event in events if isinstance(event, Began | Ended)] == [Ended, Began]
-    samples = [sample for batch in worker.batches for sample in batch.samples]
-    assert len({sample.at for sample in samples}) == len(samples) > 5.5 * _STREAM_HZ
-
-
-def test_numbers_count_on_when_the_port_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _TurnedWorker(monkeypatch)
-    worker.open("sim", 115200)
-    worker.turn_for(0.5)
-    closed = next(batch for batch in worker.batches if batch.connection.state is PortState.CLOSED)
-    assert closed.conversation.ended is not None
-    assert closed.conversation.ended.reason is EndReason.CLOSED
-    assert worker.batches[-1].conversation.number == 2
-    assert worker.batches[-1].connection.opening == 2
 
 
 # LOCK that is owed
@@ -389,14 +284,6 @@ def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(mo
     assert batches[-1].owed_lock is None
 
 
-@pytest.mark.promise("j")
-def test_it_is_sent_also_where_only_the_conversation_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _OwingWorker(monkeypatch, is_lost=False)
-    worker.treat_as_another()
-    worker.turn_for(1.0)
-    assert not worker.line.bench.module.state.is_active
-
-
 @pytest.mark.parametrize(("adapter", "after_s"), [("another", 1.0), ("", OWED_FOR_S)])
 @pytest.mark.promise("f")
 def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
@@ -411,15 +298,6 @@ def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
     worker.submit(Job(lock(), outlives=True), is_urgent=True)
     worker.turn_for(0.5)
     assert worker.batches[-1].owed_lock is None
-
-
-@pytest.mark.promise("f")
-def test_who_only_reads_sends_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = _OwingWorker(monkeypatch)
-    worker._make_lock = None
-    worker.reopen()
-    assert LOCK not in worker.line.requests
-    assert worker.line.bench.module.state.is_active
 
 
 @pytest.mark.promise("j")
@@ -437,8 +315,3 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     worker.open("sim", 115200)
     worker.turn_for(1.0)
     assert not worker.line.bench.module.state.is_active
-
-
-def test_the_clock_counts_while_the_computer_sleeps() -> None:
-    assert Worker(lambda _batch: None)._clock is steady_time
-    assert abs(steady_time() - steady_time()) < 1.0

@@ -6,10 +6,8 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW
-from app.engine.session import Session
-from app.procedures.act import SENTENCES, ZEROED_WITHIN_DEG, Armed, Performed, perform, rehearse
+from app.procedures.act import Armed, Performed, perform
 from app.procedures.lock import lock
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
@@ -18,7 +16,6 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, STATUS, Hazard
-from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
@@ -33,7 +30,6 @@ READY: dict[Act, dict[str, Any]] = {
     Act.DEPLOY: {"active": True},
 }
 """A module in the state in which the act is allowed."""
-Change = Callable[[Rig], object]
 
 
 def do(rig: Rig, act: Act, journal: FakeJournal | None = None, **more: Any) -> Performed:
@@ -124,20 +120,6 @@ def test_one_permit_is_one_frame(act: Act) -> None:
     assert len(rig.acts) == 1
 
 
-@pytest.mark.parametrize("act", READY)
-def test_a_rehearsal_shows_the_bytes_and_sends_nothing(act: Act) -> None:
-    rig, journal = settled_rig(**READY[act]), FakeJournal()
-    permit = replace(rig.permit(act), is_rehearsal=True)
-    done = do(rig, act, journal, permit=permit)
-    assert permit.is_spent
-    assert (done.outcome, done.is_rehearsal) == (Outcome.NOT_SENT, True)
-    assert REQUESTS[act].encode().hex(" ").upper() in done.sentence
-    assert rig.acts == []
-    assert not journal.intents
-    with pytest.raises(ValueError, match="no rehearsal"):
-        rehearse(act, rig.permit(act))
-
-
 # Slow lines
 
 
@@ -159,14 +141,6 @@ def test_on_a_line_that_is_too_slow_commands_are_refused_in_one_sentence(act: Ac
     assert rig.run(lock(), is_urgent=True, outlives=True).is_locked
 
 
-@pytest.mark.parametrize("act", READY)
-@pytest.mark.parametrize("delay_ms", [100.0, 200.0, 270.0])
-def test_on_a_slow_line_that_is_quick_enough_acts_are_done(act: Act, delay_ms: float) -> None:
-    rig = settled_rig(**READY[act], delay_ms=delay_ms)
-    rig.step_for(5.0)
-    assert do(rig, act).outcome is Outcome.CONFIRMED
-
-
 # What the module reports afterwards
 
 
@@ -179,10 +153,6 @@ def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locke
     assert rig.bench.module.state.is_active
     assert done.outcome is Outcome.CONFIRMED
     assert len(rig.acts) == 1
-
-
-def test_a_module_that_acknowledges_the_activation_and_stays_locked_is_found_out() -> None:
-    assert do(settled_rig(activates=False), Act.ACTIVATE).outcome is Outcome.REFUSED
 
 
 def test_after_activating_30_has_to_agree_too() -> None:
@@ -215,20 +185,6 @@ def test_an_unanswered_deploy_is_to_be_treated_as_fired() -> None:
     assert len(rig.acts) == 1
 
 
-@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
-@pytest.mark.promise("f")
-def test_not_fired_needs_every_witness(mute: str) -> None:
-    rig = settled_rig(active=True, mute_codes=mute, double_codes="32", double_ms="25")
-    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
-    assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
-
-
-def test_a_module_that_did_not_fire_is_believed_when_every_witness_says_so() -> None:
-    rig = settled_rig(active=True)
-    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
-    assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED
-
-
 def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
     done = do(settled_rig(shuts_down=False), Act.SHUTDOWN)
     assert done.outcome is Outcome.REFUSED
@@ -240,28 +196,6 @@ def test_a_report_from_before_the_act_is_not_taken_for_one_from_after_it() -> No
     do(rig, Act.FORBID_DEPLOY)
     after = rig.line.requests[rig.line.requests.index(REQUESTS[Act.FORBID_DEPLOY]) + 1 :]
     assert after.index(STATUS.query()) > 0, "another question is answered first"
-
-
-@pytest.mark.parametrize(
-    ("tilt_deg", "sentence"),
-    [
-        (0, "Acknowledged. Tilt now 0°."),
-        (1, "Acknowledged. Tilt now 1°."),
-        (2, "Acknowledged. Tilt now 2°, not 0°: check the mounting."),
-        (None, "Acknowledged. Could not read the tilt: check it."),
-    ],
-)
-def test_after_zeroing_the_tilt_is_said(tilt_deg: int | None, sentence: str) -> None:
-    assert ZEROED_WITHIN_DEG == 1
-    status = None if tilt_deg is None else StatusSample(0.0, tilt_deg, 1.0, triggered=False, active=False)
-    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=status)
-    assert done.sentence == sentence
-    assert done.is_level is (tilt_deg in (0, 1))
-
-
-def test_every_outcome_has_its_sentence() -> None:
-    said = {(act, outcome) for act in REQUESTS if act is not Act.LOCK for outcome in Outcome}
-    assert set(SENTENCES) == {one for one in said if one[1] is not Outcome.NOT_SENT}
 
 
 # The disk
@@ -283,21 +217,6 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
 
 
 @pytest.mark.promise("h")
-def test_who_is_there_is_asked_after_the_wait_for_the_disk() -> None:
-    """Somebody else activated it meanwhile."""
-    rig, journal = settled_rig(), FakeJournal()
-    journal.is_held = True
-    job = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
-    rig.step_until(lambda: journal.intents)
-    rig.bench.module.activate(is_active=True)
-    rig.step_for(0.8)
-    journal.flush()
-    assert Interlock.IS_LOCKED in {refusal.condition for refusal in rig.end(job).refusals}
-    assert rig.acts == []
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
-
-
-@pytest.mark.promise("h")
 def test_an_intent_that_is_never_durable_is_given_up() -> None:
     rig, journal = settled_rig(active=True), FakeJournal()
     journal.is_held = True
@@ -310,17 +229,6 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     assert done.sentence.endswith("磁盘写入过慢。")
     assert rig.acts == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
-
-
-def test_what_is_cancelled_while_the_disk_works_was_not_sent() -> None:
-    rig, journal = settled_rig(), FakeJournal()
-    journal.is_held = True
-    job = rig.job(perform(Act.ZERO, journal, permit=rig.permit(Act.ZERO)))
-    rig.step_until(lambda: journal.intents)
-    job.cancel()
-    assert rig.end(job).outcome is Outcome.NOT_SENT
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
-    assert rig.acts == []
 
 
 # Bad lines
@@ -363,36 +271,3 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
 
 
 # Two modules on one line
-
-
-@pytest.mark.parametrize("delay_s", [0.0, 0.002, 0.02, 0.1])
-@pytest.mark.parametrize("difference", [{"boots": 12}, {"threshold": 85}, {"tilt": 80}], ids=str)
-@pytest.mark.promise("h")
-def test_of_two_modules_on_a_line_that_differ_none_is_made_active(difference: dict[str, int], delay_s: float) -> None:
-    """A person who confirms again after each refusal, four times."""
-    for is_second_first in (False, True):
-        rig = ModuleRig(Options(delay_s=0.001), Options(delay_s=0.001 + delay_s))
-        second = rig.modules[1]
-        second.readings.boots = difference.get("boots", 1)
-        second.readings.tilt_deg = difference.get("tilt", 2)
-        second.settings[0x20] = difference.get("threshold", 60)
-        if is_second_first:
-            rig.line.modules = tuple(reversed(rig.modules))
-        for _ in range(4):
-            rig.step_for(1.0)
-            rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE), armed=None), outlives=True)
-        assert [module.settings[0x10] for module in rig.modules] == [0, 0]
-
-
-def test_a_session_refuses_what_is_dangerous_without_an_explicit_act() -> None:
-    from app.engine.procedure import Ask, Procedure
-    from protocol.link import LinkMisused
-
-    def act_by_mistake() -> Procedure[None]:
-        yield Ask(REQUESTS[Act.ACTIVATE])
-
-    rig = settled_rig()
-    assert isinstance(rig.session, Session)
-    with pytest.raises(LinkMisused):
-        rig.run(act_by_mistake())
-    assert rig.acts == []

@@ -6,16 +6,15 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from protocol.catalogue import BAUD_RATES
 from protocol.events import EndReason
-from protocol.fields import ValueRefused
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.frames import at_frame
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
@@ -63,34 +62,6 @@ def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd,
     assert journal.sent_before[0] < len(rig.line.sent)
 
 
-def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
-    rig = settled_rig(baud_ack="restart")
-    assert change(rig, 9600).end is BaudEnd.AT_RESTART
-    rig.bench.restart()
-    rig.step_for(0.5)
-    assert find(rig, 9600, 115200) == 9600
-
-
-def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
-    """A serial server passes whole bytes on, however late; found by the stateful test."""
-    rig = Rig({"baud": 57600, "delay_ms": 450.0})
-    at_each_frame(rig.bench, lambda _request: rig.bench.change(drop=1.0 if len(rig.line.requests) <= 2 else 0.0))
-    assert find(rig, 57600, 115200) == 57600
-    assert rig.line.baud_rate == 57600
-
-
-@pytest.mark.parametrize(
-    ("ways", "end"), [({"refuses": True}, BaudEnd.UNCHANGED), ({"mute_codes": frozenset((0x24,))}, BaudEnd.UNCHANGED)]
-)
-def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> None:
-    rig, journal = settled_rig(**ways), FakeJournal()
-    began = rig.clock()
-    assert change(rig, 9600, journal).end is end
-    assert rig.clock() - began < 4.5, "the old rate is tried second"
-    assert rig.line.baud_rate == 115200
-    assert journal.outcomes == {0: Outcome.REFUSED}
-
-
 def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     rig, journal = settled_rig(), FakeJournal()
     at_frame(rig.bench, 1, lambda: rig.bench.change(mute=True), code=0x24)
@@ -130,43 +101,6 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     assert sets(rig) == 0
 
 
-@pytest.mark.parametrize("what", ["active", "cancelled", "restarted", "silent"])
-@pytest.mark.promise("a")
-def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> None:
-    rig, journal = settled_rig(), FakeJournal()
-    journal.is_held = True
-    job = rig.job(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
-    rig.step_until(lambda: journal.intents)
-    if what == "active":
-        rig.bench.module.activate(is_active=True)
-    elif what == "cancelled":
-        job.cancel()
-    elif what == "restarted":
-        rig.bench.restart()
-    else:
-        rig.bench.change(mute=True)
-    rig.step_for(0.7)
-    journal.flush()
-    rig.step_until(lambda: job.has_ended)
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
-    assert sets(rig) == 0
-
-
-def test_one_permit_is_one_change() -> None:
-    rig = settled_rig()
-    permit = rig.permit(Act.CHANGE_BAUD)
-    ends = [rig.run(change_baud(rate, FakeJournal(), permit=permit), outlives=True).end for rate in (9600, 4800)]
-    assert ends == [BaudEnd.CHANGED, BaudEnd.NOT_SENT]
-    assert sets(rig) == 1
-
-
-def test_a_rate_without_a_code_is_refused() -> None:
-    rig = settled_rig()
-    with pytest.raises(ValueRefused):
-        change(rig, 12345)
-    assert rig.acts == []
-
-
 FAULTS: tuple[dict[str, Any], ...] = (
     {"drop": 0.1, "direction": "both"},
     {"corrupt": 0.02, "direction": "both"},
@@ -189,9 +123,3 @@ def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) ->
         if changed.end is BaudEnd.CHANGED:
             assert rig.bench.module.baud_rate == rate
     assert BaudEnd.CHANGED in ends
-
-
-def test_every_end_has_its_sentence() -> None:
-    for end in BaudEnd:
-        assert BaudChanged(old_rate=115200, new_rate=9600, end=end, found_rate=4800).sentence
-    assert set(SENTENCES) == set(BaudEnd)

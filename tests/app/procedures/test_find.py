@@ -1,19 +1,14 @@
 """Finding the baud rate, and waiting for a module: nothing but the link's own questions."""
 
 from collections import Counter
-from collections.abc import Callable
 
 import pytest
 
-from app.engine.procedure import EngineView, Procedure, Report
+from app.engine.procedure import EngineView
 from app.procedures.find import WAIT_S, Silence, await_module, find_rate, look_for, what_came
-from app.procedures.light import measure_light
-from app.procedures.read import READABLE, read_everything, read_settings
-from app.procedures.write import SettingChange, WriteContext, write_all
-from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
+from protocol.catalogue import BAUD_RATES, Hazard
 from protocol.events import Counters, Role
 from protocol.frame import Reason
-from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, engine_view
 
 
@@ -50,28 +45,6 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
     assert what_came(after.link.counters - seen(5, 5, 5).link.counters) is silence
-
-
-TWO_CHANGES = [SettingChange(BY_NAME["freefall_time"], 1.2), SettingChange(BY_NAME["attitude_threshold"], 70)]
-
-
-@pytest.mark.parametrize(
-    ("procedure", "doing", "total"),
-    [
-        (read_settings, "Reading: {what}", 5),
-        (read_everything, "Reading: {what}", len(READABLE)),
-        (lambda: look_for(57600, 38400), "Trying {rate} baud", 6),
-        (find_rate, "Trying {rate} baud", 6),
-        (measure_light, "Measuring the light", 20),
-        (lambda: write_all(TWO_CHANGES, WriteContext(journal=FakeJournal())), "Writing: {what}", 2),
-    ],
-)
-def test_progress_is_counted_step_by_step(procedure: Callable[[], Procedure[object]], doing: str, total: int) -> None:
-    is_search = "rate" in doing
-    rig, reports = Rig({"uptime": 60, "baud": 4800}, baud_rate=115200 if is_search else 4800), list[Report]()
-    rig.run(procedure(), reports.append, outlives=is_search)
-    steps = [(report.done, report.total) for report in reports if report.doing == doing]
-    assert steps[:total] == [(done, total) for done in range(total)]
 
 
 def test_a_search_sends_nothing_but_questions_and_leaves_the_port_where_it_was() -> None:

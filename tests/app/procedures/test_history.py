@@ -7,21 +7,11 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.history import (
-    History,
-    Pass,
-    _agree,
-    _is_damaged_slot,
-    _read_once,
-    _with_strays,
-    history_of,
-    read_history,
-)
+from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
 from app.simulator.memory import record_frame
 from protocol.catalogue import RECORD_CODE, TRIGGER_RECORDS
 from protocol.events import Answered
-from protocol.frame import encode_long
-from protocol.messages import EmptySlot, TriggerRecord, decode, decode_record
+from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from tests.module.options import Options
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, engine_view, settled_rig
@@ -123,17 +113,6 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
     assert _with_strays(History((ONE,)), (damaged, TWO)).seen_once == (TWO,)
 
 
-@pytest.mark.promise("f")
-def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
-    empty = EmptySlot(b"")
-    history = history_of([Pass((ONE, TWO, *[empty] * 7)), Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
-    assert len(history.all) == 2
-    assert history.empty_slots == 7
-    history = history_of([Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
-    assert len(history.seen_once) == 2
-    assert history.empty_slots == 7
-
-
 @pytest.mark.promise("g")
 def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
     """By a module that does not keep to the order of the questions."""
@@ -151,14 +130,6 @@ def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())
-
-
-def test_an_unclean_pass_confirms_nothing() -> None:
-    rig = settled_rig(history=2, **{"mute-codes": "35/3"})
-    assert rig.run(read_history()).is_confirmed
-    rig = settled_rig(history=2)
-    rig.bench.change(garbage=1.0)
-    assert not rig.run(read_history()).is_confirmed
 
 
 @pytest.mark.parametrize(
@@ -180,70 +151,4 @@ def test_the_union_of_all_passes(
     assert history.is_answered
 
 
-def test_two_equal_records_on_a_good_line_are_two() -> None:
-    rig = settled_rig(history=2)
-    records = rig.bench.module.memory.records
-    records.append(records[-1])
-    history = rig.run(read_history())
-    assert history.is_confirmed
-    assert Counter(one.raw for one in history.records).most_common(1)[0][1] == 2
-
-
-SLOT = encode_long(0x35, b"\x01" + bytes(11))
-
-
-def empty() -> EmptySlot:
-    found = decode(SLOT)
-    assert isinstance(found, EmptySlot)
-    return found
-
-
 A, B, C = ONE, TWO, record(3)
-
-
-@pytest.mark.parametrize(
-    ("data", "is_damaged"),
-    [
-        (bytes(11), False),
-        (b"\x01" + bytes(10), True),
-        (b"\x03" + bytes(10), False),
-        (b"\x01\x01" + bytes(9), False),
-        (b"\xff" * 11, False),
-        (b"\xfe" + b"\xff" * 10, True),
-        (b"\xfc" + b"\xff" * 10, False),
-    ],
-)
-def test_an_unused_slot_with_one_flipped_bit_is_no_record(data: bytes, is_damaged: bool) -> None:
-    assert _is_damaged_slot(encode_long(0x35, b"\x01" + data)) is is_damaged
-
-
-def test_a_reading_is_doubled_where_each_record_came_an_even_number_of_times() -> None:
-    assert Pass((A, A)).is_doubled
-    assert Pass((A, B, B, A)).is_doubled
-    assert Pass((A, A, A, A, empty())).is_doubled
-    assert not Pass((A, A, A)).is_doubled
-    assert not Pass((A, A, B)).is_doubled
-    assert not Pass((empty(), empty())).is_doubled
-
-
-def test_two_clean_equal_readings_that_hold_everything_agree() -> None:
-    clean, dirty = Pass((A, B), is_clean=True), Pass((A, B))
-    assert _agree([clean, clean])
-    assert _agree([Pass((A,)), clean, clean])
-    assert not _agree([clean])
-    assert not _agree([dirty, clean])
-    assert not _agree([clean, dirty])
-    assert not _agree([clean, Pass((B, A), is_clean=True)])
-    assert not _agree([Pass((C,)), clean, clean])
-    assert not _agree([Pass((A, A)), clean, clean])
-    assert not _agree([Pass((), is_clean=True)] * 2)
-
-
-def test_a_record_is_certain_in_two_readings_and_an_equal_second_one_only_where_confirmed() -> None:
-    assert history_of([Pass((A, B)), Pass((A, C))]) == History((A,), seen_once=(B, C), is_answered=True)
-    assert history_of([Pass((A, A)), Pass((A, A))]) == History((A,), seen_once=(A,), is_answered=True)
-    confirmed = history_of([Pass((A, B, A))] * 2, is_confirmed=True)
-    assert confirmed == History((A, B, A), is_confirmed=True, is_answered=True)
-    assert confirmed.all == (A, B, A)
-    assert history_of([Pass((C,)), Pass((A, B))]).all == (A, B, C), "the fullest reading is first"
-    assert history_of([]) == History()

@@ -8,28 +8,18 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Procedure
 from app.procedures.act import Performed, perform
-from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.find import find_rate
 from app.procedures.history import read_history
 from app.procedures.light import measure_light
-from app.procedures.lock import lock
-from app.procedures.read import Everything, read_everything, read_settings, who_is_there
+from app.procedures.read import read_everything, read_settings, who_is_there
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import (
-    SettingChange,
-    WriteContext,
-    WriteFault,
-    WriteReport,
-    set_each,
-    why_not_verified,
-    write_all,
-)
+from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteReport, set_each, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT
+from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import Rig, settled_rig
 
 Begin = Callable[[Rig, FakeJournal], Procedure[Any]]
@@ -75,10 +65,6 @@ REASONS: Mapping[EndReason, Callable[[Rig], object]] = {
     EndReason.ANOTHER: lambda rig: rig.session.treat_as_another(),
     EndReason.RATE_CHANGED: lambda rig: rig.job(find_rate(9600), is_urgent=True, outlives=True),
 }
-
-
-def test_the_table_is_complete() -> None:
-    assert set(REASONS) == set(EndReason)
 
 
 @pytest.mark.parametrize("reason", REASONS, ids=lambda reason: reason.value)
@@ -141,15 +127,6 @@ def test_a_permit_is_void_in_the_next_conversation() -> None:
     assert rig.acts == []
 
 
-def test_what_was_read_until_then_is_kept_by_who_asked_for_it() -> None:
-    rig, everything = settled_rig(), Everything()
-    at_frame(rig.bench, 6, lambda: rig.bench.change(mute=True))
-    with pytest.raises(Interrupted):
-        rig.run(read_everything(everything))
-    assert everything.status is not None
-    assert 0 < len(everything.values) < 8
-
-
 # A write
 
 
@@ -164,15 +141,6 @@ def test_what_was_verified_was_verified_then_and_the_set_in_flight_is_unknown() 
     assert report.results[0].read_back == 1.2
     assert not report.is_fine
     assert [*journal.outcomes.values()] == [Outcome.CONFIRMED, Outcome.UNKNOWN]
-
-
-def test_what_was_not_sent_yet_is_said_with_the_reason() -> None:
-    rig = settled_rig()
-    at_frame(rig.bench, 3, lambda: rig.bench.change(mute=True))
-    report: WriteReport = rig.run(write_all(CHANGES, WriteContext(journal=FakeJournal())))
-    said = [why_not_verified(written, report) for written in report.results]
-    assert [one and one.in_english() for one in said] == ["not sent: The module was silent for a moment."] * 2
-    assert rig.acts == []
 
 
 @pytest.mark.parametrize("is_written", [True, False])
@@ -237,41 +205,3 @@ def test_only_silence_after_the_acknowledgement_confirms_a_shutdown(
 
 
 # Jobs of the port go on
-
-
-@pytest.mark.parametrize(
-    "reason", [EndReason.RESTARTED, EndReason.SILENT, EndReason.ANOTHER], ids=lambda one: one.value
-)
-@pytest.mark.promise("l")
-def test_lock_goes_on_through_the_end_of_the_conversation(reason: EndReason) -> None:
-    rig, journal = settled_rig(active=True, remembers="yes"), FakeJournal()
-    hear_again = at_each_frame(rig.bench, lambda _request: False)
-    job = rig.job(lock(journal), is_urgent=True, outlives=True)
-    rig.step_for(0.05)
-    REASONS[reason](rig)
-    rig.step_for(0.6)
-    assert not job.has_ended
-    hear_again()
-    rig.bench.change(mute=False)
-    locked = rig.end(job, limit_s=12.0)
-    assert locked.is_locked
-    assert locked.sentence == "The module that answers now reports LOCKED."
-    assert journal.outcomes == {0: Outcome.UNKNOWN}, "what was left ACTIVE before stays so"
-
-
-def test_a_change_of_the_baud_rate_ends_its_conversation_and_goes_on() -> None:
-    rig = settled_rig()
-    number = rig.conversation.number
-    changed = rig.run(change_baud(9600, FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
-    assert changed.end is BaudEnd.CHANGED
-    assert rig.conversation.is_going
-    assert rig.conversation.number > number
-
-
-def test_a_stream_that_was_switched_on_is_not_switched_off_at_the_next_module() -> None:
-    rig = Rig({"uptime": 60, "noise": 0}, background=lambda: watch(StreamSwitch())).begin()
-    rig.step_until(lambda: SERIAL_OUTPUT.set(True) in rig.line.requests)
-    rig.step_for(0.5)
-    rig.session.treat_as_another()
-    rig.step_for(1.0)
-    assert SERIAL_OUTPUT.set(False) not in rig.line.requests

@@ -2,7 +2,6 @@
 
 import pytest
 
-from app.engine.conversation import Interrupted
 from app.procedures.light import (
     ENOUGH_SAMPLES,
     Band,
@@ -12,7 +11,6 @@ from app.procedures.light import (
     measure_light,
     propose,
 )
-from tests.support.line.frames import at_frame
 from tests.support.line.sim_line import settled_rig
 
 
@@ -60,31 +58,3 @@ def test_the_smallest_gap_and_the_widest(closed: tuple[int, int], opened: tuple[
     assert isinstance(proposal, Proposal)
     assert min(proposal.margin_closed_v, proposal.margin_open_v) >= 0.1
     assert f"{proposal.threshold_v:.1f} V" in proposal.sentence
-
-
-def test_light_that_is_not_steady_is_said() -> None:
-    proposal = propose(band(0, 9), band(20, 21))
-    assert isinstance(proposal, Proposal)
-    assert not proposal.is_steady
-
-
-def test_a_measurement_ends_where_nothing_answers() -> None:
-    found = settled_rig(mute_codes=frozenset((0x14,))).run(measure_light())
-    assert (found.raws, found.lost, found.is_enough) == ((), 10, False)
-
-
-def test_a_restart_ends_the_measurement() -> None:
-    rig = settled_rig()
-    at_frame(rig.bench, 5, rig.bench.restart)
-    with pytest.raises(Interrupted):
-        rig.run(measure_light())
-
-
-def test_a_band_of_light_at_its_limits() -> None:
-    assert Band((5, 8)).is_steady
-    assert not Band((5, 9)).is_steady
-    assert not Band(()).is_steady
-    assert Band((5,) * 10).is_enough
-    assert not Band((5,) * 9).is_enough
-    band = Band((5, 8, 6))
-    assert (band.low_v, band.median_v, band.high_v) == (0.5, 0.6, 0.8)

@@ -7,24 +7,19 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, Ask, Job, LockRepeat, Procedure
+from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, Job
 from app.procedures.act import Performed, perform
-from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.find import find_rate
-from app.procedures.lock import SENTENCES, Locked, lock, waiting_sentence
-from app.procedures.read import read_settings
-from app.procedures.write import SetReply, SettingChange, WriteContext, write_all
+from app.procedures.lock import Locked, lock
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
-from app.safety.journal import NoJournal, Outcome
+from app.safety.journal import Outcome
 from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
-from protocol.events import EndReason
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
 
 LIGHT = BY_NAME["light_threshold"]
@@ -113,11 +108,6 @@ def test_an_acknowledgement_alone_is_no_proof() -> None:
     assert locked.sent > 1
 
 
-@pytest.mark.parametrize("code", [0x30, 0x32])
-def test_one_question_alone_is_enough_where_the_module_does_not_know_the_other(code: int) -> None:
-    assert pressed(settled_rig(active=True, mute_codes=frozenset((code,)))).is_locked
-
-
 @pytest.mark.promise("l")
 def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     rig, journal = settled_rig(active=True, mute=False), FakeJournal()
@@ -131,18 +121,6 @@ def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
 
 
-@pytest.mark.parametrize(
-    ("options", "outcome", "is_locked"),
-    [({"refuses": True}, Outcome.UNKNOWN, None), ({"locks": "no"}, Outcome.REFUSED, False)],
-)
-def test_a_module_that_stays_active_is_told_until_the_end(
-    options: dict[str, object], outcome: Outcome, is_locked: bool | None
-) -> None:
-    """Whether LOCK has not arrived yet, or was acknowledged and not obeyed."""
-    locked = pressed(settled_rig(active=True, **options))
-    assert (locked.outcome, locked.is_locked, locked.sent) == (outcome, is_locked, MAX_LOCKS)
-
-
 def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:
     rig, journal = settled_rig(active=True), FakeJournal()
     journal.is_held = True
@@ -151,35 +129,6 @@ def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> No
     assert [act for act, _frame, _detail in journal.intents] == [Act.LOCK]
     assert journal.sent_before == [1]
     assert journal.outcomes == {0: Outcome.CONFIRMED}
-
-
-@pytest.mark.promise("l")
-def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
-    rig = settled_rig(active=True)
-    assert pressed(rig, NoJournal()).is_locked
-    assert not rig.bench.module.state.is_active
-
-
-def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
-    """The module is locked, which no report says: somebody who activates it is not locked out again."""
-    rig = settled_rig(active=True, mute_codes=frozenset((0x30,)))
-    deafen(rig, lambda _number, frame: frame == LOCK)
-    locking = press(rig)
-    rig.step_for(0.5)
-    assert not locking.has_ended
-    locking.cancel()
-    assert rig.end(locking, limit_s=0.5).is_replaced
-    count = locks(rig)
-    rig.step_for(3.0)
-    assert locks(rig) == count
-
-
-def test_every_outcome_has_its_sentence() -> None:
-    assert set(SENTENCES) == set(Outcome)
-    for outcome in Outcome:
-        for sent in (0, 1, 2):
-            assert "{" not in Locked(outcome=outcome, sent=sent).sentence
-    assert waiting_sentence(3) == "LOCK sent 3×, not yet reported"
 
 
 # Through the end of a conversation, by the independent module
@@ -205,16 +154,6 @@ def test_after_a_silence_it_is_locked_if_this_module_reports_it(silent_s: float,
     if locked.may_be_another:
         assert locked.sentence == "The module that answers now reports LOCKED."
         assert journal.outcomes == {0: Outcome.UNKNOWN}, "what was left ACTIVE before stays so"
-
-
-@pytest.mark.parametrize("off_s", [0.1, 0.3, 0.6, 2.0])
-@pytest.mark.parametrize("survives", [False, True])
-def test_a_restart_meanwhile_is_locked_again(off_s: float, *, survives: bool) -> None:
-    rig = active_rig(Options(delay_s=0.001, activation_survives=survives))
-    job = press(rig)
-    rig.module.restart(rig.clock(), off_s=off_s)
-    assert rig.end(job).is_locked
-    assert rig.module.settings[ACTIVATION] == 0
 
 
 @pytest.mark.parametrize("gap_s", [0.5, 0.8, 1.5])
@@ -255,36 +194,6 @@ def test_what_a_locked_module_in_its_place_reports_clears_nothing(frame: int) ->
     assert journal.outcomes == {0: Outcome.UNKNOWN}
     assert other.log.sent(0x30)
     assert other.log.sent(0x32)
-
-
-def test_it_goes_on_counting_when_the_port_comes_back() -> None:
-    repeat = LockRepeat()
-    rig = settled_rig(active=True)
-    rig.bench.change(mute=True)
-    job = press(rig, repeat=repeat)
-    rig.step_for(0.5)
-    rig.session.close(EndReason.PORT_LOST)
-    before = job.outcome()
-    assert before.is_port_lost
-    assert before.sent == repeat.sent > 1
-    again = Rig({"uptime": 60, "active": True})
-    again.clock.now_s = again.session._looked_at = rig.clock.now_s
-    locked = pressed(again, repeat=repeat)
-    assert locked.is_locked
-    assert locked.sent >= before.sent + 1
-
-
-@pytest.mark.parametrize("has_left", [False, True])
-def test_a_port_that_is_lost_is_said(has_left: bool) -> None:
-    rig, journal = settled_rig(active=True), FakeJournal()
-    rig.bench.change(mute=True)
-    job = press(rig, journal)
-    if has_left:
-        rig.session.step(0.01)
-    rig.session.close(EndReason.PORT_LOST)
-    locked = job.outcome()
-    assert (locked.outcome, locked.sent) == ((Outcome.UNKNOWN, 1) if has_left else (Outcome.NOT_SENT, 0))
-    assert [*journal.outcomes.values()] == ([Outcome.UNKNOWN] if has_left else [])
 
 
 # While the rate is searched
@@ -360,74 +269,6 @@ def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -
     assert after.count(LOCK) >= 5
     assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
     assert not rig.bench.module.state.is_active
-
-
-def test_the_baud_rate_is_not_changed_after_lock_was_pressed() -> None:
-    rig = settled_rig(**SLOW)
-    changing = rig.job(change_baud(9600, FakeJournal(), permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
-    press(rig)
-    assert rig.end(changing).end is BaudEnd.NOT_SENT
-
-
-def test_what_is_confirmed_after_lock_is_done() -> None:
-    rig = settled_rig(**SLOW)
-    pressed(rig)
-    rig.step_for(1.0)
-    done = rig.run(perform(Act.ZERO, FakeJournal(), permit=rig.permit(Act.ZERO)))
-    assert done.outcome is Outcome.CONFIRMED
-
-
-def ask_at_once(request: Request) -> Procedure[Any]:
-    return (yield Ask(request, is_deliberate=True))
-
-
-def set_in_flight(rig: Rig) -> None:
-    rig.job(ask_at_once(LIGHT.set(2.0)))
-    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT.set(2.0)])
-
-
-def question_in_flight(rig: Rig) -> None:
-    rig.job(read_settings())
-    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT.query()])
-
-
-@pytest.mark.parametrize("wait", [lambda rig: rig.step_for(0.3), set_in_flight, question_in_flight])
-@pytest.mark.promise("j")
-def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
-    """The module hears and its answers are lost."""
-    rig = settled_rig(active=True)
-    rig.bench.change(drop=1.0)
-    wait(rig)
-    sent = len(rig.line.requests)
-    press(rig)
-    rig.session.step(0.0)
-    assert rig.line.requests[sent] == LOCK
-    rig.step_for(0.01)
-    assert not rig.bench.module.state.is_active
-
-
-def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() -> None:
-    rig = settled_rig(active=True)
-    rig.bench.change(mute=True)
-    first = press(rig)
-    rig.step_until(lambda: locks(rig) == 1)
-    second = press(rig)
-    rig.session.step(0.0)
-    assert locks(rig) == 2
-    end_faults(rig.bench)
-    assert rig.end(first).is_replaced
-    assert rig.end(second).is_locked
-
-
-def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
-    rig = settled_rig(**SLOW)
-    changes = [SettingChange(LIGHT, 2.0)]
-    writing = rig.job(write_all(changes, WriteContext(journal=FakeJournal())))
-    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT.set(2.0)])
-    press(rig)
-    (written,) = rig.end(writing).results
-    assert rig.line.requests.count(LIGHT.set(2.0)) == 1
-    assert (written.heard, written.verified) == (SetReply.NOTHING, True)
 
 
 def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:

@@ -5,16 +5,14 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import Interrupted
 from app.engine.procedure import Procedure
 from app.procedures.act import perform
-from app.procedures.read import READABLE, read_everything, read_settings, read_twice, who_is_there
+from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
-from protocol.catalogue import BY_NAME, Hazard
+from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -72,30 +70,6 @@ def test_what_a_module_does_not_know_is_named_and_the_rest_is_read() -> None:
     assert [command.name for command in reading.unread] == ["freefall_time"]
     assert reading.values == {key: value for key, value in ALL.items() if key != "freefall_time_s"}
     assert not reading.is_complete
-
-
-def test_all_settings_are_read_by_questions_only() -> None:
-    rig = settled_rig()
-    reading = rig.run(read_settings())
-    assert reading.values == ALL
-    assert reading.boot_count == rig.bench.module.memory.boot_count
-    assert reading.is_complete
-    assert {request.hazard for request in rig.line.requests} == {Hazard.NONE}
-
-
-def test_two_different_answers_end_the_conversation() -> None:
-    rig = settled_rig()
-    rig.run(read_settings())
-    rig.bench.module.memory.attitude_threshold = 200
-    with pytest.raises(Interrupted, match=r"Attitude threshold: 60°, then 200°"):
-        rig.run(read_settings())  # nobody set it
-
-
-def test_a_value_that_is_answered_only_once_is_not_read() -> None:
-    rig = settled_rig()
-    assert rig.run(read_twice(BY_NAME["freefall_time"])) is not None
-    at_frame(rig.bench, 2, lambda: rig.bench.change(mute_codes=frozenset((0x22,))), code=0x22)
-    assert rig.run(read_twice(BY_NAME["freefall_time"])) is None
 
 
 # Who is there
@@ -159,18 +133,3 @@ def test_directly_before_a_frame_who_is_there_is_asked_the_boot_count_last(act: 
     at = next(number for number, entry in enumerate(entries) if entry.frame == sent.encode())
     assert [entry.code for entry in entries[at - 4 : at]] == [0x30, 0x31, 0x32, 0x23]
     assert entries[at].at_s - entries[at - 1].at_s < 0.1
-
-
-def test_a_long_wait_between_two_settings_is_followed_by_the_same_questions() -> None:
-    """A slow disk, or the wait between the two triggers."""
-    rig, journal = ModuleRig().begin(), FakeJournal()
-    journal.is_held = True
-    changes = [SettingChange(BY_NAME[name], value) for name, value in FOUR.items()][:2]
-    job = rig.job(write_all(changes, WriteContext(journal=journal)))
-    rig.step_until(lambda: len(journal.intents) == 1)
-    journal.flush()
-    rig.step_until(lambda: len(journal.intents) == 2)
-    rig.end(job)
-    entries = rig.module.log.got()
-    for at in (number for number, entry in enumerate(entries) if entry.is_set):
-        assert [entry.code for entry in entries[at - 4 : at]] == [0x30, 0x31, 0x32, 0x23]

@@ -7,7 +7,7 @@ import pytest
 from app.engine.procedure import Cancelled
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.stream_memory import StreamMemory
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
+from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.support.line.sim_line import Rig
 
@@ -66,19 +66,6 @@ def test_one_that_was_on_is_left_on(rate: int) -> None:
     assert rig.bench.module.is_streaming
 
 
-def test_while_nobody_needs_it_it_stays_off() -> None:
-    switch = StreamSwitch(is_wanted=False)
-    rig = watched(switch)
-    rig.step_for(4)
-    assert sets(rig) == []
-    switch.is_recorded = True
-    rig.step_for(0.3)
-    assert sets(rig) == [ON]
-    switch.is_recorded = False
-    rig.step_for(0.3)
-    assert sets(rig) == [ON, OFF]
-
-
 @pytest.mark.parametrize("stream", ["acknowledged", "silent"])
 def test_a_module_that_does_not_stream_is_polled(stream: str) -> None:
     rig = watched(stream=stream)
@@ -87,14 +74,6 @@ def test_a_module_that_does_not_stream_is_polled(stream: str) -> None:
     rig.step_for(2)
     assert len(rig.session.take_samples()) > 15
     assert sets(rig).count(ON) == 1
-
-
-def test_off_is_sent_three_times_to_a_module_that_does_not_answer_it() -> None:
-    rig = watched()
-    rig.step_for(4)
-    rig.bench.change(mute_codes=frozenset({SERIAL_OUTPUT.code}))
-    end(rig)
-    assert sets(rig) == [ON, OFF, OFF, OFF]
 
 
 def test_everything_is_read_first_and_kept_fresh() -> None:
@@ -118,14 +97,6 @@ def test_on_a_slow_line_the_status_does_not_starve_the_others() -> None:
     rig.step_for(30.0)
     asked = {request.command.name for request in rig.line.requests[before:]}
     assert {"status", "cell_voltage", "light", "charging", "attitude_threshold"} <= asked
-
-
-def test_a_stream_that_streams_is_not_polled_as_well() -> None:
-    rig = watched(stream_at_boot=True)
-    rig.step_for(2.0)
-    before = rig.line.requests.count(STATUS.query())
-    rig.step_for(5.0)
-    assert rig.line.requests.count(STATUS.query()) == before
 
 
 # Left on
@@ -157,15 +128,3 @@ def test_of_a_module_on_another_start_it_is_as_found() -> None:
     end(rig)
     assert sets(rig) == []
     assert not memory.was_left_on
-
-
-def test_a_restart_makes_it_listen_anew() -> None:
-    rig = watched()
-    rig.step_for(4)
-    assert sets(rig) == [ON]
-    rig.bench.restart()
-    rig.step_until(lambda: rig.conversation.number == 2 and rig.conversation.is_going)
-    began = rig.clock()
-    rig.step_until(lambda: sets(rig) == [ON, ON], limit_s=5.0)
-    assert rig.clock() - began == pytest.approx(LISTEN_S, abs=0.2)
-    assert BY_NAME["attitude_threshold"].key in rig.conversation.values, "everything was read again"

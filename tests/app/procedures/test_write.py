@@ -2,14 +2,12 @@
 
 from concurrent.futures import Future
 from dataclasses import replace
-from itertools import pairwise, product
-from typing import Any, Final
+from itertools import product
+from typing import Any
 
 import pytest
 
 from app.procedures.act import Armed
-from app.procedures.lock import lock
-from app.procedures.read import read_settings
 from app.procedures.write import (
     SetReply,
     SettingChange,
@@ -25,14 +23,13 @@ from app.safety.acts import Act
 from app.safety.consequences import risks
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
-from protocol.catalogue import BY_NAME, SETTINGS, Request
+from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value, ValueRefused
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
-from tests.support.line.troubles import DIALECTS, LIES, LINE
 from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
@@ -141,33 +138,11 @@ def test_a_set_that_was_lost_on_the_way_is_found_by_reading_back() -> None:
     assert (written.heard, written.read_back, written.fault) == (SetReply.NOTHING, 1.6, WriteFault.LOST)
 
 
-def test_a_set_whose_answer_was_lost_is_verified_by_reading_back() -> None:
-    rig = settled_rig()
-    at_each_frame(rig.bench, lambda request: rig.bench.change(drop=float(request.is_set)))
-    written = write_one(rig, "freefall_time", 1.2)
-    assert (written.heard, written.verified) == (SetReply.NOTHING, True)
-
-
-def test_a_trigger_that_the_module_refuses_is_logged_as_refused() -> None:
-    rig, journal = settled_rig(refuses=True), FakeJournal()
-    wanted = changes(freefall_trigger=False)
-    report = rig.run(set_each(wanted, WriteContext(journal=journal, accepted_risks=frozenset(wanted))))
-    assert [written.fault for written in report.results] == [WriteFault.REFUSED]
-    assert journal.outcomes == {0: Outcome.REFUSED}
-
-
 @pytest.mark.promise("g")
 def test_one_bad_value_and_nothing_is_sent() -> None:
     rig = settled_rig()
     with pytest.raises(ValueRefused, match=r"0\.5 g and 0\.6 g"):
         write(rig, freefall_time=1.2, freefall_acceleration=0.55)
-    assert rig.acts == []
-
-
-def test_changing_the_baud_rate_is_no_part_of_it() -> None:
-    rig = settled_rig()
-    with pytest.raises(ValueError, match="a job of its own"):
-        write(rig, freefall_time=1.2, baud_rate=9600)
     assert rig.acts == []
 
 
@@ -248,19 +223,6 @@ def test_a_setting_is_written_also_where_the_log_cannot_be_or_takes_too_long() -
         assert sets(rig) == ["freefall_time"]
 
 
-def test_a_report_that_came_unasked_does_not_allow_writing() -> None:
-    """On a line that doubles and dawdles, the second answer to a status comes late."""
-    for seed in range(5):
-        rig = settled_rig(seed=seed)
-        rig.bench.change(double=1.0, direction="both", jitter_ms=200.0)
-        rig.run(lock(), is_urgent=True, outlives=True)
-        rig.bench.module.activate(is_active=True)
-        rig.step_for(1.1)
-        if rig.conversation.is_going:
-            write(rig, light_threshold=2.0)
-        assert sets(rig).count("light_threshold") == 0
-
-
 def test_nothing_is_written_while_something_is_armed() -> None:
     rig = settled_rig()
     report = write(rig, WriteContext(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
@@ -281,27 +243,6 @@ def test_what_was_found_is_kept_before_the_first_set() -> None:
     assert kept == [(1.6, rig.bench.module.memory.boot_count)]
 
 
-def test_a_setting_that_is_not_read_at_the_end_is_named_and_may_have_changed() -> None:
-    rig = settled_rig()
-    mute = frozenset((BY_NAME["freefall_time"].code,))
-    context = WriteContext(journal=FakeJournal(), on_written=lambda _written: rig.bench.change(mute_codes=mute))
-    report = write(rig, context, light_threshold=2.0)
-    assert [written.verified for written in report.results] == [True]
-    assert ([command.key for command in report.unread], report.is_fine) == (["freefall_time_s"], False)
-
-
-def test_one_that_is_cancelled_says_how_far_it_came() -> None:
-    rig, journal = settled_rig(), FakeJournal()
-    job = rig.job(write_all(changes(freefall_time=1.2, attitude_threshold=70), WriteContext(journal=journal)))
-    rig.step_until(lambda: sets(rig))
-    job.cancel()
-    report = rig.end(job)
-    assert report.is_cancelled
-    assert not report.is_fine
-    assert [written.fault for written in report.results] == [WriteFault.INTERRUPTED, WriteFault.NOT_SENT]
-    assert [*journal.outcomes.values()] == [Outcome.UNKNOWN]
-
-
 # What takes protection away
 
 
@@ -312,13 +253,6 @@ RISKY = [
     for value in (command.write.decode(raw) for raw in sorted(command.write.allowed))
     if risks(command, value)
 ]
-
-
-def test_some_values_of_each_threshold_and_trigger_are_risky_and_none_of_the_others() -> None:
-    names = {name for name, _ in RISKY}
-    assert names == {"attitude_threshold", "freefall_acceleration", "freefall_time", "light_threshold",
-                     "attitude_trigger", "freefall_trigger"}  # fmt: skip
-    assert [value for name, value in RISKY if name.endswith("trigger")] == [False, False]
 
 
 @pytest.mark.parametrize(("name", "value"), RISKY[::7] + RISKY[-2:])
@@ -376,85 +310,6 @@ def test_what_is_called_verified_is_what_the_module_holds(faults: dict[str, Any]
     assert verified > 0
 
 
-SETTLED_S = 1.0
-"""Time after the report within which these modules make their late changes."""
-_TOO_LATE: Final = ("changes after three reads", "silent restart at 1.6 s", "mute")
-"""What happens after the last reading, which ends the report; and where nothing is written."""
-WRITE_LIES: Final = {name: options for name, options in {**LINE, **LIES}.items() if name not in _TOO_LATE}
-WANTED: tuple[dict[str, Value], ...] = (
-    {"freefall_time": 1.2},
-    {"attitude_threshold": 130},
-    {"freefall_acceleration": 0.9, "light_threshold": 2.1},
-    {"attitude_trigger": False, "freefall_time": 0.2, "attitude_threshold": 75},
-)
-KEYS = ("attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v")
-
-
-def write_to(options: dict[str, Any], wanted: dict[str, Any]) -> tuple[WriteReport, list[str]]:
-    """Write these; return the report, and what it claims and the module did not hold `SETTLED_S` later."""
-    rig = Rig({"uptime": 60, "noise": 0} | options)
-    rig.step_for(1.0)
-    boots, before = rig.bench.module.memory.boot_count, settings_held(rig.bench.module)
-    if not rig.conversation.is_going:
-        return WriteReport(results=()), []
-    report = write(rig, **wanted)
-    has_restarted = rig.bench.module.memory.boot_count != boots
-    rig.step_for(SETTLED_S)
-    holds, found = settings_held(rig.bench.module), []
-    for written in report.results:
-        key = written.command.key
-        if written.verified and holds[key] != written.target:
-            found.append(f"{key} verified as {written.target}, and it holds {holds[key]}")
-        if written.verified and has_restarted:
-            found.append(f"{key} verified over a restart")
-    commands = [written.command for written in report.results] + (
-        [] if report.changed is None else [report.changed.after.command]
-    )
-    named = {command.key for command in (*commands, *report.unread)}
-    if report.is_fine:
-        moved = [key for key in KEYS if key not in named and before[key] != holds[key]]
-        found += [f"{key} moved from {before[key]} to {holds[key]} unreported" for key in moved]
-    return report, found
-
-
-@pytest.mark.parametrize("lie", WRITE_LIES)
-@pytest.mark.promise("f")
-def test_no_lie_is_verified(lie: str) -> None:
-    cases = enumerate(product(DIALECTS.values(), WANTED))
-    for seed, (quirks, wanted) in some(cases, one_in=50, first=7 * [*WRITE_LIES].index(lie)):  # of nearly 5,000
-        _report, faults = write_to({**quirks, **WRITE_LIES[lie], "seed": seed}, wanted)
-        assert faults == [], (quirks, wanted)
-
-
-@pytest.mark.parametrize("name", ["21", "20", "15"])
-@pytest.mark.promise("f")
-def test_cross_talk_between_settings_is_named(name: str) -> None:
-    """It may be another module that says so."""
-    report, _faults = write_to({"cross_talk": f"22:{name}=14"}, {"freefall_time": 1.2})
-    assert report.results[0].fault is WriteFault.VERIFIED_THEN
-    assert not report.results[0].verified
-    assert report.changed is not None
-    assert report.changed.after.command.code == int(name, 16)
-    assert report.interrupted is not None
-
-
-@pytest.mark.parametrize(
-    ("lie", "fault"),
-    [
-        ({"revert_ms": 20}, WriteFault.CHANGED),
-        ({"revert_ms": 500}, WriteFault.CHANGED),
-        ({"clamp_ms": 500}, WriteFault.CHANGED),
-        ({"silent_restart_ms": 500}, WriteFault.VERIFIED_THEN),
-        ({"mute_codes": "20/5"}, WriteFault.NO_LAST_READING),
-    ],
-    ids=str,
-)
-@pytest.mark.promise("f")
-def test_what_happens_after_the_acknowledgement_is_found(lie: dict[str, Any], fault: WriteFault) -> None:
-    report, _faults = write_to(lie, {"attitude_threshold": 130})
-    assert [(result.fault, result.verified) for result in report.results] == [(fault, False)]
-
-
 @pytest.mark.parametrize("after_s", [0.02, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize("count", [1, 4])
 @pytest.mark.promise("f")
@@ -466,29 +321,3 @@ def test_a_setting_that_reverts_soon_after_it_was_verified_is_not(after_s: float
     assert said[reverting].fault is WriteFault.CHANGED
     assert not any(written.verified for written in report.results)
     assert not report.is_fine
-
-
-def test_a_flag_is_claimed_no_longer_after_a_silent_restart() -> None:
-    report, _faults = write_to({"silent_restart_ms": 400}, {"attitude_trigger": False})
-    assert [(result.fault, result.verified) for result in report.results] == [(WriteFault.INTERRUPTED, None)]
-
-
-def test_between_two_sets_a_module_that_needs_a_pause_gets_it() -> None:
-    rig = ModuleRig(Options(set_needs_pause_s=0.03)).begin()
-    assert write(rig, **READABLE).is_fine
-    times = [entry.at_s for entry in rig.module.log.sets()]
-    assert all(later - sooner >= 0.03 for sooner, later in pairwise(times))
-
-
-def test_what_was_read_before_is_in_the_report() -> None:
-    rig = settled_rig()
-    reading = rig.run(read_settings())
-    assert write(rig, freefall_time=1.2).before == reading.values
-
-
-def test_a_request_is_only_sent_if_it_is_wanted() -> None:
-    """No set beside those that were asked for."""
-    rig = settled_rig()
-    write(rig, **READABLE)
-    wanted: set[Request] = {BY_NAME[name].set(value) for name, value in READABLE.items()}
-    assert {request for request in rig.line.requests if request.is_set} == wanted
