@@ -410,8 +410,6 @@ class Link:
             self._end(EndReason.SILENT, now, events)
             is_answer = False
         self._valid_at, self._delay_s = now, 0.0
-        if answers(piece.raw, _HEARTBEAT):
-            self._stale.on_heartbeat(now)
         if flight is not None and is_answer:
             if piece.raw[2] in FLAG_CODES:
                 self.flags.on_answer(flight.request, piece.raw, now)

@@ -20,9 +20,8 @@ from protocol.catalogue import (
 )
 from protocol.events import Contradiction, EndReason
 from protocol.messages import Message, Reading, answers
-from protocol.timing import DOUBLED_S, LATE_S, REPEATED_S, RESTART_S
+from protocol.timing import DOUBLED_S, LATE_S, REPEATED_S
 
-_HEARTBEAT = HEARTBEAT.query()
 # Questions, of which one goes first where an earlier reply could be mistaken for an answer; so many, as a search for
 # the baud rate leaves several unanswered. No heartbeat: one may come unasked.
 FENCES = (
@@ -71,7 +70,6 @@ class StaleReplies:
         # Requests to which a (further) reply may still come, however late, and when they were last sent.
         self._not_past: dict[Request, float] = {}
         self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
-        self._heartbeats_at = (-inf, -inf)  # when the last two came, the last one first
 
     # What may still come
 
@@ -152,15 +150,10 @@ class StaleReplies:
 
     # What an answer proves
 
-    def on_heartbeat(self, now: float) -> None:
-        self._heartbeats_at = now, self._heartbeats_at[0]
-
     def on_answered(self, answered: Request, asked_at: float, now: float) -> None:
         """Note the answer to `answered`: no reply to a request before `asked_at` can follow."""
-        if answered.command is STATUS:
-            return  # it may have been streamed
-        if answered == _HEARTBEAT and self._heartbeats_at[0] - self._heartbeats_at[1] <= RESTART_S:
-            return  # it may be the second one of a restart
+        if answered.command in (STATUS, HEARTBEAT):
+            return  # it may have been streamed, or be a restart's
         if self.could_be_late(answered, now):
             self._renew(answered, now)
             return  # it may be a late or doubled answer to an earlier one
@@ -201,8 +194,7 @@ class FlagAnswers:
     """
 
     def __init__(self, now: float) -> None:
-        self._free_at = now + LATE_S
-        self._last_at = -inf  # when the last frame of either was sent or came
+        self._last_at = now  # when the last frame of either was sent or came
         self._unanswered: list[Request] = []
         self._is_told_apart = False  # the last one was a 17 that was answered under 17
         self.has_repeated = False  # an acknowledgement came twice
@@ -213,7 +205,7 @@ class FlagAnswers:
             return -inf
         if request.command is ATTITUDE_TRIGGER and self._is_told_apart:
             return -inf
-        return self._free_at
+        return self._last_at + LATE_S
 
     def are_known(self, now: float) -> bool:
         """Whether what was acknowledged counts."""
@@ -248,7 +240,6 @@ class FlagAnswers:
 
     def _note(self, now: float) -> None:
         self._last_at = now
-        self._free_at = now + LATE_S
         self._is_told_apart = False
 
 

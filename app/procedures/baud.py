@@ -39,28 +39,26 @@ class BaudEnd(Enum):
     NOT_SENT = "not sent"
 
 
-SENTENCES: Mapping[BaudEnd, str] = {
-    BaudEnd.CHANGED: marked("Module and port are at {new} baud."),
-    BaudEnd.AT_RESTART: marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
-    BaudEnd.UNCHANGED: marked("Refused: still at {old} baud."),
-    BaudEnd.ELSEWHERE: marked("The module is at {found} baud instead. Change it again."),
-    BaudEnd.LOST: marked("No answer at any rate. Switch the module off and on, then “Find the baud rate”."),
-    BaudEnd.NOT_SENT: marked("Nothing was sent."),
-}
-_OUTCOMES: Mapping[BaudEnd, Outcome] = {
-    BaudEnd.CHANGED: Outcome.CONFIRMED,
-    BaudEnd.AT_RESTART: Outcome.UNKNOWN,
-    BaudEnd.UNCHANGED: Outcome.REFUSED,
-    BaudEnd.ELSEWHERE: Outcome.UNKNOWN,
-    BaudEnd.LOST: Outcome.UNKNOWN,
-    BaudEnd.NOT_SENT: Outcome.NOT_SENT,
-}
-_FAULTS: Mapping[BaudEnd, WriteFault] = {
-    BaudEnd.AT_RESTART: WriteFault.AT_RESTART,
-    BaudEnd.UNCHANGED: WriteFault.UNCHANGED,
-    BaudEnd.ELSEWHERE: WriteFault.CLAMPED,
-    BaudEnd.LOST: WriteFault.MODULE_LOST,
-    BaudEnd.NOT_SENT: WriteFault.NOT_SENT,
+# What to say of it, what is logged, and what is wrong with the setting then.
+_ENDS: Mapping[BaudEnd, tuple[str, Outcome, WriteFault | None]] = {
+    BaudEnd.CHANGED: (marked("Module and port are at {new} baud."), Outcome.CONFIRMED, None),
+    BaudEnd.AT_RESTART: (
+        marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
+        Outcome.UNKNOWN,
+        WriteFault.AT_RESTART,
+    ),
+    BaudEnd.UNCHANGED: (marked("Refused: still at {old} baud."), Outcome.REFUSED, WriteFault.UNCHANGED),
+    BaudEnd.ELSEWHERE: (
+        marked("The module is at {found} baud instead. Change it again."),
+        Outcome.UNKNOWN,
+        WriteFault.CLAMPED,
+    ),
+    BaudEnd.LOST: (
+        marked("No answer at any rate. Switch the module off and on, then “Find the baud rate”."),
+        Outcome.UNKNOWN,
+        WriteFault.MODULE_LOST,
+    ),
+    BaudEnd.NOT_SENT: (marked("Nothing was sent."), Outcome.NOT_SENT, WriteFault.NOT_SENT),
 }
 
 
@@ -77,7 +75,7 @@ class BaudChanged:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        text = SENTENCES[self.end]
+        text = _ENDS[self.end][0]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
         return join_sentences((words, *(refusal.sentence for refusal in self.refusals)))
@@ -90,7 +88,7 @@ class BaudChanged:
             self.new_rate,
             self.heard,
             self.found_rate,
-            WriteFault.NOT_ALLOWED if self.refusals else _FAULTS.get(self.end),
+            WriteFault.NOT_ALLOWED if self.refusals else _ENDS[self.end][2],
         )
 
 
@@ -116,7 +114,7 @@ def change_baud(
         raise
     end = _end(old_rate, new_rate, found, heard)
     _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, end.value, found)
-    journal.settle(entry, _OUTCOMES[end], {"end": end.value, "found": found})
+    journal.settle(entry, _ENDS[end][1], {"end": end.value, "found": found})
     return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=heard, found_rate=found)
 
 

@@ -15,8 +15,6 @@ class ErrorCode(StrEnum):
     NO_LINK = "no_link"
     INTERRUPTED = "interrupted"
     REFUSED = "refused"
-    NOT_CONFIRMED = "not_confirmed"
-    NOT_VERIFIED = "not_verified"
     UNREADABLE = "unreadable"
     NOT_JUDGED = "not_judged"
     STORE = "store"
