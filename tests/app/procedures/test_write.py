@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from app.procedures.act import Armed
+from app.procedures.lock import lock
 from app.procedures.write import (
     SetReply,
     SettingChange,
