@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Procedure
+from app.engine.procedure import Ask, Procedure
 from app.procedures.act import perform
 from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
@@ -133,3 +133,8 @@ def test_directly_before_a_frame_who_is_there_is_asked_the_boot_count_last(act: 
     at = next(number for number, entry in enumerate(entries) if entry.frame == sent.encode())
     assert [entry.code for entry in entries[at - 4 : at]] == [0x30, 0x31, 0x32, 0x23]
     assert entries[at].at_s - entries[at - 1].at_s < 0.1
+
+
+@pytest.mark.promise("a")
+def test_who_is_there_begins_behind_a_fence() -> None:
+    assert next(who_is_there()) == Ask(BY_NAME["active"].query(), is_fenced=True)
