@@ -23,8 +23,8 @@ _log = logging.getLogger(__name__)
 Result = TypeVar("Result")
 
 OTHERS_FILE = "archive.sqlite"
+# Of 4 kB. An act's intent waits at the disk for as much as is being written there, so that it is little at a time.
 CHECKPOINT_PAGES = 100
-"""Of 4 kB. An act's intent waits at the disk for as much as is being written there, so that it is little at a time."""
 # Rows of a place that are left out: remembered there and for that day, so that they are fetched and named once. Not for
 # longer and not for other places: the id of a row that was altered is that of a good one, which may still come.
 _REFUSED = """

@@ -40,8 +40,8 @@ _PATIENCE: Final = {
     "options": "-c statement_timeout=120s",
 }
 """A lost server is noticed within 30 s."""
+# What an administrator does once; the first statement makes the table.
 SQL_FILE: Final = Path(__file__).with_name("server.sql")
-"""What an administrator does once; the first statement makes the table."""
 # One statement for a page. The columns go as binary arrays: as text they take psycopg seven times as long.
 _ADD: Final = f"""
     INSERT INTO dps_s_facts ({COLUMNS})

@@ -27,10 +27,10 @@ from protocol.translatable import marked
 
 CHECK_DAYS = 30
 TEST_DAYS = 180
+# The clocks of two stations may differ by this much.
 CLOCKS = timedelta(minutes=15)
-"""The clocks of two stations may differ by this much."""
+# A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
-"""A contradiction that is older is history: nobody can answer for it any more."""
 
 
 class Due(NamedTuple):

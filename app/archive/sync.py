@@ -45,8 +45,8 @@ class Synced(Struct):
     left_out_count: int = 0
 
 
+# Called after each page; may raise to break off.
 OnPage = Callable[[Synced], None]
-"""Called after each page; may raise to break off."""
 
 
 def sync(archive: Archive, address: str, on_page: OnPage = lambda _done: None) -> Synced:

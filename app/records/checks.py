@@ -12,8 +12,8 @@ from app.store.kinds import PreflightCheck
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
+# Number of checks that the list of aircraft is made from.
 RECENT = 100
-"""Number of checks that the list of aircraft is made from."""
 LISTED = 200
 
 

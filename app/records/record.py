@@ -31,17 +31,17 @@ from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
 VERSION = 5
+# A record with all the frames that a check keeps has 150,000; a fact may have a million.
 MAX_DOCUMENT_BYTES = 900_000
-"""A record with all the frames that a check keeps has 150,000; a fact may have a million."""
+# Of one frame; a longer run of noise is cut.
 MAX_RAW_BYTES = 64
-"""Of one frame; a longer run of noise is cut."""
 NOTES = (
     marked("Triggers: enabled in this conversation only. Whether a restart keeps them is not known."),
     marked("This program was never tried on a real module."),
 )
 """What no check can prove, said on each record."""
+# Before the signed bytes, so that the signature of another kind of document never fits.
 _SIGNED_FOR = b"dps-s pre-flight record 5\n"
-"""Before the signed bytes, so that the signature of another kind of document never fits."""
 
 Word = Annotated[str, Meta(max_length=60)]
 Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
@@ -49,8 +49,8 @@ Hex = Annotated[str, Meta(max_length=3 * MAX_RAW_BYTES, pattern=r"^[0-9A-F ]*$")
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
 Time = Annotated[datetime, Meta(tz=True)]
+# Of `UserMessage.to_json`, so that it prints in any language years later.
 Message = dict[str, Any] | str
-"""Of `UserMessage.to_json`, so that it prints in any language years later."""
 
 
 class RecordedCheck(Struct, frozen=True, kw_only=True):

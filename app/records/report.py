@@ -20,8 +20,8 @@ from app.text.messages import message_from_json
 from app.text.sentences import in_brackets, join_sentences
 from app.text.template import page
 
+# More manual items, or more checks against it, crowd the page.
 _ONE_COLUMN = 8
-"""More manual items, or more checks against it, crowd the page."""
 
 
 def report_html(signed: SignedRecord) -> str:

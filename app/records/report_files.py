@@ -21,8 +21,8 @@ from protocol.translatable import marked
 
 LARGEST_FILE = 16_000_000
 MAX_NAME_LENGTH = 60
+# Of a PDF; ours have a dozen.
 _MAX_STREAMS = 200
-"""Of a PDF; ours have a dozen."""
 _NOT_IN_NAMES = re.compile(r"[^\w\-]+")
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
 

@@ -27,8 +27,8 @@ REQUIRED: Final = frozenset({
     "trigger_records", "boot_count", "fingerprint",
 })  # fmt: skip
 """Checks that every record of this version contains."""
+# A check is judged first, and kept at once.
 _KEPT_WITHIN: Final = timedelta(hours=1)
-"""A check is judged first, and kept at once."""
 
 
 class RecordState(Enum):

@@ -7,8 +7,7 @@ locked, missing or ask for a password during a check, and the file is as safe as
 import base64
 import binascii
 import hashlib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -61,24 +60,11 @@ def own_station(folder: Path) -> Station:
     """The station of this data folder; creates its key if it is missing. An unreadable key file is never replaced.
     Raises `UserError`."""
     path = folder / KEY_FILE
-    with _troubles():
+    try:
         if not path.exists():
             folder.mkdir(parents=True, exist_ok=True)
             _make(path)
         return _station(path)
-
-
-def find_station(folder: Path) -> Station | None:
-    """None if there is no key yet. Raises `UserError`."""
-    path = folder / KEY_FILE
-    with _troubles():
-        return _station(path) if path.exists() else None
-
-
-@contextmanager
-def _troubles() -> Iterator[None]:
-    try:
-        yield
     except (OSError, ImportError) as error:
         raise _unusable(error_text(error)) from error
 

@@ -17,8 +17,8 @@ from app.store.kinds import ActEnded, DeployIntended, MayHaveFired
 from app.store.rows import time_text
 from app.text.messages import clean
 
+# Key of a state: a module without a name may have fired at this adapter or port.
 _UNNAMED: Final = "fired:{place}"
-"""Key of a state: a module without a name may have fired at this adapter or port."""
 
 
 class Fired(NamedTuple):

@@ -9,14 +9,14 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
+# A record with all the frames that a check keeps has 150,000.
 MAX_CONTENT_BYTES = 1_000_000
-"""A record with all the frames that a check keeps has 150,000."""
 
+# What `clean` makes of what people type: on one line, at most 400 characters.
 Text = Annotated[str, Meta(max_length=400)]
-"""What `clean` makes of what people type: on one line, at most 400 characters."""
 Note = Annotated[str, Meta(max_length=2000)]
+# A word of the program, such as an act or a setting.
 Word = Annotated[str, Meta(max_length=60)]
-"""A word of the program, such as an act or a setting."""
 Hex = Annotated[str, Meta(max_length=200, pattern=r"^([0-9A-Fa-f]{2} ?)*$")]
 FactId = Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
 Byte = Annotated[int, Meta(ge=0, le=255)]

@@ -16,10 +16,10 @@ from app.store.kinds import KIND_OF, KINDS, MAX_CONTENT_BYTES, Content
 from app.text.messages import clean
 
 EARLIEST = "1970-01-02"
+# Every computer can show the times between these two in its own zone.
 LATEST = "3000"
-"""Every computer can show the times between these two in its own zone."""
+# A fact from later than this has a wrong time: it is kept and counts for nothing.
 AHEAD = timedelta(days=1)
-"""A fact from later than this has a wrong time: it is kept and counts for nothing."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 OneContent = TypeVar("OneContent", bound=Content)
 
