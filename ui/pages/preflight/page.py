@@ -73,6 +73,8 @@ class PreflightPage(Page):
         policy.setRetainSizeWhenHidden(False)  # no hole at the right of the main button
         self.enable.setSizePolicy(policy)
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel")
+        if is_text_large():  # nothing else lies in its row then
+            self.cancel.setSizePolicy(policy)
         self.export = named(QPushButton(tr("Export report…")), "preflight_export")
         self.exporting = self.export
         self._main: QPushButton = self.run
@@ -152,13 +154,15 @@ class PreflightPage(Page):
         for button in (self.run, self.enable, self.export, self.activation.confirm.ask):
             set_role(button, "primary" if button is self._main else "")
         self.run.setEnabled(work.can_check)
-        self.run.setVisible(not is_checking)
+        # Large text leaves no room for more than the activation; the menu has them, too.
+        has_room = not (work.leads_to_activation and is_text_large())
+        self.run.setVisible(not is_checking and has_room)
         self.run.setText(tr("Check again" if work.last is not None else "Check only" if is_enabling else "Start"))
         self.enable.setEnabled(work.can_enable)
         self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
-        self.enable.setVisible(not is_checking and not has_passed)
+        self.enable.setVisible(is_enabling and not has_passed)
         self.export.setEnabled(work.signed is not None)
-        self.export.setVisible(has_passed)
+        self.export.setVisible(has_passed and has_room)
         for action in self._of_report:
             action.setEnabled(work.signed is not None)
         self.cancel.setVisible(is_checking)
@@ -369,6 +373,7 @@ class PreflightPage(Page):
             header.add_rare("preflight_print", tr("Print…"), self._print),
         )
         self._of_report[0].setShortcut("Ctrl+P")
+        header.add_rare("preflight_check_again", tr("Check again"), lambda _is_checked=False: self.check())
         self.addActions(self._of_report)
         header.add_rare("preflight_verify", tr("Verify a file…"), self.files.choose_and_verify)
         self._checks = named(QWidget(), "preflight_checks")

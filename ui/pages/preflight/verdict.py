@@ -7,7 +7,7 @@ broken ring; what is no verdict is an outline.
 from pathlib import Path
 from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import QRectF, QSize
+from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 
@@ -167,7 +167,9 @@ class VerdictBanner(QFrame):
         self._bar = named(QProgressBar(), "verdict_progress")
         self._bar.setTextVisible(False)
         texts = in_column(1, self._head, self._lines, self._bar, 1, spacing=2)
-        in_row(self._shape, self._word, (texts, 1), of=self, spacing=Space.L, margins=(Space.L, Space.XS))
+        top = Qt.AlignmentFlag.AlignTop  # in sight also where long texts beside them make it higher
+        parts = ((self._shape, top), (self._word, top), (texts, 1))
+        in_row(*parts, of=self, spacing=Space.L, margins=(Space.L, Space.S, Space.L, Space.XS))
 
     def show_announcement(self, shown: Announcement) -> None:
         if shown == self.announcement and self.toolTip():

@@ -1,4 +1,4 @@
-"""The Tests page on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
+"""The guided tests on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
 
 from unittest.mock import patch
 
