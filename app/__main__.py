@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 from itertools import takewhile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
@@ -42,6 +43,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
+    try:
+        Path.home()
+    except RuntimeError:  # as in a container: nothing can be made below this, and LOCK and all else go on
+        os.environ["HOME"] = os.devnull
     console.start(argparse.Namespace())
     try:
         code = _run(words)
@@ -85,6 +90,10 @@ def _run(words: list[str]) -> int:
     is_window = entry.name == WINDOW
     _prepare_log(is_window=is_window)
     if is_window:
+        if args.port is not None:
+            from app.engine.transport import refuse_unsupported
+
+            refuse_unsupported(args.port)
         args.open_window = _open_window
         return entry.run(args)
     if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
@@ -99,7 +108,7 @@ def _run(words: list[str]) -> int:
 
 
 def _choose_ports(args: argparse.Namespace) -> None:
-    """Set `port`, and `ports` where the command takes several. Raises `Refused`."""
+    """Set `port`, and `ports` where the command takes several. Raises `Refused`, `PortError`."""
     from app.engine.transport import refuse_unsupported
 
     ports = list(dict.fromkeys(args.port or ()))
