@@ -194,7 +194,8 @@ class FlagAnswers:
     """
 
     def __init__(self, now: float) -> None:
-        self._last_at = now  # when the last frame of either was sent or came
+        self._opened_at = now
+        self._last_at = -inf  # when the last frame of either was sent or came
         self._unanswered: list[Request] = []
         self._is_told_apart = False  # the last one was a 17 that was answered under 17
         self.has_repeated = False  # an acknowledgement came twice
@@ -205,7 +206,7 @@ class FlagAnswers:
             return -inf
         if request.command is ATTITUDE_TRIGGER and self._is_told_apart:
             return -inf
-        return self._last_at + LATE_S
+        return max(self._opened_at, self._last_at) + LATE_S
 
     def are_known(self, now: float) -> bool:
         """Whether what was acknowledged counts."""
