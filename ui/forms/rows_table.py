@@ -1,18 +1,18 @@
-"""A table of whole rows, which are opened by double click or Enter and removed by Del; its search; rows of facts."""
+"""A table of whole rows, which are opened by double click or Enter and removed by Del; its search."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, Generic
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QFormLayout, QHeaderView, QLabel, QLineEdit, QStackedWidget, QTableView, QWidget
+from PySide6.QtWidgets import QHeaderView, QLineEdit, QStackedWidget, QTableView
 
 from app.text.i18n import tr
 from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon
 from ui.style.theme import Size, Space, font, scaled
-from ui.widgets.controls import control, named
-from ui.widgets.labels import EmptyState, text_label
+from ui.widgets.controls import control
+from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import stacked
 
 _PAD_PX: Final = 5
@@ -150,28 +150,3 @@ class SearchedRows(QStackedWidget):
     def _show_view(self) -> None:
         content = self._table if self._table.filter.rowCount() else self.no_match
         self.setCurrentWidget(content if self._table.source.rows else self.empty)
-
-
-class FactRows(QWidget):
-    """`names`: the name of each fact by its key, marked. `labels`: used in place of labels that wrap."""
-
-    def __init__(self, page: str, names: Mapping[str, str], labels: Mapping[str, QLabel] | None = None) -> None:
-        super().__init__()
-        self.setObjectName(f"{page}_fact_rows")
-        self._form = QFormLayout(self)
-        self._form.setContentsMargins(0, 0, 0, 0)
-        self._form.setVerticalSpacing(Space.XS)
-        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self.values: dict[str, QLabel] = {}
-        for key, english in names.items():
-            value = (labels or {}).get(key) or text_label(f"{page}_{key}", "", is_selectable=True)
-            value.setAccessibleDescription(tr(english))
-            self._form.addRow(named(QLabel(tr(english)), f"{page}_{key}_name", "muted"), value)
-            self.values[key] = value
-
-    def show_facts(self, values: Mapping[str, str]) -> None:
-        """Facts without a value are hidden."""
-        for key, label in self.values.items():
-            text = values.get(key, "")
-            label.setText(text)
-            self._form.setRowVisible(label, bool(text))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
 
 from app.engine.worker import Batch
@@ -14,7 +14,6 @@ from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import scaled
 from ui.widgets.controls import control, named
-from ui.widgets.visibility_timer import VisibilityTimer
 
 if TYPE_CHECKING:
     from ui.session.shown_module import ShownModule
@@ -83,7 +82,6 @@ class Page(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_page")
         self._module: ShownModule | None = None
-        VisibilityTimer(self, restyle=self.fit)
 
     @property
     def module(self) -> "ShownModule":
@@ -169,13 +167,6 @@ class Page(QWidget):
         """What was said of another module, or before the page was left, is over; see `JobNotice.end`."""
         for notice in self.notices():
             notice.end(is_page_left=is_page_left)
-
-    def fit(self) -> None:
-        """Lay out for the size of the page and of text: called when either changes."""
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.fit()
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)

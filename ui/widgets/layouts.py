@@ -1,6 +1,5 @@
 """Rows, columns and scroll areas made in one call."""
 
-from collections.abc import Iterable
 from typing import Final, NamedTuple, TypeVar
 
 from PySide6.QtCore import QSize, Qt
@@ -18,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.style.theme import Space, is_text_large, scaled
+from ui.style.theme import is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 
 
@@ -93,16 +92,19 @@ def stacked(stack: Stack, *views: QWidget) -> Stack:
     return stack
 
 
-def captioned_row(*fields: tuple[str, QWidget]) -> QLayout:
-    """Fields of equal width, each below its caption; in large text two in a row."""
-    boxes = []
-    for caption, field in fields:
+def captioned_row(*fields: tuple[str, QWidget]) -> QGridLayout:
+    """Fields of equal width, each below its caption; large text has room for two in a row."""
+    grid = QGridLayout()
+    grid.setContentsMargins(0, 0, 0, 0)
+    columns = 2 if is_text_large() else len(fields)
+    for number, (caption, field) in enumerate(fields):
         label = named(QLabel(caption), f"{field.objectName()}_caption", "small")
         label.setBuddy(field)
-        both = QWidget()
-        in_column(label, field, of=both, spacing=2, margins=0)
-        boxes.append(both)
-    return FlowRow(*boxes, is_even=True)
+        row, column = 2 * (number // columns), number % columns
+        grid.addWidget(label, row, column)
+        grid.addWidget(field, row + 1, column)
+        grid.setColumnStretch(column, 1)
+    return grid
 
 
 class ScrollArea(QScrollArea):
@@ -162,26 +164,3 @@ def retain_size(widget: QWidget) -> None:
     policy = widget.sizePolicy()
     policy.setRetainSizeWhenHidden(True)
     widget.setSizePolicy(policy)
-
-
-def FlowRow(
-    *left: QWidget,
-    right: Iterable[QWidget] = (),
-    of: QWidget | None = None,
-    spacing: int = Space.S,
-    margins: Margins = 0,
-    is_even: bool = False,
-) -> QLayout:
-    """A row with a gap between `left` and `right`; where it `is_even` all are of one width. Large text has no room
-    for all side by side."""
-    if is_even or is_text_large():
-        grid = QGridLayout(of)
-        _set_margins(grid, margins)
-        grid.setSpacing(spacing)
-        widgets = (*left, *right)
-        columns = 2 if is_text_large() else len(widgets)
-        for number, widget in enumerate(widgets):
-            grid.addWidget(widget, number // columns, number % columns)
-            grid.setColumnStretch(number % columns, 1)
-        return grid
-    return in_row(*left, 1, *right, of=of, spacing=spacing, margins=margins)

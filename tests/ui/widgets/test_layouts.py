@@ -20,12 +20,12 @@ from app.text.i18n import tr
 from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off_in_paint
 from tests.support.window.painted_text import watching
-from tests.support.window.steps import given, let_lay_out
+from tests.support.window.steps import let_lay_out
 from tests.support.window.walk import walking
 from ui.style.icons import Icon
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Meaning, Theme
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import Gap, in_column, in_row, scroll_area
+from ui.widgets.layouts import scroll_area
 
 WIDTH = 100
 
@@ -64,30 +64,6 @@ def test_a_label_is_found_where_it_is_elided_and_not_where_its_text_ends_with_do
         found.append(cut_off_in_paint(drawn))
     assert found[0] == []
     assert len(found[1]) == 1
-
-
-def test_a_column_keeps_order_margins_and_stretches(qtbot: QtBot) -> None:
-    page, first, second, third = QWidget(), QWidget(), QWidget(), QWidget()
-    qtbot.addWidget(page)
-    inner = in_row(second, (third, Qt.AlignmentFlag.AlignRight), spacing=3)
-    column = in_column(first, Gap(7), (inner, 2), 1, of=page, spacing=5, margins=(4, 6))
-    assert page.layout() is column
-    margins = column.contentsMargins()
-    assert (margins.left(), margins.top(), margins.right(), margins.bottom()) == (4, 6, 4, 6)
-    assert (column.spacing(), inner.spacing()) == (5, 3)
-    items = [item for place in range(column.count()) if (item := column.itemAt(place)) is not None]
-    assert [items[0].widget(), items[2].layout()] == [first, inner]
-    assert items[1].sizeHint().height() == 7
-    assert [column.stretch(place) for place in range(4)] == [0, 0, 2, 1]
-    last = given(inner.itemAt(1))
-    assert last.alignment() == Qt.AlignmentFlag.AlignRight
-    assert all(one.parentWidget() is page for one in (first, second, third))
-
-
-def test_margins_are_equal_or_separate(qtbot: QtBot) -> None:
-    even, odd = in_row(1, margins=2).contentsMargins(), in_row(1, margins=(1, 2, 3, 4)).contentsMargins()
-    assert (even.left(), even.bottom()) == (2, 2)
-    assert (odd.left(), odd.top(), odd.right(), odd.bottom()) == (1, 2, 3, 4)
 
 
 def colours(label: IconLabel) -> set[str]:

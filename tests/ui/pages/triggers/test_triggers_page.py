@@ -6,19 +6,16 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.line.odd_module import EmptySlots
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
-from ui.forms.rows_table import RowsTable
-from ui.pages.triggers.model import COLUMNS, Column, record_text
+from ui.pages.triggers.model import Column
 from ui.session.check import Standing
-from ui.style.theme import Meaning, Size, font
+from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
@@ -193,17 +190,6 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
     assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
     assert said(rig).startswith("Name the module")
     assert not page.detail.note.isEnabled()
-
-
-@pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
-def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden: bool) -> None:
-    table = RowsTable("narrow", "", COLUMNS, id, record_text, row_px=36, sorted_by=Column.WHEN)
-    qtbot.addWidget(table)
-    table.resize(width, 300)
-    table.show()
-    longest = f"{tr('attitude')} + {tr('free fall')}"
-    assert table.columnWidth(Column.WHY) > QFontMetrics(font(Size.BODY)).horizontalAdvance(longest)
-    assert table.isColumnHidden(Column.SETTINGS) is is_hidden
 
 
 def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
