@@ -131,7 +131,7 @@ class TopBar(QFrame):
         self.lock_others.clicked.connect(ports.lock.press_others)
         self.lock_others.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
-        self.lock.setMinimumSize(scaled(92), scaled(40))  # for gloves, and bold while the module is active
+        self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
         self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
         head = (self.menu, self.port, (self.name, 1))
