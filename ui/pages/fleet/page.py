@@ -204,7 +204,7 @@ class FleetPage(Page):
             is_enabled=count > 0,
         )
         close = Choice("close_profile", tr("Close"), self._close_profile)
-        return Notice(meaning, f"{labelled(tr('Profile'), profile.name)}. {text}", (close, write))
+        return Notice(meaning, f"{labelled(tr('Profile'), profile.name)} · {text}", (close, write))
 
     def _tell_trouble(self) -> None:
         """An exchange that failed by itself is said wherever a person is."""

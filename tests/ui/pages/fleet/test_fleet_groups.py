@@ -94,7 +94,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
     path.write_text('name = "Show"\n[settings]\nattitude_threshold_deg = 70\n', encoding="utf-8")
     desk.click(desk.page.open_profile)
     desk.settle()
-    assert desk.notice.startswith("Profile: Show.")
+    assert desk.notice.startswith("Profile: Show · ")
     assert desk.cell(0, NEXT) == "unchanged"
     assert [choice.is_enabled for choice in given(desk.page.notice_bar.notice).choices] == [True, False]
     assert desk.page.on_escape()
