@@ -76,7 +76,6 @@ COLUMNS: Final = (
         lambda row: when_text(row.record.boot_count, uptime_message(row.record)),
         lambda row: float(row.seen.place),
         picture=_news_icon,
-        widest=lambda: when_text(255, UserMessage("59 min 59 s")),
     ),
     TableColumn[TriggerRow](
         marked("Why"),
