@@ -86,21 +86,6 @@ def test_a_wrong_sum_is_rejected(vector: Vector) -> None:
     assert (check_host(raw) if vector.is_from_host else check_module(raw)) is Reason.CHECKSUM
 
 
-@pytest.mark.parametrize(
-    ("hex_text", "reason"),
-    [
-        ("", "no host frame"),
-        ("42 61 34 01 00", "no host frame"),
-        ("41 75 34 01 00 35", "no host frame"),
-        ("42 61 34 01 00 35 00", "no host frame"),
-        ("42 61 34 01 00 36", "wrong checksum"),
-    ],
-)
-def test_what_is_no_request_is_refused_with_the_reason(hex_text: str, reason: str) -> None:
-    with pytest.raises(ValueError, match=reason):
-        decode_request(bytes.fromhex(hex_text))
-
-
 @pytest.mark.parametrize("position", [11, 12])
 def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int) -> None:
     data = bytearray(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB"))
@@ -124,14 +109,6 @@ def test_every_allowed_byte_survives_the_way_there_and_back(field: Field) -> Non
     assert field.allowed
     for raw in field.allowed:
         assert field.encode(field.decode(raw)) == raw
-
-
-@pytest.mark.parametrize("field", QUANTITIES, ids=str)
-def test_the_text_is_the_value(field: Quantity) -> None:
-    for raw in range(256):
-        number = field.text(raw).removesuffix(field.unit).strip()
-        assert float(number) == field.decode(raw)
-    assert field.maximum == field.decode(255)
 
 
 @pytest.mark.parametrize(

@@ -13,13 +13,11 @@ from protocol.link import LinkMisused
 from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode
 from protocol.stale_replies import FENCES
 from protocol.timing import TRIES
-from tests.support.line.link_bench import BOOTS, PULSE, RECORD, STREAMED, TRAP, Bench, named
+from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
 from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.line.reference_decoder import sum_is_right
 from tests.support.thorough import IS_THOROUGH
 from tests.vendor.frames import FROM_MODULE
-
-LIGHT = named("light").query()
 
 
 @pytest.fixture
@@ -53,20 +51,6 @@ def test_what_is_abandoned_is_of_unknown_outcome_if_it_may_have_changed_somethin
     (ended,) = bench.link.abandon(bench.now)
     assert isinstance(ended, outcome)
     assert ended.waited_s == pytest.approx(0.15)
-
-
-@pytest.mark.promise("j")
-def test_a_lock_beside_the_request_in_flight_is_sent_and_counted(bench: Bench) -> None:
-    bench.ask(LIGHT)
-    before = bench.link.counters.copy()
-    assert bench.link.lock_again(bench.now, 2) == [Sent(LOCK.encode(), LOCK, 2, bench.now)]
-    assert bench.link.take_outgoing() == LOCK.encode()
-    counters = bench.link.counters
-    assert (counters.sent, counters.retries) == (before.sent + 1, before.retries + 1)
-    bench.hear(encode_reply(LOCK.command.code, 1))
-    assert bench.roles() == [Role.LATE], "nobody waits for it"
-    bench.hear(encode_reply(0x14, 3))
-    assert len(bench.taken(Answered)) == 1, "the question is still answered"
 
 
 @pytest.mark.promise("j")
@@ -121,14 +105,6 @@ def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) ->
     (given_up,) = bench.taken(Unanswered)
     assert given_up.attempts == 1
     assert bench.sent(TRIGGER_RECORDS.query()) == 1
-
-
-def test_our_own_bytes_are_an_echo_and_prove_nothing() -> None:
-    bench = Bench(is_there=False)
-    for _ in range(20):
-        bench.hear(BOOTS.encode(), after_s=0.1)
-    assert set(bench.roles()) == {Role.ECHO}
-    assert bench.begins == 0
 
 
 REQUESTS = [

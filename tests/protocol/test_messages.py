@@ -17,10 +17,8 @@ from protocol.catalogue import (
     Request,
 )
 from protocol.frame import encode_long, encode_reply
-from protocol.messages import Acknowledgement, Reading, Source, Status, TriggerRecord, answers, decode, decode_record
-from tests.vendor.frames import BY_ID, FROM_MODULE, Vector
-
-VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw
+from protocol.messages import Acknowledgement, Source, Status, TriggerRecord, answers, decode, decode_record
+from tests.vendor.frames import FROM_MODULE, Vector
 
 
 def record(data: bytes) -> TriggerRecord:
@@ -91,12 +89,6 @@ def test_a_reply_answers_its_own_request_and_no_other(vector: Vector) -> None:
         for asked in requests:
             is_shared = vector.raw[2] == 0x16 and command.name in ("attitude_trigger", "freefall_trigger")
             assert answers(vector.raw, asked) is (command.name == means or is_shared)
-
-
-def test_six_bytes_of_code_35_are_a_voltage_even_while_records_are_asked() -> None:
-    message = decode(VOLTAGE_AS_35, BY_NAME["trigger_records"].query())
-    assert message == Reading(BY_NAME["cell_voltage"], 0xBE)
-    assert message.value == 3.8
 
 
 @pytest.mark.parametrize(

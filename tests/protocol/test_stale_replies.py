@@ -1,13 +1,14 @@
-"""Late and doubled replies, and the fence: nothing that was asked before is taken for an answer."""
+"""What must not be taken for an answer, and the pauses before a request."""
 
 import pytest
 
-from protocol.catalogue import TRIGGER_RECORDS
-from protocol.events import Answered, Role
+from protocol.catalogue import ACTIVATION, BY_NAME, SETTINGS, TRIGGER_RECORDS
+from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
 from protocol.frame import encode_reply
 from protocol.messages import Reading
 from protocol.stale_replies import FENCES
-from tests.support.line.link_bench import BOOTS, RECORD, TRAP, Bench, named
+from protocol.timing import LOST_IN_A_ROW, ONCE_S, QUESTION_S, Gap
+from tests.support.line.link_bench import BOOTS, RECORD, STREAMED, TRAP, Bench, named
 
 TIME, THRESHOLD, VOLTAGE = named("freefall_time"), named("attitude_threshold"), named("cell_voltage")
 FENCE = BOOTS.encode()
@@ -133,3 +134,134 @@ def test_a_question_that_is_still_owed_an_answer_is_asked_behind_a_fence(bench: 
 # Rules of their own
 
 LIGHT, FREEFALL_TIME = named("light").query(), TIME.query()
+THRESHOLD = named("attitude_threshold")
+NAMES = ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time")
+LATER_S = [0.0, 0.002, 0.5, 10.0]
+
+
+def told(bench: Bench) -> list[tuple[str, int, int]]:
+    """The setting and both values of each contradiction."""
+    pairs = [ended.contradiction for ended in bench.taken(Ended) if ended.contradiction is not None]
+    return [(before.command.name, before.raw, after.raw) for before, after in pairs]
+
+
+@pytest.mark.parametrize("after_s", LATER_S)
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.promise("f")
+def test_a_second_answer_that_differs(bench: Bench, name: str, after_s: float) -> None:
+    command = named(name)
+    bench.ask(command.query())
+    bench.hear(encode_reply(command.code, 60))
+    bench.hear(encode_reply(command.code, 85), after_s=after_s)
+    assert told(bench) == [(name, 60, 85)]
+    assert bench.reasons == [EndReason.CONTRADICTED]
+
+
+@pytest.mark.parametrize("after_s", LATER_S)
+@pytest.mark.promise("f")
+def test_a_second_boot_count_is_no_restart(bench: Bench, after_s: float) -> None:
+    """Also where it is the next one: two modules answer."""
+    bench.ask(BOOTS)
+    bench.wait(0.01)
+    bench.hear(encode_reply(0x23, 38), after_s=after_s)
+    assert bench.reasons == [EndReason.CONTRADICTED]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.promise("f")
+def test_an_answer_that_differs_from_the_last_one_is_nobodys(bench: Bench, name: str) -> None:
+    command = named(name)
+    for raw in (60, 85):
+        bench.ask(command.query())
+        bench.hear(encode_reply(command.code, raw))
+    assert told(bench) == [(name, 60, 85)]
+    assert len(bench.taken(Answered)) == 1, "the second one answers nothing"
+    events = [type(event) for event in bench.events if isinstance(event, Ended | Received)]
+    assert events[-2:] == [Ended, Received], "it is not of the conversation that it ends"
+
+
+def test_after_a_set_the_new_value_is_none_and_neither_is_a_copy_of_the_acknowledgement(bench: Bench) -> None:
+    command = named("freefall_time")
+    bench.ask(command.query())
+    bench.hear(encode_reply(0x22, 160))
+    bench.ask(command.set(1.2))
+    bench.hear(encode_reply(0x22, 1), after_s=0.05)  # E2
+    bench.hear(encode_reply(0x22, 1), after_s=1.0)
+    bench.ask(command.query())
+    bench.hear(encode_reply(0x22, 120), after_s=0.02)
+    assert bench.taken(Answered)[-1].messages == (Reading(command, 120),)
+    assert bench.reasons == []
+    bench.wait(6.0)
+    bench.ask(command.query())
+    bench.hear(encode_reply(0x22, 160))
+    assert told(bench) == [("freefall_time", 120, 160)], "it changed by itself, or it is another module"
+
+
+def test_what_was_told_before_does_not_count_in_the_next_conversation(bench: Bench) -> None:
+    bench.ask(THRESHOLD.query())
+    bench.hear(encode_reply(0x20, 60))
+    bench.events += bench.link.end(EndReason.ANOTHER, bench.now)
+    bench.wait(0.5)
+    bench.events.clear()
+    bench.ask(THRESHOLD.query())
+    bench.hear(encode_reply(0x20, 85))
+    assert bench.reasons == []
+    assert len(bench.taken(Answered)) == 1
+
+
+SET = BY_NAME["freefall_time"].set(1.2)
+QUESTION = BY_NAME["freefall_time"].query()
+
+
+@pytest.mark.promise("k")
+def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
+    bench.ask(named("active").query())
+    bench.wait(0.003)
+    answered_at = bench.now
+    assert bench.begin_to_ask(SET) == b""
+    assert not bench.has_left
+    assert bench.link.next_deadline(bench.now) == pytest.approx(answered_at + ONCE_S)
+    assert bench.link.abandon(bench.now) == [Unanswered(SET, 0, 0.0, bench.now)]
+    (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
+    assert isinstance(sent, Sent)
+
+
+def test_a_set_leaves_directly_after_a_streamed_report(bench: Bench) -> None:
+    for _ in range(20):
+        bench.hear(STREAMED, after_s=0.05)
+    bench.wait(0.048)
+    assert bench.begin_to_ask(SET) == b""
+    bench.hear(STREAMED, after_s=0.004)
+    assert bench.sent_at(SET) == [bench.now]
+
+
+def ask(gap: Gap, *, attempts: int) -> None:
+    for attempt in range(attempts):
+        gap.sent(is_repeated=attempt > 0, now=0.0)
+    gap.answered()
+
+
+@pytest.mark.promise("k")
+def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -> None:
+    gap = Gap()
+    for _ in range(LOST_IN_A_ROW - 1):
+        ask(gap, attempts=2)
+    ask(gap, attempts=1)
+    for _ in range(LOST_IN_A_ROW - 1):
+        ask(gap, attempts=3)
+    assert gap.question_s == 0.0
+    ask(gap, attempts=2)
+    assert gap.question_s == QUESTION_S
+    ask(gap, attempts=1)
+    gap.on_spoken(1.0)
+    assert gap.due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0 + QUESTION_S, "it stays"
+
+
+def test_every_setting_waits_for_a_quiet_line() -> None:
+    for command in SETTINGS:
+        assert command.write is not None
+        gap = Gap()
+        gap.on_spoken(1.0)
+        request = command.set(command.write.decode(min(command.write.allowed)))
+        assert gap.due(request, 1.0, is_repeated=False, now=1.0) == 1.0 + ONCE_S
+    assert Gap().due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0

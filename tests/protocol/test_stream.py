@@ -85,31 +85,6 @@ def test_every_byte_is_in_exactly_one_piece_in_order(data: bytes, places: list[i
     assert all(piece.raw and piece.raw == data[piece.offset :][: len(piece.raw)] for piece in pieces)
 
 
-@given(st.lists(st.sampled_from(VALID), max_size=30), st.data())
-def test_a_clean_exchange_is_all_frames(vectors: list[Vector], data: st.DataObject) -> None:
-    """Each reply behind the question that decides its meaning, as in a capture of both directions."""
-    sent = []
-    for vector in vectors:
-        asked = asked_for(vector)
-        sent += [vector.raw] if asked is None else [asked.encode(), vector.raw]
-        if asked is None and not vector.is_from_host:
-            sent.insert(-1, STATUS.encode())
-    stream = b"".join(sent)
-    places = data.draw(st.lists(st.integers(0, len(stream)), max_size=10))
-    pieces = parse(*cut(stream, places), follows_host=True)
-    assert frames(pieces) == sent
-    assert not rejected(pieces)
-
-
-@pytest.mark.parametrize("checksum", [STREAMED[-1] ^ 1, 0xFF])
-def test_status_frames_back_to_back_up_to_a_bad_one_are_taken(checksum: int) -> None:
-    bad = bytes((*STREAMED[:-1], checksum))
-    pieces = parse(STREAMED * 600 + bad + STREAMED * 3)
-    assert frames(pieces) == [STREAMED] * 603
-    assert [piece.offset for piece in pieces] == list(range(0, 604 * 8, 8))
-    assert [piece.raw for piece in pieces if isinstance(piece, Noise)] == [bad]
-
-
 @pytest.mark.parametrize(
     ("hex_text", "reason"),
     [

@@ -2,15 +2,7 @@
 
 import pytest
 
-from app.engine.conversation import (
-    FRESH_FOR_S,
-    STREAM_PROVES_S,
-    Conversation,
-    ConversationView,
-    How,
-    Known,
-    reason_message,
-)
+from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView, How, Known, reason_message
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
@@ -18,7 +10,6 @@ from protocol.frame import Direction, Frame, encode_long, encode_reply
 from protocol.messages import Acknowledgement, Reading, decode
 from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
-from tests.support.line.link_bench import RECORD
 
 NOW = 1000.0
 THRESHOLD, TIME = BY_NAME["attitude_threshold"], BY_NAME["freefall_time"]
@@ -64,21 +55,6 @@ def streamed(talk: Conversation, *times_s: float) -> ConversationView:
 
 
 # What is known
-
-
-def test_it_begins_with_the_boot_count_and_the_rate_and_nothing_else() -> None:
-    view = begun().view(NOW)
-    assert {key: known.value for key, known in view.values.items()} == {"boot_count": 37, "baud_rate": 115200}
-    assert (view.number, view.boot_count, view.is_going) == (3, 37, True)
-    assert view.fresh("attitude_threshold_deg", NOW) is None
-    assert not ConversationView().is_going, "before the first one"
-
-
-def test_an_answer_is_read_and_an_acknowledgement_acknowledged(talk: Conversation) -> None:
-    values = talk.view(NOW).values
-    assert values["attitude_threshold_deg"] == Known(60, How.READ, NOW)
-    assert values["attitude_trigger"] == Known(True, How.ACKNOWLEDGED, NOW)
-    assert values["active"] == Known(False, How.READ, NOW)
 
 
 @pytest.mark.promise("a")
@@ -132,12 +108,6 @@ def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, ro
     assert len(talk.take_samples()) == 1
 
 
-@pytest.mark.parametrize(("role", "is_stray"), [(Role.LATE, True), (Role.UNSOLICITED, True), (Role.ANSWER, False)])
-def test_records_outside_an_answer_are_kept(talk: Conversation, role: Role, is_stray: bool) -> None:
-    talk.apply(heard(RECORD, role))
-    assert [record.raw for record in talk.view(NOW).stray_records] == [RECORD] * is_stray
-
-
 def test_motion_is_that_of_the_last_seconds(talk: Conversation) -> None:
     talk.apply(heard(status(20), Role.STREAMED, NOW + 1.0))
     motion = talk.view(NOW + 1.0).motion
@@ -174,14 +144,6 @@ def test_on_a_slow_line_a_value_is_as_old_as_the_line_is_late(talk: Conversation
     quick = talk.view(NOW, lag_s=SLOW_S)
     assert not quick.is_slow
     assert quick.fresh("active", NOW + 0.9) is False
-
-
-def test_a_stream_is_one_after_two_reports_and_until_it_stops(talk: Conversation) -> None:
-    assert not streamed(talk, 0.0).is_streaming
-    view = streamed(talk, 0.5, 1.0)
-    assert (view.is_streaming, view.stream_hz) == (True, 2.0)
-    assert view.values["serial_output"] == Known(True, How.STREAMED, NOW + 1.0)
-    assert not talk.view(NOW + 1.0 + STREAM_PROVES_S).is_streaming
 
 
 def test_a_streamed_status_may_be_as_old_as_the_next_one_is_late(talk: Conversation) -> None:

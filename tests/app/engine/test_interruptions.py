@@ -256,18 +256,6 @@ def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(end: Ca
     assert ACTIVATE not in rig.line.requests
 
 
-def test_after_a_sleep_what_the_driver_held_is_thrown_away() -> None:
-    rig = settled_rig(rate=50, **{"stream-at-boot": True})
-    rig.step_for(2.0)
-    rig.session.take_samples()
-    rig.clock.now_s += 600.0
-    rig.session.step()
-    assert rig.session.take_samples() == []
-    ended = rig.conversation.ended
-    assert ended is not None
-    assert ended.reason is EndReason.SLEPT
-
-
 # LOCK that is owed
 
 

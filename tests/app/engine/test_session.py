@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Ask, Await, Cancelled, Inspect, Pause, Procedure
+from app.engine.procedure import Ask, Await, Cancelled, Pause, Procedure
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
@@ -249,35 +249,10 @@ def test_16_on_a_slow_line_only_questions_and_lock_leave(request_: Request) -> N
     assert LOCK in rig.line.requests
 
 
-@pytest.mark.promise("k")
-def test_a_bug_in_a_procedure_ends_only_that_job() -> None:
-    def broken() -> Procedure[None]:
-        yield Ask(LIGHT.query())
-        raise ZeroDivisionError
-
-    rig = settled_rig()
-    with pytest.raises(ZeroDivisionError):
-        rig.run(broken())
-    rig.run(ask(LIGHT.query()))
-    assert rig.conversation.is_going
-
-
 # Without a module
 
 
 # The port
-
-
-def test_what_a_procedure_sees() -> None:
-    def look() -> Procedure[Any]:
-        return (yield Inspect())
-
-    rig = settled_rig(boots=37)
-    view = rig.run(look())
-    assert view.conversation.boot_count == 37
-    assert (view.baud_rate, view.proven_rate, view.sets_rate) == (115200, 115200, True)
-    assert (view.overtaken_at, view.is_rate_in_doubt) == (None, False)
-    assert view.link.round_trip_median_s is not None
 
 
 # LOCK's times, and single effects

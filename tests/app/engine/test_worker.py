@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import pytest
 
 from app.engine import worker as worker_module
-from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.transport import PortTrouble
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
@@ -19,7 +18,7 @@ from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
-from protocol.events import Answered, Began, Ended, EndReason, Received, Role
+from protocol.events import Answered, Began, Ended, Received, Role
 from protocol.messages import Status
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, SimulatedLine
@@ -57,45 +56,12 @@ def status_frames_in(batches: Batches) -> int:
     return count
 
 
-def has_trouble(batch: Batch) -> bool:
-    return batch.connection.trouble is not None
-
-
 def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
     job = worker.submit(Job(await_module()))
     assert job.wait(PATIENCE_S)
     assert job.outcome() is None
     batches.until(lambda batch: job in batch.finished)
-
-
-def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
-    job = worker.submit(Job(await_module()))
-    assert job.wait(PATIENCE_S)
-    with pytest.raises(Interrupted) as interrupted:
-        job.outcome()
-    assert interrupted.value.reason is EndReason.CLOSED
-
-
-def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches: Batches, sim: str) -> None:
-    worker.open(sim, 115200)
-    batches.until(is_open)
-    bench.module("worker-test").unplug()
-    batches.until(has_trouble)
-    bench.module("worker-test").plug()
-    worker.open(sim, 115200)
-    assert worker.submit(Job(await_module())).wait(PATIENCE_S)
-
-
-def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, batches: Batches, sim: str) -> None:
-    """And the stream that was switched on there is switched off there."""
-    worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
-    batches.until(lambda batch: batch.conversation.is_streaming)
-    job = worker.submit(Job(watch(StreamSwitch())))
-    worker.open("/dev/there-is-no-such-port", 115200)
-    batches.until(has_trouble)
-    assert job.wait(PATIENCE_S)
-    assert not bench.module("worker-test").module.is_streaming
 
 
 def test_a_cancelled_job_answers_within_200_ms(worker: Worker, batches: Batches, sim: str) -> None:

@@ -177,14 +177,6 @@ def test_an_act_whose_answer_was_lost_is_confirmed_by_the_report(act: Act) -> No
     assert len(rig.acts) == 1
 
 
-def test_an_unanswered_deploy_is_to_be_treated_as_fired() -> None:
-    rig, journal = settled_rig(active=True, mute_codes=frozenset((0x11,))), FakeJournal()
-    done = do(rig, Act.DEPLOY, journal)
-    assert (done.outcome, journal.outcomes) == (Outcome.UNKNOWN, {0: Outcome.UNKNOWN})
-    assert done.sentence == "Sent, not confirmed: treat it as fired."
-    assert len(rig.acts) == 1
-
-
 def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
     done = do(settled_rig(shuts_down=False), Act.SHUTDOWN)
     assert done.outcome is Outcome.REFUSED

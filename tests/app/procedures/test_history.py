@@ -7,13 +7,11 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
+from app.procedures.history import History, Pass, _read_once, _with_strays, read_history
 from app.simulator.memory import record_frame
-from protocol.catalogue import RECORD_CODE, TRIGGER_RECORDS
+from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Answered
-from protocol.messages import EmptySlot, TriggerRecord, decode_record
-from tests.module.options import Options
-from tests.support.line.module_line import ModuleRig
+from protocol.messages import TriggerRecord, decode_record
 from tests.support.line.sim_line import Rig, engine_view, settled_rig
 from tests.support.thorough import some
 
@@ -113,42 +111,10 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
     assert _with_strays(History((ONE,)), (damaged, TWO)).seen_once == (TWO,)
 
 
-@pytest.mark.promise("g")
-def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
-    """By a module that does not keep to the order of the questions."""
-    rig = ModuleRig(Options(delays={RECORD_CODE: 0.3}, in_order=False, empty_slot=None)).begin()
-    for source in (0x02, 0x08):
-        rig.module.trigger(rig.clock(), source)
-    rig.module.triggered = False
-    history = rig.run(read_history())
-    assert {one.raw[2:-1] for one in history.all} == set(rig.module.records)
-    assert history.is_answered
-    assert not history.is_confirmed
-
-
 @pytest.mark.promise("f")
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())
-
-
-@pytest.mark.parametrize(
-    ("passes", "certain", "once"),
-    [
-        ([[ONE], []], [], [ONE]),
-        ([[ONE], [TWO]], [], [ONE, TWO]),
-        ([[ONE, TWO], [TWO]], [TWO], [ONE]),
-        ([[ONE, ONE], [ONE]], [ONE], [ONE]),
-        ([[ONE, ONE], [ONE, ONE]], [ONE], [ONE]),
-        ([[], [], [ONE, TWO], [ONE]], [ONE], [TWO]),
-    ],
-)
-def test_the_union_of_all_passes(
-    passes: list[list[TriggerRecord | EmptySlot]], certain: list[TriggerRecord], once: list[TriggerRecord]
-) -> None:
-    history = history_of([Pass(tuple(one)) for one in passes])
-    assert (list(history.records), list(history.seen_once)) == (certain, once)
-    assert history.is_answered
 
 
 A, B, C = ONE, TWO, record(3)

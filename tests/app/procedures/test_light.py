@@ -50,11 +50,3 @@ def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, d
 )
 def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: CalibrationFault) -> None:
     assert propose(closed, opened) is found
-
-
-@pytest.mark.parametrize(("closed", "opened"), [((3, 5), (7, 9)), ((7, 9), (3, 5)), ((0, 0), (255, 255))])
-def test_the_smallest_gap_and_the_widest(closed: tuple[int, int], opened: tuple[int, int]) -> None:
-    proposal = propose(band(*closed), band(*opened))
-    assert isinstance(proposal, Proposal)
-    assert min(proposal.margin_closed_v, proposal.margin_open_v) >= 0.1
-    assert f"{proposal.threshold_v:.1f} V" in proposal.sentence

@@ -68,15 +68,6 @@ def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
 
 
 @pytest.mark.promise("l")
-def test_it_is_sent_before_any_module_has_answered() -> None:
-    """As `dps-s lock` does, directly after opening the port."""
-    rig = Rig({"uptime": 60, "active": True})
-    locked = pressed(rig)
-    assert rig.line.requests[0] == LOCK
-    assert locked.sentence == "The module reports LOCKED."
-
-
-@pytest.mark.promise("l")
 def test_it_is_repeated_until_it_is_reported() -> None:
     rig = settled_rig(active=True)
     times = deafen(rig, lambda number, frame: frame == LOCK and number < 7)
@@ -268,17 +259,6 @@ def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -
     after = rig.line.requests[before:]
     assert after.count(LOCK) >= 5
     assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
-    assert not rig.bench.module.state.is_active
-
-
-def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:
-    rig = settled_rig(**SLOW)
-    performing = under_way(rig, Act.ACTIVATE)
-    rig.step_until(lambda: rig.line.requests[-1:] == [REQUESTS[Act.ACTIVATE]])
-    locking = press(rig)
-    assert rig.end(performing).outcome is Outcome.UNKNOWN
-    assert rig.end(locking).is_locked
-    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
     assert not rig.bench.module.state.is_active
 
 

@@ -56,16 +56,6 @@ def test_a_stream_is_switched_on_after_listening_and_off_at_the_end(rate: int, l
     assert not rig.bench.module.is_streaming
 
 
-@pytest.mark.parametrize("rate", [1, 2, 20, 50, 200, 1440])
-@pytest.mark.promise("c")
-def test_one_that_was_on_is_left_on(rate: int) -> None:
-    rig = watched(rate=rate, stream_at_boot=True)
-    rig.step_for(6)
-    end(rig)
-    assert sets(rig) == []
-    assert rig.bench.module.is_streaming
-
-
 @pytest.mark.parametrize("stream", ["acknowledged", "silent"])
 def test_a_module_that_does_not_stream_is_polled(stream: str) -> None:
     rig = watched(stream=stream)

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from app.procedures.act import Armed
 from app.procedures.write import (
     SetReply,
     SettingChange,
@@ -27,7 +26,6 @@ from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value, ValueRefused
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
 from tests.support.line.truth import settings_held
@@ -130,14 +128,6 @@ def test_a_module_that_does_not_know_the_command(name: str, fault: WriteFault) -
     assert journal.outcomes == {0: Outcome.UNKNOWN}
 
 
-def test_a_set_that_was_lost_on_the_way_is_found_by_reading_back() -> None:
-    rig = settled_rig()
-    lost = BY_NAME["freefall_time"].set(1.2)
-    at_each_frame(rig.bench, lambda request: request != lost)
-    written = write_one(rig, "freefall_time", 1.2)
-    assert (written.heard, written.read_back, written.fault) == (SetReply.NOTHING, 1.6, WriteFault.LOST)
-
-
 @pytest.mark.promise("g")
 def test_one_bad_value_and_nothing_is_sent() -> None:
     rig = settled_rig()
@@ -221,13 +211,6 @@ def test_a_setting_is_written_also_where_the_log_cannot_be_or_takes_too_long() -
         rig = settled_rig()
         assert write(rig, WriteContext(journal=journal), freefall_time=1.2).is_fine
         assert sets(rig) == ["freefall_time"]
-
-
-def test_nothing_is_written_while_something_is_armed() -> None:
-    rig = settled_rig()
-    report = write(rig, WriteContext(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
-    assert sets(rig) == []
-    assert [refusal.sentence for refusal in report.refusals] == ["Already armed: Deploy."]
 
 
 def test_what_was_found_is_kept_before_the_first_set() -> None:
