@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.interruption import discard
+from app.terminal.interruption import TimedOut, discard, limit_time
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import ErrorCode, UserError
@@ -53,6 +53,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         console.write("")  # flushes what argparse printed
     except SystemExit as end:  # from argparse, which printed the help
         code = end.code if isinstance(end.code, int) else console.USAGE_ERROR
+    except TimedOut as error:
+        code = _fail(words, ErrorCode.NO_LINK, error.sentence)
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
@@ -100,6 +102,7 @@ def _run(words: list[str]) -> int:
         # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
         sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
     args.printer = _print_pages
+    limit_time(getattr(args, "timeout", None) if entry.name != "lock" else None)
     if hasattr(args, "port"):
         _choose_ports(args)
         if entry.name != "lock":  # which waits for no file

@@ -19,7 +19,7 @@ from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, add_yes
 from app.terminal.connection import OpenPort, connected
-from app.terminal.interruption import signals_noted
+from app.terminal.interruption import limit_time, signals_noted
 from app.terminal.records import records_of
 from app.terminal.results import Result
 from app.text.i18n import tr
@@ -67,6 +67,7 @@ def pay_owed_lock(opened: OpenPort) -> None:
     """After an activation that was interrupted: wait until the module that answers then was locked."""
     if not opened.owes_lock:
         return
+    limit_time(None)  # it has its own limit
     locked = opened.pay_owed_lock()
     if locked is not None and locked.is_locked:
         console.notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))

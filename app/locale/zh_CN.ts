@@ -1964,6 +1964,10 @@
         <translation>未连接</translation>
     </message>
     <message>
+        <source>Not done within {seconds:g} s.</source>
+        <translation>{seconds:g} 秒内未完成。</translation>
+    </message>
+    <message>
         <source>Not everything could be read again.</source>
         <translation>未能重新读取全部数据。</translation>
     </message>

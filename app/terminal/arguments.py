@@ -119,12 +119,14 @@ def add_file(parser: Arguments, name: str, **options: Any) -> None:
 
 
 def add_port(parser: argparse.ArgumentParser) -> None:
-    """--port and --baud."""
+    """--port, --baud and --timeout."""
     port = parser.add_argument("-p", "--port", type=port_name, metavar="P", action="append", help=_PORT_HELP)
     completed_as(port, "file")
     rates = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
     rate = parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=rates)
     completed_as(rate, "_dps_s_rates")
+    text = "end with exit code 3 if it is not done after S seconds; lock has its own limit"
+    parser.add_argument("--timeout", type=seconds, metavar="S", help=text)
 
 
 def add_json(parser: Arguments) -> None:

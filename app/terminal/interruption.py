@@ -1,17 +1,21 @@
-"""SIGINT, SIGTERM and SIGHUP while a port is open.
+"""SIGINT, SIGTERM and SIGHUP while a port is open, and --timeout.
 
 The handler only stores the signal's number, and the command looks at it ten times a second. So no signal interrupts a
 line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the output, an alarm a second
 later discards what is left of it.
 """
 
+import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, Final, TextIO
+
+from app.text.i18n import tr
 
 PATIENCE_S: Final = 1.0
 # Not all platforms have all of them.
@@ -26,6 +30,18 @@ class Signalled(KeyboardInterrupt):
         self.number = number
 
 
+class TimedOut(KeyboardInterrupt):
+    """The time of --timeout is over, so the command ends as by a signal, but for its exit code."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self.seconds = seconds
+
+    @property
+    def sentence(self) -> str:
+        return tr("Not done within {seconds:g} s.", seconds=self.seconds)
+
+
 class _Signals:
     """The signals of this process. `number` is that of the first one that came, `written` what is written just now."""
 
@@ -33,6 +49,8 @@ class _Signals:
         self.number: int | None = None
         self.is_entered = False
         self.written: TextIO | None = None
+        # The time of --timeout, and when it is over.
+        self.timeout_s = self.ends_at = math.inf
 
     def note(self, number: int, _frame: FrameType | None) -> None:
         if self.number is None:
@@ -70,10 +88,18 @@ def signals_noted() -> Iterator[None]:
             signal.signal(number, former)
 
 
+def limit_time(seconds: float | None) -> None:
+    """From now on the command may take so long; None: as long as it wants."""
+    _signals.timeout_s = math.inf if seconds is None else seconds
+    _signals.ends_at = time.monotonic() + _signals.timeout_s
+
+
 def check_signals() -> None:
-    """Raises `Signalled` if a signal came."""
+    """Raises `Signalled` if a signal came, and `TimedOut` if the time is over."""
     if _signals.number is not None:
         raise Signalled(_signals.number)
+    if time.monotonic() >= _signals.ends_at:
+        raise TimedOut(_signals.timeout_s)
 
 
 @contextmanager

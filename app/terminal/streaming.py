@@ -19,7 +19,7 @@ from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, module_is_silent
 from app.terminal.console import note
-from app.terminal.interruption import Signalled
+from app.terminal.interruption import Signalled, TimedOut
 from app.terminal.records import adapter_of, opened_store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -50,8 +50,8 @@ class Watching:
         self.trouble: str | None = None
 
     def __iter__(self) -> Iterator[Batch]:
-        """Yield batches in order, with the reports of the wanted time only. Raises `Signalled`, and what keeps a
-        conversation from beginning, if no status had come."""
+        """Yield batches in order, with the reports of the wanted time only. Raises `Signalled`, `TimedOut`, and what
+        keeps a conversation from beginning, if no status had come."""
         try:
             with (
                 _stream_memory(self._port) as memory,
@@ -64,6 +64,10 @@ class Watching:
         except Signalled:
             if self.first_at is None:
                 raise
+        except TimedOut as error:
+            if self.first_at is None:
+                raise
+            self.trouble = error.sentence
         except LOST as error:
             if self.first_at is None:
                 raise

@@ -1,4 +1,4 @@
-"""Follows docs/adding-a-command.md on a copy of the program."""
+"""Follows docs/internals/adding-a-command.md on a copy of the program."""
 
 import json
 import re
@@ -13,7 +13,7 @@ import pytest
 from tests.support.processes import ran
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "adding-a-command.md"
+PAGE = ROOT / "docs" / "internals" / "adding-a-command.md"
 _PIECE = re.compile(
     r"(?P<where>After|Before)\s+`(?P<mark>[^`]+)` (?:in `(?P<path>[^`]+)`|there):\n\n```python\n(?P<code>.*?)```",
     re.DOTALL,

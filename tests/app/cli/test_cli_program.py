@@ -24,6 +24,7 @@ from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from tests.app.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
+from tests.support.patience import in_time
 from tests.support.setup_files import generator
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -57,6 +58,33 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
     printed = Printed(capsys)
     assert "/dev/ttyS9 does not open within" in printed.err
     assert is_one_sentence(printed.err)
+
+
+@pytest.mark.usefixtures("user_files")
+@pytest.mark.parametrize(
+    ("words", "query"),
+    [
+        ("monitor", ""),
+        ("record FILE.csv", ""),
+        ("set freefall_time_s=1.4", ""),
+        ("preflight --enable-triggers", ""),
+        ("read", "?mute=yes"),
+        ("find", "?mute=yes"),
+        ("provision --profile FILE.toml --names M-1 --enable-triggers --yes", "?mute=yes"),
+    ],
+)
+def test_what_is_not_done_in_time_ends_with_a_sentence(
+    words: str, query: str, port: str, tmp_path: Path, dps_s: Program
+) -> None:
+    (tmp_path / "x.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.9\n', encoding="utf-8")
+    listed = words.replace("FILE", str(tmp_path / "x")).split()
+    with in_time(3.0):
+        printed = dps_s([*listed, "--timeout", "0.5", "--port", port + query], 3)
+    assert printed.err.endswith("Not done within 0.5 s.\n")
+
+
+def test_lock_takes_the_time_that_it_needs(port: str, dps_s: Program) -> None:
+    assert "LOCKED" in dps_s(["lock", "--timeout", "0.001", "--port", port]).out
 
 
 @pytest.mark.parametrize(
