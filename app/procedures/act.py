@@ -324,7 +324,7 @@ def _observe_deploy(answer: Acknowledgement | None) -> Procedure[_Observed]:
     reports_fired = any(report is not None and report.triggered for report in (first, second))
     if says_fired or reports_fired or (answer is not None and answer.is_accepted):
         return Outcome.CONFIRMED, status
-    if answer is not None and answer.raw == 0x00 and None not in (triggered, first, second):
+    if answer is not None and None not in (triggered, first, second):
         return Outcome.REFUSED, status
     return Outcome.UNKNOWN, status
 

@@ -212,6 +212,15 @@ def test_5_after_a_long_turn_nothing_changes_the_module_before_its_boot_count_is
     assert bench.sent(change) == 1
 
 
+@pytest.mark.promise("i")
+def test_5_nor_what_is_decided_by_an_answer_from_before_it(bench: Bench) -> None:
+    change = SERIAL_OUTPUT.set(True)
+    bench.ask(LIGHT)
+    bench.now += 0.6
+    bench.events += bench.link.receive(encode_reply(0x14, 3), bench.now)
+    assert bench.link.ask(change, bench.now) == [Unanswered(change, 0, 0.0, bench.now)]
+
+
 # 6. Restarts
 
 

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW
-from app.procedures.act import Armed, Performed, perform
+from app.procedures.act import Armed, Performed, checked_inputs, perform
 from app.procedures.lock import lock
+from app.procedures.read import Present
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
@@ -19,7 +21,7 @@ from protocol.catalogue import BY_NAME, STATUS, Hazard
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.sim_line import Rig, settled_rig, watched_rig
+from tests.support.line.sim_line import Rig, engine_view, settled_rig, watched_rig
 from tests.support.thorough import some
 
 READY: dict[Act, dict[str, Any]] = {
@@ -263,3 +265,19 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
 
 
 # Two modules on one line
+
+
+@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
+@pytest.mark.promise("f")
+def test_not_fired_needs_every_witness(mute: str) -> None:
+    rig = settled_rig(active=True, mute_codes=mute, double_codes="32", double_ms="25")
+    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+    assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
+
+
+@pytest.mark.promise("a")
+@pytest.mark.parametrize(("age_s", "is_fresh"), [(0.9, True), (1.1, False)])
+def test_a_status_is_as_old_as_the_question_before_it(age_s: float, is_fresh: bool) -> None:
+    status = StatusSample(100.0, 7, 1.0, triggered=False, active=False)
+    present = Present(active=False, triggered=False, status=status, asked_at=100.0 - age_s)
+    assert checked_inputs(present, engine_view(100.0)).is_status_fresh is is_fresh
