@@ -119,7 +119,7 @@ class Link:
         self._flight: _Flight | None = None
         self._begin_at = now  # when the link asks for the next conversation
         self._last_byte_at = -inf
-        self._promised_at = inf  # when `tick` was to be called
+        self._promised_at = now  # when the owner was to call again
         self._delay_s = 0.0  # by how much it was called too late, since the last valid frame
         self._is_delayed = False  # for longer than a silence
         self._valid_at = now  # when the last valid frame came, or the conversation began
@@ -178,9 +178,7 @@ class Link:
         if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._is_delayed)):
             return [Unanswered(request, 0, 0.0, now)]
         flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
-        events = self._take_off(flight, now, is_fenced=is_fenced)
-        self._promised_at = max(now, self.next_deadline(now))
-        return events
+        return self._take_off(flight, now, is_fenced=is_fenced)
 
     def abandon(self, now: float) -> list[Event]:
         """Stop waiting for the request in flight, if any; a reply to it is late from now on."""
@@ -234,22 +232,24 @@ class Link:
             self._advance(self._flight, now, events)
         if self._flight is None and now >= self._own_due_at():
             self._ask_own(now, events)
-        self._promised_at = max(now, self.next_deadline(now))
         return events
 
     def next_deadline(self, now: float) -> float:
         """When to call `tick` if nothing arrives before."""
+        self._note_delay(now)
         flight = self._flight
         dues = [self._own_due_at() if flight is None else self._next_step(flight, now)[0]]
         if self._parser.pending:
             dues.append(self._last_byte_at + timing.QUIET_S)
         if flight is not None and self.is_begun:
             dues.append(self._silent_at(flight))
+        self._promised_at = max(now, min(dues))
         return min(dues)
 
     def _note_delay(self, now: float) -> None:
+        """By how much the owner is late: at once after a call, or at the next deadline once it was told."""
         delay_s = max(0.0, now - self._promised_at)
-        self._promised_at = inf
+        self._promised_at = now
         self._delay_s += delay_s
         self._is_delayed |= delay_s > self.silence_s
 
