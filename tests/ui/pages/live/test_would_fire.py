@@ -45,6 +45,8 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         qtbot.waitUntil(lambda: port.module.view.fresh("tilt_deg", assembly.ports.clock()) == 57, timeout=WAIT_MS)
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
         path = given(port.recording.path)
+        assembly.window.activateWindow()  # else no key is a shortcut
+        qtbot.waitUntil(assembly.window.isActiveWindow)
         qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
         row = tried(qtbot, logs, path)
         assert logs.work.limits == TriggerLimits(60, 0.5, 1.6)

@@ -96,7 +96,6 @@ def test_ticks_end_with_the_conversation_in_which_they_were_made(tmp_path: Path,
 
 def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "commands", "settings") as one:
-        assert not drop(one.assembly.window, profile_file(tmp_path, name="notes.txt"))
         assert drop(one.assembly.window, profile_file(tmp_path))
         one.until(one.settings.compare.isVisible)
         assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
