@@ -5,11 +5,12 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from app.engine.ports import list_ports, scan
+from app.engine.ports import is_flight_controller, list_ports, scan
 from app.terminal import console
 from app.terminal.arguments import add_json
 from app.terminal.results import Result
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from app.text.user_error import ErrorCode, UserError
 
 UsbNumber = Annotated[int, Meta(ge=0, le=65535)]
@@ -46,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
     rows = [(tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")]
     for port in ports:
         usb = "" if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
-        rows.append((port.device, port.description, port.maker, port.serial_number, usb))
+        kind = in_brackets(tr("flight controller")) if is_flight_controller(usb) else ""
+        rows.append((port.device, port.description + kind, port.maker, port.serial_number, usb))
     console.emit(args, PortsJson(ports), console.columns(rows))
     return console.SUCCESS

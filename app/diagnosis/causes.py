@@ -34,6 +34,7 @@ class Cause(Enum):
     STUCK = "takes no bytes"
     UNUSABLE = "no serial port"
     LOGIN = "a computer's console"
+    FLIGHT_CONTROLLER = "a flight controller"
     SHUT_DOWN = "it was shut down"
     ECHO = "echo only"
     WRONG_RATE = "wrong baud rate"
@@ -176,6 +177,9 @@ def _is_other_server(seen: PortEvidence) -> bool:
     return is_unopened and "RFC2217" in str(seen.trouble)
 
 
+_PASSTHROUGH = marked(
+    "Switch its passthrough on: guide or docs/adapters.md, “Through the flight controller”. Its restart ends that."
+)
 _OF_A_NETWORK = PortTrouble.MISSING, PortTrouble.UNUSABLE, PortTrouble.LOST, PortTrouble.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
@@ -218,6 +222,10 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.LOGIN, PortEvidence.has_login,
              marked("{port} leads to a computer, not a module."), marked("Choose a port."),
              step=NextStep.CHOOSE_PORT),
+    CauseRow(Cause.FLIGHT_CONTROLLER, lambda seen: seen.came() is Silence.FLIGHT_CONTROLLER,
+             marked("A flight controller answers on {port}, not a module."), _PASSTHROUGH),
+    CauseRow(Cause.FLIGHT_CONTROLLER, PortEvidence.is_at_flight_controller,
+             marked("No module answers on {port}, a flight controller's port."), _PASSTHROUGH),
     CauseRow(Cause.SHUT_DOWN, lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
              marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
              is_at_module=True),

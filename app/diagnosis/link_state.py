@@ -42,8 +42,8 @@ _AT_THE_COMPUTER: Final = (Phase.LOST, Phase.FAILED)
 
 class LinkState(NamedTuple):
     """A phase with what is known in it: why the conversation `ended` (OFFLINE), what came instead of an answer
-    (SILENT), the lag (LATE), the trouble of the port (FAILED, LOST), why it is not open again (LOST), and the
-    `time.time()` of a shutdown (SWITCHED_OFF)."""
+    (SILENT) and from which `adapter`, the lag (LATE), the trouble of the port (FAILED, LOST), why it is not open again
+    (LOST), and the `time.time()` of a shutdown (SWITCHED_OFF)."""
 
     phase: Phase
     port: str = ""
@@ -54,6 +54,7 @@ class LinkState(NamedTuple):
     trouble: PortError | None = None
     off_at: float | None = None
     absence: Absence | None = None
+    adapter: str = ""
     was_active: bool = False
     """The module was ACTIVE when it was last heard."""
 
@@ -80,9 +81,11 @@ def link_state(
     is_finding: bool,
     absence: Absence | None = None,
     switched_off_at: float | None = None,
+    adapter: str = "",
     was_active: bool = False,
 ) -> LinkState:
     """`silence`: what came instead of an answer, as far as is known. `absence`: why a lost port is not open again.
+    `adapter`: its USB identity.
     `switched_off_at`: `time.time()` of a shutdown by command since which the module has not answered. `was_active`: it
     was ACTIVE when it was last heard."""
     has_answered = conversation.number > 0
@@ -113,6 +116,7 @@ def link_state(
         trouble=connection.trouble,
         off_at=switched_off_at if phase is Phase.SWITCHED_OFF else None,
         absence=absence,
+        adapter=adapter,
         was_active=was_active,
     )
 
@@ -151,7 +155,7 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             return LinkText(capitalised(tr("offline")), tr("The module does not answer."), switch_on)
         case Phase.SILENT:
             silence = state.silence or Silence.NOTHING
-            seen = explain(PortEvidence(state.port, state.baud_rate, silence=silence))
+            seen = explain(PortEvidence(state.port, state.baud_rate, silence=silence, adapter=state.adapter))
             words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
             return LinkText(words.get(silence, tr("No reply")), seen.what, seen.next_step, seen.step)
         case Phase.LOST:

@@ -5,15 +5,16 @@ import sys
 from typing import NamedTuple
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
+from app.engine.ports import is_flight_controller
+from app.engine.session import MAX_NOISE_BYTES
 from app.engine.target import is_network_address
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState
 from app.procedures.find import Silence, what_came
 from protocol.catalogue import BY_NAME
-from protocol.events import Began, Counters, Rejected, Role, Sent
+from protocol.events import Began, Counters, Role, Sent
 from protocol.frame import Reason
 
-MAX_NOISE_BYTES = 512
 # Round trips below this are not delayed by a latency timer; a module at 115200 baud answers within 3 ms.
 SLOW_MINIMUM_S = 0.008
 LATENCY_STEP_S = 0.016
@@ -47,6 +48,8 @@ class PortEvidence(NamedTuple):
     counters: Counters = Counters()
     noise: bytes = b""
     """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
+    adapter: str = ""
+    """Its USB identity, where it is known."""
     round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     facts: AdapterFacts = AdapterFacts()
@@ -108,6 +111,10 @@ class PortEvidence(NamedTuple):
             return False
         return quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
 
+    def is_at_flight_controller(self) -> bool:
+        """Whether no module was ever heard on the port of a flight controller, nor anything else."""
+        return self.came() is Silence.NOTHING and not self.was_online and is_flight_controller(self.adapter)
+
     def has_login(self) -> bool:
         """Whether a computer's console boots or asks for a login."""
         return self.is_silent() and _LOGIN.search(self.noise) is not None
@@ -137,15 +144,13 @@ class EvidenceCollector:
             connection.baud_rate != seen.baud_rate or is_answering is not seen.is_answering
         ):
             self._mark = batch.link.counters
-        was_shut_down, noise = seen.was_shut_down, seen.noise
+        was_shut_down = seen.was_shut_down
         for event in batch.events:
             match event:
                 case Sent(request=request) if request == _SHUT_DOWN:
                     was_shut_down = True
                 case Began():
                     was_shut_down = False
-                case Rejected():
-                    noise += event.noise.raw
                 case _:
                     pass
         self._seen = seen._replace(
@@ -156,13 +161,13 @@ class EvidenceCollector:
             is_answering=is_answering,
             was_online=seen.was_online or is_answering,
             was_shut_down=was_shut_down,
-            noise=noise[-MAX_NOISE_BYTES:],
         )
         if batch.link is not None:
             self._seen = self._seen._replace(
                 counters=batch.link.counters - self._mark,
                 round_trip_minimum_s=batch.link.round_trip_minimum_s,
                 round_trip_median_s=batch.link.round_trip_median_s,
+                noise=batch.link.noise,
             )
 
     def evidence(self, *, facts: AdapterFacts | None = None) -> PortEvidence:

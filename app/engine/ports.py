@@ -42,6 +42,16 @@ class PortInfo(NamedTuple):
         return f"{product}@{self.location}" if self.location else ""
 
 
+# As the udev rule has them: STM32 and AT32 as Betaflight, iNav and ArduPilot name them; 3D Robotics and PX4, CubePilot,
+# Holybro, CUAV, Auterion and ARK with all their products.
+_FLIGHT_CONTROLLERS = ("0483:5740", "1209:5740", "1209:5741", "2e3c:5740", "26ac:", "2dae:", "3162:", "3163:", "3185:")
+
+
+def is_flight_controller(identity: str) -> bool:
+    """Whether a port of this identity is a flight controller's, behind which a module may be."""
+    return identity.startswith(_FLIGHT_CONTROLLERS)
+
+
 NOT_LISTED = marked("The system lists no serial ports. Switch Bluetooth off and try again.")
 
 

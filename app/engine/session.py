@@ -19,7 +19,18 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Proc
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
-from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Received, Sent, Unanswered
+from protocol.events import (
+    Answered,
+    Began,
+    Ended,
+    EndReason,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Rejected,
+    Sent,
+    Unanswered,
+)
 from protocol.link import Link, LinkMisused
 
 _log = logging.getLogger(__name__)
@@ -33,6 +44,8 @@ AWAIT_GRACE_S = 0.1
 LONGEST_TURN_S = 5.0
 # How long a job waits for a conversation to begin.
 NO_MODULE_S = 2.0
+# Of the last rejected bytes, by which it is told what else is on the line.
+MAX_NOISE_BYTES = 512
 _ACTIVATE = ACTIVATION.set(True)
 
 
@@ -77,6 +90,7 @@ class Session:
         self._proven_rate: int | None = None
         self._is_rate_in_doubt = True
         self._events: list[Event] = []
+        self._noise = b""
 
     # What others want
 
@@ -130,7 +144,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s)
+        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s, self._noise)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""
@@ -373,6 +387,8 @@ class Session:
                     self._apply(event)
                     for job in self._all():
                         job.hear(event)
+                case Rejected():
+                    self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
 
     def _apply(self, event: Event) -> None:
         if self.conversation is not None and self.conversation.ended is None:

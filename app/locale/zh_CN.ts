@@ -64,6 +64,10 @@
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
     <message>
+        <source>A flight controller answers on {port}, not a module.</source>
+        <translation>{port} 上应答的是飞控，不是模块。</translation>
+    </message>
+    <message>
         <source>A jolt may fire it.</source>
         <translation>颠簸即可能触发。</translation>
     </message>
@@ -1824,6 +1828,10 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
+        <source>No module answers on {port}, a flight controller's port.</source>
+        <translation>{port} 是飞控的串口，没有模块应答。</translation>
+    </message>
+    <message>
         <source>No module answers on {port}.</source>
         <translation>{port} 上没有模块应答。</translation>
     </message>
@@ -2798,6 +2806,10 @@
     <message>
         <source>Support</source>
         <translation>支持</translation>
+    </message>
+    <message>
+        <source>Switch its passthrough on: guide or docs/adapters.md, “Through the flight controller”. Its restart ends that.</source>
+        <translation>请开启串口直通，见用户指南或适配器文档（docs/adapters.zh_CN.md）的“通过飞控连接”。重启飞控即结束直通。</translation>
     </message>
     <message>
         <source>Switched off at {time}</source>
@@ -3996,6 +4008,10 @@
     <message>
         <source>fit to fly</source>
         <translation>已激活，检查全部通过</translation>
+    </message>
+    <message>
+        <source>flight controller</source>
+        <translation>飞控</translation>
     </message>
     <message>
         <source>focus lost</source>

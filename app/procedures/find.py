@@ -7,6 +7,7 @@ the rate, and nothing is asked here.
 """
 
 import logging
+import re
 from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
@@ -23,6 +24,13 @@ WAIT_S = 1.5
 # At the old and the new rate after a change: enough for a line that loses every other frame.
 LIKELY_WAIT_S = 3.0
 LOOK_EVERY_S = 0.02
+# A heartbeat of MAVLink 1 or 2 (message 0, nine bytes, of which the last is its version, 3), or a message of MSP.
+_FLIGHT_CONTROLLER = re.compile(
+    rb"\xfe\x09.{3}\x00.{8}\x03|\xfd\x09[\x00\x01]\x00.{3}\x00{3}.{8}\x03|\$M[<>!]|\$X[<>!]\x00", re.DOTALL
+)
+# By the first byte of a message of MAVLink: the bytes besides its payload, and the place of its number, behind which
+# the system's stands.
+_MAVLINK = {0xFE: (8, 2), 0xFD: (12, 4)}
 
 
 class Silence(Enum):
@@ -35,6 +43,8 @@ class Silence(Enum):
     ECHO = "echo"
     # The module sends but does not answer: its receive line may be open.
     OTHER_FRAMES = "other frames"
+    # MAVLink or MSP: a flight controller that passes nothing on.
+    FLIGHT_CONTROLLER = "flight controller"
 
 
 def await_module(limit_s: float = WAIT_S) -> Procedure[Silence | None]:
@@ -43,7 +53,7 @@ def await_module(limit_s: float = WAIT_S) -> Procedure[Silence | None]:
     if (yield from _begins(limit_s)) is not None:
         return None
     after: EngineView = yield Inspect()
-    return what_came(after.link.counters - before.link.counters)
+    return what_came(after.link.counters - before.link.counters, after.link.noise)
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:
@@ -53,11 +63,31 @@ def what_came(counters: Counters, noise: bytes = b"") -> Silence:
     # A glimpse of a frame amid more invalid bytes is accidental.
     if frames * Layout.STATUS.value > counters.rejected:
         return Silence.OTHER_FRAMES
+    if counters.rejected and is_of_flight_controller(noise):
+        return Silence.FLIGHT_CONTROLLER
     if counters.rejected and (frames or HOST_HEADER not in noise):
         return Silence.GARBAGE
     if echoes or counters.rejected:
         return Silence.ECHO
     return Silence.NOTHING
+
+
+def is_of_flight_controller(noise: bytes) -> bool:
+    """Whether these bytes are MAVLink or MSP: a message that is known, or two of MAVLink in a row from one system."""
+    if _FLIGHT_CONTROLLER.search(noise) is not None:
+        return True
+    return any(magic in _MAVLINK and _is_followed(noise, start) for start, magic in enumerate(noise))
+
+
+def _is_followed(noise: bytes, start: int) -> bool:
+    """Whether the message of MAVLink that begins there is followed by the system's next one."""
+    magic = noise[start]
+    around, number = _MAVLINK[magic]
+    following = start + around + noise[start + 1] if start + 1 < len(noise) else len(noise)
+    if following + number + 1 >= len(noise) or noise[following] != magic:
+        return False
+    is_next = noise[following + number] == (noise[start + number] + 1) % 256
+    return is_next and noise[following + number + 1] == noise[start + number + 1]
 
 
 class RateSearch(NamedTuple):

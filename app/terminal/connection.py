@@ -284,8 +284,11 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
     if silence is not None:
         from app.diagnosis.causes import explain
         from app.diagnosis.symptoms import PortEvidence
+        from app.terminal.records import adapter_of
 
-        seen = PortEvidence(port, baud_rate, silence=silence)
+        # An address is of no adapter, and listing takes time.
+        adapter = "" if "://" in port else adapter_of(port)
+        seen = PortEvidence(port, baud_rate, silence=silence, adapter=adapter)
         why = explain(seen if opened.link is None else seen._replace(counters=opened.link.counters))
         raise NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
     opened.bind()

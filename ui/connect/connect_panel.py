@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.diagnosis.link_state import Phase, link_text
-from app.engine.ports import NOT_LISTED, PortInfo
+from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences, labelled
@@ -69,7 +69,8 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
     # Drivers often repeat the manufacturer in the product name.
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
     product = "" if port.description == name else port.description
-    detail = _listed(maker, serial) or (tr("no serial number") if product else tr("built in"))
+    kind = tr("flight controller") if is_flight_controller(port.identity) else ""
+    detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
     badge = ""
     if is_connected:
         badge = tr("connected")

@@ -191,6 +191,7 @@ class Port(QObject):
             self._silence,
             is_finding=self._finding is not None,
             absence=self._return.absence,
+            adapter="" if self.target is None else self.target.identity,
             switched_off_at=self.switched_off_at,
             was_active=self.is_active,
         )

@@ -11,10 +11,11 @@ import pytest
 from app.diagnosis.adapter_facts import AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, diagnose, explain
 from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.diagnosis.symptoms import MAX_NOISE_BYTES, EvidenceCollector, PortEvidence
+from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Procedure
 from app.engine.reconnect import Absence
+from app.engine.session import MAX_NOISE_BYTES
 from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
@@ -67,6 +68,9 @@ def with_facts(evidence: PortEvidence, **values: Any) -> PortEvidence:
     return evidence._replace(facts=AdapterFacts(**values))
 
 
+# As pymavlink packs an ArduCopter's heartbeats.
+MAVLINK_1 = bytes.fromhex("fe 09 fe 01 01 00 00 00 00 00 02 03 51 04 03 aa 8a")
+MAVLINK_2 = bytes.fromhex("fd 09 00 00 fe 01 01 00 00 00 00 00 00 00 02 03 51 04 03 ee 2a")
 ADDRESS = "socket://10.0.0.9:7000"
 
 
@@ -120,6 +124,16 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("stuck", trouble(PortTrouble.STUCK), Cause.STUCK),
     ("no serial port", trouble(PortTrouble.UNUSABLE), Cause.UNUSABLE),
     ("a console", opened(bytes_received=40, noise=b"\r\nraspberrypi login: ", counters=rejected(40)), Cause.LOGIN),
+    ("heartbeats of MAVLink 1", opened(bytes_received=34, noise=2 * MAVLINK_1, counters=rejected(34)),
+     Cause.FLIGHT_CONTROLLER),
+    ("heartbeats of MAVLink 2, after passthrough ended", opened(
+        was_online=True, bytes_received=40, noise=2 * MAVLINK_2, counters=rejected(40)
+    ), Cause.FLIGHT_CONTROLLER),
+    ("silence at a flight controller", opened(adapter="1209:5741:2B00"), Cause.FLIGHT_CONTROLLER),
+    ("greeted: silence at a flight controller",
+     PortEvidence(port=PORT, silence=Silence.NOTHING, adapter="2dae:1016@1-2"), Cause.FLIGHT_CONTROLLER),
+    ("a module behind a flight controller fell silent", opened(was_online=True, adapter="26ac:0011:0"),
+     Cause.FELL_SILENT),
     ("we shut it down", opened(was_online=True, was_shut_down=True), Cause.SHUT_DOWN),
     ("it sends and does not answer", opened(
         bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.STREAMED: 10})}

@@ -1,5 +1,6 @@
 """Finding the baud rate, and waiting for a module: nothing but the link's own questions."""
 
+import random
 from collections import Counter
 
 import pytest
@@ -45,6 +46,45 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
     assert what_came(after.link.counters - seen(5, 5, 5).link.counters) is silence
+
+
+# As pymavlink packs them: heartbeats with any number, and the messages of a busy line.
+_HEARTBEATS = (
+    "fe 09 {:02x} 01 01 00 00 00 00 00 02 03 51 04 03 aa 8a",
+    "fd 09 00 00 {:02x} 01 01 00 00 00 00 00 00 00 02 03 51 04 03 ee 2a",
+)
+_ATTITUDES = (
+    (
+        "fe 1c ff 01 01 1e e8 03 00 00 cd cc cc 3d cd cc 4c 3e 9a 99 99 3e 00 00 00 00 00 00 00 00 00 00 00 3f 75 47"
+        "fe 1c 00 01 01 1e e9 03 00 00 cd cc cc 3d cd cc 4c 3e 9a 99 99 3e 00 00 00 00 00 00 00 00 00 00 00 3f bb ac"
+    ),
+    (
+        "fd 1c 00 00 ff 01 01 1e 00 00 e8 03 00 00 cd cc cc 3d cd cc 4c 3e 9a 99 99 3e 00 00 00 00 00 00 00 00 00 00"
+        "00 3f 59 04 fd 1c 00 00 00 01 01 1e 00 00 e9 03 00 00 cd cc cc 3d cd cc 4c 3e 9a 99 99 3e 00 00 00"
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        *(bytes.fromhex(one.format(number)) for one in _HEARTBEATS for number in (0, 9, 0x42, 0xFD, 0xFE, 0xFF)),
+        *map(bytes.fromhex, _ATTITUDES),
+        b"$M>\x03\x01\x00\x01\x2f\x2c",
+        b"$X>\x00\x64\x00\x00\x00\x8f",
+    ],
+)
+def test_a_flight_controller_is_told_by_what_it_says(noise: bytes) -> None:
+    counters = seen(rejected=len(noise)).link.counters
+    assert what_came(counters, noise) is Silence.FLIGHT_CONTROLLER
+    assert what_came(counters, noise[::-1]) is Silence.GARBAGE
+
+
+def test_noise_is_no_flight_controller() -> None:
+    chance = random.Random(1)
+    for _again in range(200):
+        noise = chance.randbytes(512).replace(b"$", b"%").replace(b"Ba", b"ab")
+        assert what_came(seen(rejected=512).link.counters, noise) is Silence.GARBAGE
 
 
 def test_a_search_sends_nothing_but_questions_and_leaves_the_port_where_it_was() -> None:

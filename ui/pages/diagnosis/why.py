@@ -122,7 +122,8 @@ class WhyPanel(QWidget):
         seen = self._evidence.evidence(facts=facts)
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
-        seen = seen._replace(was_active=current.is_active or is_left)
+        adapter = "" if target is None else target.identity
+        seen = seen._replace(was_active=current.is_active or is_left, adapter=adapter)
         # Between two attempts to reconnect, only the port knows the error.
         return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
 
