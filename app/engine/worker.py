@@ -343,6 +343,7 @@ class Worker:
         self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=error))
 
     def _set_connection(self, connection: Connection) -> None:
+        _log.debug("%s: %s, %s", connection.port, connection.state.value, connection.trouble)
         self._connection = connection
         self._is_urgent = True
         self._publish()

@@ -1,6 +1,6 @@
 """pyserial's handler of `sim://NAME?option=value&…`: the simulated module of that name in this process.
 
-    serial.protocol_handler_packages.append("app.port_urls")
+    serial.protocol_handler_packages.insert(0, "app.port_urls")
     serial.serial_for_url("sim://bench?rate=200&drop=0.1")
 
 It has no thread: each read computes what is due by the clock. As with a real adapter there is one user at a time, a

@@ -19,7 +19,7 @@ URL = "sim://test"
 @pytest.fixture(autouse=True)
 def fresh() -> Iterator[None]:
     if "app.port_urls" not in serial.protocol_handler_packages:
-        serial.protocol_handler_packages.append("app.port_urls")
+        serial.protocol_handler_packages.insert(0, "app.port_urls")
     benches.remove_bench("test")
     yield
     benches.remove_bench("test")
