@@ -93,9 +93,7 @@ def _run(words: list[str]) -> int:
     _prepare_log(is_window=is_window)
     if is_window:
         if args.port is not None:
-            from app.engine.transport import refuse_unsupported
-
-            refuse_unsupported(args.port)
+            _refuse_address(args.port)
         args.open_window = _open_window
         return entry.run(args)
     if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
@@ -111,9 +109,7 @@ def _run(words: list[str]) -> int:
 
 
 def _choose_ports(args: argparse.Namespace) -> None:
-    """Set `port`, and `ports` where the command takes several. Raises `Refused`, `PortError`."""
-    from app.engine.transport import refuse_unsupported
-
+    """Set `port`, and `ports` where the command takes several. Raises `UserError`, `PortError`."""
     ports = list(dict.fromkeys(args.port or ()))
     if len(args.port or ()) > 1 and not hasattr(args, "takes_several"):
         # Who locks two ports with one command would find only the last one locked.
@@ -123,8 +119,20 @@ def _choose_ports(args: argparse.Namespace) -> None:
     if not ports and is_done and getattr(args, "other", None) is None:
         ports = [_usual_port()]
     for port in ports:
-        refuse_unsupported(port)
+        _refuse_address(port)
     args.ports, args.port = ports, ports[0] if ports else None
+
+
+def _refuse_address(port: str) -> None:
+    """Raises `PortError` for a kind of address that is not opened, and `UserError` for a wrong option of `sim://`."""
+    from app.engine.target import is_simulated
+    from app.engine.transport import refuse_unsupported
+
+    refuse_unsupported(port)
+    if is_simulated(port):
+        from app.port_urls.protocol_sim import options_of
+
+        options_of(port)
 
 
 def _usual_port() -> str:

@@ -8,6 +8,7 @@ port that was unplugged stays dead, and bytes at the wrong rate are garbled.
 """
 
 import errno
+from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
@@ -18,11 +19,16 @@ from app.simulator.setup import parse_options
 from app.text.user_error import UserError
 
 
+def options_of(url: str) -> dict[str, Any]:
+    """Return the options of a `sim://` URL; raises `UserError`, which names the wrong one."""
+    return parse_options(dict(parse_qsl(url.partition("?")[2], keep_blank_values=True)))
+
+
 def open_bench(url: str) -> SimulatedBench:
     """Return the module that a `sim://` URL names; raises `UserError`."""
     parts = urlsplit(url)
     name = (parts.netloc + parts.path).strip("/") or DEFAULT_NAME
-    return benches.module(name, parse_options(dict(parse_qsl(parts.query, keep_blank_values=True))))
+    return benches.module(name, options_of(url))
 
 
 class Serial(SerialBase):

@@ -60,6 +60,12 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
     assert not file.exists()
 
 
+@pytest.mark.parametrize("words", [["read"], ["lock"], ["gui"]])
+def test_a_wrong_option_of_a_simulated_module_is_named(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main([*words, "--port", "sim://?speeed=5"]) == console.USAGE_ERROR
+    assert capsys.readouterr().err == "“speeed” is unknown.\n"
+
+
 @pytest.mark.promise("i")
 def test_what_was_recorded_is_no_port(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
