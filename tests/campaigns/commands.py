@@ -322,7 +322,8 @@ def _judge_check(ran: Ran) -> Iterator[str]:
         yield f"{verdict} against {', '.join(against)}"
     if ran.held[ACTIVATION] != (verdict == "GO"):
         yield f"{verdict}, and active is {ran.held[ACTIVATION]}"
-    if ran.held[ATTITUDE_OFF] or ran.held[FREEFALL_OFF]:
+    # A flag that changes by itself cannot be noticed: none is ever read.
+    if any(ran.held[flag] and flag not in module.options.reverts for flag in (ATTITUDE_OFF, FREEFALL_OFF)):
         yield f"{verdict} with a trigger that is off"
     if ran.said["read"]["settings"]["attitude_threshold_deg"] != ran.held[ATTITUDE]:
         yield f"{verdict}, and the attitude threshold is {ran.held[ATTITUDE]}"
