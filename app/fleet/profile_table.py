@@ -67,7 +67,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
         why.append(report.interrupted.message)
     if report.is_cancelled:
         why.append(message(marked("Cancelled: the rest is unknown.")))
-    why += _named(marked("Not as written: {names}."), [one.command for one in report.results if not one.is_fine])
+    why += _named(marked("Not verified: {names}."), [one.command for one in report.results if not one.is_fine])
     changed = [] if report.changed is None else [report.changed.after.command]
     why += _named(marked("Changed without being written: {names}."), changed)
     why += _named(NOT_READ_BACK, report.unread)

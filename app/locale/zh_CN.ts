@@ -1960,10 +1960,6 @@
         <translation>尚未预备并按住 2 秒。</translation>
     </message>
     <message>
-        <source>Not as written: {names}.</source>
-        <translation>与写入值不符：{names}。</translation>
-    </message>
-    <message>
         <source>Not confirmed that it is off: check it.</source>
         <translation>未确认已关机：请现场检查。</translation>
     </message>
@@ -2030,6 +2026,10 @@
     <message>
         <source>Not testable by hand at {threshold:.0f}°.</source>
         <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
+    </message>
+    <message>
+        <source>Not verified: {names}.</source>
+        <translation>未验证：{names}。</translation>
     </message>
     <message>
         <source>Not watched for 2 s yet.</source>

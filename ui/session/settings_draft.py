@@ -329,7 +329,7 @@ def _written_notice(report: WriteReport) -> Notice:
     if acknowledged:
         parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
     for text, commands in (
-        (marked("Not as written: {names}."), bad),
+        (marked("Not verified: {names}."), bad),
         (
             marked("Changed without being written: {names}."),
             [] if report.changed is None else [report.changed.after.command],

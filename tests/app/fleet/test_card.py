@@ -210,7 +210,7 @@ def test_a_profile_of_which_a_part_was_written_says_why_the_rest_is_unknown() ->
         changes = changes_of(differences(PROFILE, rig.conversation, rig.clock()))
         applied = outcome_of(rig.run(write_all(changes, WriteContext(journal=FakeJournal()))))
         assert applied.state is Applied.FAILED
-        assert applied.sentence.startswith("The module was silent for a moment. Not as written: ")
+        assert applied.sentence.startswith("The module was silent for a moment. Not verified: ")
         assert rig.to_second == []
 
 
@@ -223,7 +223,7 @@ def test_what_a_person_cancelled_is_never_fine() -> None:
     rig.step_until(lambda: job.has_ended)
     found = outcome_of(job.outcome())
     assert found.state is Applied.FAILED
-    assert found.sentence.startswith("Cancelled: the rest is unknown. Not as written: ")
+    assert found.sentence.startswith("Cancelled: the rest is unknown. Not verified: ")
     set_language(CHINESE)
     assert "未知" in found.sentence
     set_language(ENGLISH)

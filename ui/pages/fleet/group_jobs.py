@@ -90,8 +90,8 @@ class GroupProfile(QObject):
         self._services = services
         self._members = members
         self.profile: Profile | None = None
-        # What came of the last writing.
-        self._applied: dict[ShownModule, AppliedProfile] = {}
+        # What came of the last writing, and in which conversation.
+        self._applied: dict[Port, tuple[ShownModule, AppliedProfile]] = {}
         self._jobs: dict[ShownModule, Job[WriteReport]] = {}
 
     @property
@@ -112,7 +112,8 @@ class GroupProfile(QObject):
     def result(self, port: Port) -> AppliedProfile | None:
         """What came of writing to this module, or will come of it without sending anything; None where something would
         be written now."""
-        return self._applied.get(port.module) or self._foreseen(port)
+        module, applied = self._applied.get(port, (None, None))
+        return applied if applied is not None and module is port.module else self._foreseen(port)
 
     @property
     def writable(self) -> list[Port]:
@@ -125,9 +126,14 @@ class GroupProfile(QObject):
         return tuple(dict.fromkeys(changes))
 
     def named_results(self) -> list[tuple[str, AppliedProfile]]:
-        """Of the last writing, with the name of each module, or its port where it has none."""
-        results = [(port, self._applied.get(port.module)) for port in self._members.connections]
-        return [(port.module.name or port_text(port.target), result) for port, result in results if result is not None]
+        """Of the last writing, with the name of each module, or its port where it has none. What was verified ends
+        with its conversation; what failed is said until the next writing."""
+        results = []
+        for port in self._members.connections:
+            module, applied = self._applied.get(port, (None, None))
+            if module is not None and applied is not None and (module is port.module or not applied.state.is_fine):
+                results.append((module.name or port_text(port.target), applied))
+        return results
 
     def apply(self, accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Write what differs; a failure of one module does not stop the others."""
@@ -137,8 +143,8 @@ class GroupProfile(QObject):
         for port in self._members.ticked:
             foreseen = self._foreseen(port)
             if foreseen is None:
-                self._begin(port.module, changes_of(self.differences(port)), accepted)
-            self._applied[port.module] = foreseen or AppliedProfile(Applied.WRITING)
+                self._begin(port, changes_of(self.differences(port)), accepted)
+            self._applied[port] = port.module, foreseen or AppliedProfile(Applied.WRITING)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -157,18 +163,17 @@ class GroupProfile(QObject):
         locked = [refusal.message for refusal in unmet if refusal.condition is Interlock.MAY_WRITE]
         return AppliedProfile(Applied.REFUSED, tuple(locked))
 
-    def _begin(
-        self, module: ShownModule, changes: tuple[SettingChange, ...], accepted: frozenset[SettingChange]
-    ) -> None:
+    def _begin(self, port: Port, changes: tuple[SettingChange, ...], accepted: frozenset[SettingChange]) -> None:
+        module = port.module
         context = WriteContext(
             journal=module.journal,
             armed=self._services.armed,
             accepted_risks=accepted,
             keep_as_found=module.keep_as_found(),
         )
-        self._jobs[module] = module.run(write_all(changes, context), partial(self._end, module), goes_on=True)
+        self._jobs[module] = module.run(write_all(changes, context), partial(self._end, port, module), goes_on=True)
 
-    def _end(self, module: ShownModule, job: Job[WriteReport]) -> None:
+    def _end(self, port: Port, module: ShownModule, job: Job[WriteReport]) -> None:
         del self._jobs[module]
         if isinstance(job.error, UserError):
             applied = AppliedProfile(Applied.FAILED, (job.error.message,))
@@ -176,8 +181,8 @@ class GroupProfile(QObject):
             applied = AppliedProfile(Applied.FAILED)
         else:
             applied = outcome_of(job.outcome())
-        self._applied[module] = applied
+        self._applied[port] = module, applied
         if not module.is_going:  # the row is of the next conversation by now
-            why = joined(applied.why) if applied.why else message(applied.state.value)
+            why = joined(applied.why, " ") if applied.why else message(applied.state.value)
             module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=why))
         self.changed.emit()

@@ -59,6 +59,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     desk.modules[1][1].say(attitude_threshold_deg=60)
     desk.settle()
     assert desk.cell(1, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
+    assert "1 FAILED: port1 (The port was lost.)" in desk.notice  # it is told until the next writing
 
 
 def test_only_what_is_ticked_is_checked_and_written(desk: Desk) -> None:

@@ -77,7 +77,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
     assert state(one, TILT) is RowState.FAILED
     assert "refused" in reason(one, TILT)
     assert one.settings.rows[TILT].reason.property("role") == "danger"
-    assert "Not as written: Attitude threshold." in notice(one)
+    assert "Not verified: Attitude threshold." in notice(one)
     assert meaning(one) is Meaning.DANGER
     one.bench.change(refuses=False)
     written(one)
