@@ -105,13 +105,17 @@ _Step = Callable[[_Flight, float, list[Event]], None]
 class Link:
     """See the module's docstring."""
 
-    def __init__(self, now: float, before: "Link | None" = None) -> None:
-        """`before`: the link on the same port at another rate, which this one replaces."""
+    def __init__(
+        self, now: float, before: "Link | None" = None, *, shortest_silence_s: float = timing.SHORTEST_SILENCE_S
+    ) -> None:
+        """`before`: the link on the same port at another rate, which this one replaces. `shortest_silence_s`: longer
+        where somebody else watches for shorter ones."""
+        self._shortest_silence_s = shortest_silence_s
         self.counters: Counters = Counters() if before is None else before.counters
         self.gap: Gap = Gap() if before is None else before.gap
         self.flags: FlagAnswers = FlagAnswers(now) if before is None else before.flags
         self.told = ToldValues()
-        self.round_trips = RoundTrips()  # of this conversation
+        self.round_trips = RoundTrips(shortest_silence_s)  # of this conversation
         self.is_begun = False
         self._parser = StreamParser()
         self._stale: StaleReplies = StaleReplies() if before is None else before._stale
@@ -622,7 +626,7 @@ class Link:
         _log.debug("ended: %s", reason.value)
         self.is_begun = False
         self.told.forget()
-        self.round_trips = RoundTrips()
+        self.round_trips = RoundTrips(self._shortest_silence_s)
         self._boots_are_due = False
         self._unasked_at = -inf
         if reason is EndReason.RESTARTED:

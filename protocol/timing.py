@@ -48,7 +48,8 @@ class RoundTrips:
     repeated the first guess is too short for this line: it is doubled until one is answered that was sent once.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, shortest_silence_s: float = SHORTEST_SILENCE_S) -> None:
+        self._shortest_silence_s = shortest_silence_s
         self._samples: deque[float] = deque(maxlen=MAX_SAMPLES)
         self._ordered: list[float] | None = None
         self._guess_s = FIRST_GUESS_S
@@ -80,7 +81,7 @@ class RoundTrips:
         usual_s = self.usual_s
         if usual_s is None:
             return LONGEST_SILENCE_S
-        return min(LONGEST_SILENCE_S, max(SHORTEST_SILENCE_S, SILENCE_ROUND_TRIPS * usual_s))
+        return min(LONGEST_SILENCE_S, max(self._shortest_silence_s, SILENCE_ROUND_TRIPS * usual_s))
 
     @property
     def asks_after_s(self) -> float:

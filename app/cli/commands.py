@@ -58,6 +58,7 @@ GROUPS: Final = {
         SubCommand("find", "find", "Find the baud rate", "find -p /dev/ttyUSB0"),
         SubCommand("read", "read", "Read status and settings", "read -p /dev/ttyUSB0 --json"),
         SubCommand("monitor", "monitor", "Print the status until Ctrl-C", "monitor --seconds 10"),
+        SubCommand("serve", "serve", "Share the port with readers, read-only", "serve --tcp 127.0.0.1:7001"),
         SubCommand("history", "history", "Read the trigger records", "history --csv records.csv"),
     ),
     "Settings": (

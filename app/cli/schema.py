@@ -33,6 +33,7 @@ SCHEMAS: Final = {
     "record": ("The signed record of a pre-flight check", "app.records.record", "SignedDocument"),
     "recordings": ("dps-s recordings list --json", "app.cli.recordings", "RecordingsJson"),
     "save": ("dps-s save --json", "app.cli.save", "SaveJson"),
+    "serve": ("dps-s serve --json, one line", "app.cli.serve", "ServeJson"),
     "set": ("dps-s set --json", "app.cli.set", "SetJson"),
     "verify": ("dps-s verify --json", "app.cli.verify", "VerifyJson"),
 }

@@ -20,7 +20,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
-from app.terminal.arguments import add_file, expected
+from app.terminal.arguments import add_file, tcp_address
 from app.terminal.interruption import discard
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
     way = parser.add_mutually_exclusive_group()
     add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
-    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
+    way.add_argument("--tcp", type=tcp_address, metavar="HOST:PORT")
     module = parser.add_argument_group("module, line and world")
     for option in fields(Setup):
         metavar = option.metadata["metavar"]
@@ -44,14 +44,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help=f"{option.metadata['text']} [{as_text(option.default)}]",
             **value,
         )
-
-
-def _tcp_address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    host = host.strip("[]")
-    if not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise expected("HOST:PORT")
-    return host, int(port)
 
 
 def run(args: argparse.Namespace) -> int:

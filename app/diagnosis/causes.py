@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.conversation import Interrupted
+from app.engine.target import is_socket
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
@@ -168,7 +169,7 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
 
 def _is_socket(seen: PortEvidence, came: Silence) -> bool:
     """Over a plain socket this program sets no baud rate; over RFC 2217 it does."""
-    return seen.port.startswith("socket://") and seen.came() is came
+    return is_socket(seen.port) and seen.came() is came
 
 
 def _is_other_server(seen: PortEvidence) -> bool:

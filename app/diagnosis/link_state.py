@@ -7,8 +7,9 @@ from typing import Final, NamedTuple
 from app.diagnosis.causes import NextStep, explain
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.conversation import ConversationView, reason_message
-from app.engine.procedure import TOO_SLOW
+from app.engine.procedure import SHARED, TOO_SLOW
 from app.engine.reconnect import LOSSES, Absence
+from app.engine.target import is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
 from app.procedures.find import Silence
@@ -143,6 +144,8 @@ def _link_text(state: LinkState, now: float) -> LinkText:
         case Phase.ASKING:
             return LinkText(tr("Asking the module…"), tr("Asking the module…"))
         case Phase.ONLINE:
+            if is_shared(state.port):
+                return LinkText(tr("Shared, read-only"), tr(SHARED))
             return LinkText(capitalised(tr("connected")), tr("The module answers."))
         case Phase.LATE:
             lag_s = state.lag_s or 0.0

@@ -135,6 +135,7 @@ class ConversationView(NamedTuple):
     # Trigger records received outside an answer, mostly after their query was given up; oldest first.
     stray_records: tuple[TriggerRecord, ...] = ()
     lag_s: float | None = None  # how long answers take; None until one is measured
+    is_shared: bool = False  # the port takes nothing but questions and LOCK
 
     @property
     def is_going(self) -> bool:

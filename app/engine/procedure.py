@@ -45,7 +45,8 @@ LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 MAX_LOCKS = 50
 # From the first one, including the time without a port or in a search for the baud rate.
 LOCKS_FOR_S = 10.0
-# Said where `ConversationView.is_slow`: only questions and LOCK are sent.
+# Said where `ConversationView.is_shared`, and where it `is_slow`: only questions and LOCK are sent.
+SHARED = marked("Shared, read-only: only questions and LOCK are sent.")
 TOO_SLOW = marked("This line is too slow for commands; use the cable.")
 
 

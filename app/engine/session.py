@@ -32,6 +32,7 @@ from protocol.events import (
     Unanswered,
 )
 from protocol.link import Link, LinkMisused
+from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
 _log = logging.getLogger(__name__)
 MAX_STEP_S = 0.02
@@ -64,18 +65,23 @@ class Session:
         background: Callable[[], Procedure[None]] | None = None,
         first: Callable[[], Job[Any] | None] = lambda: None,
         conversations: int = 0,
+        is_shared: bool = False,
     ) -> None:
         """`background` makes the procedure that keeps the values fresh, anew in each conversation. `first` makes what
-        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
+        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before.
+        `is_shared`: the port takes nothing but questions and LOCK."""
         self.line = line
         self.clock = clock
         self.conversations = conversations
+        self._is_shared = is_shared
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
         # A module may have been left active by what was interrupted. The owner resets it.
         self.owes_lock = False
         self._looked_at = clock()
-        self._link = Link(self._looked_at)
+        # Who shares it watches for shorter silences, and answers one reader after the other.
+        shortest_s = LONGEST_SILENCE_S if is_shared else SHORTEST_SILENCE_S
+        self._link = Link(self._looked_at, shortest_silence_s=shortest_s)
         self._make_background = background
         self._make_first = first
         # The first one runs, the others wait for it.
@@ -140,7 +146,8 @@ class Session:
     def conversation_view(self, now: float) -> ConversationView:
         if self.conversation is None:
             return ConversationView()
-        return self.conversation.view(now, self._link.lag_s if self._is_going else None)
+        view = self.conversation.view(now, self._link.lag_s if self._is_going else None)
+        return view._replace(is_shared=self._is_shared)
 
     def link_view(self) -> LinkView:
         link = self._link
@@ -318,7 +325,7 @@ class Session:
     def _may_change(self, job: Job[Any], ask: Ask) -> bool:
         """Whether a set or an act of this job may be sent."""
         is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
-        if job.asks_only or (is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
+        if self._is_shared or job.asks_only or (is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
             return False
         return self._link.allows_commands
 

@@ -27,9 +27,18 @@ def is_simulated(port: str) -> bool:
 
 
 def is_network_address(port: str) -> bool:
-    return port.startswith(("socket://", "rfc2217://"))
+    return is_socket(port) or port.startswith("rfc2217://")
+
+
+def is_socket(port: str) -> bool:
+    return port.startswith(("socket://", "shared://"))
+
+
+def is_shared(port: str) -> bool:
+    """Whether the port is one that `dps-s serve` shares: it takes nothing but questions and LOCK."""
+    return port.startswith("shared://")
 
 
 def sets_rate(port: str) -> bool:
     """Whether this program sets the baud rate: behind a plain socket somebody else did."""
-    return not port.startswith("socket://")
+    return not is_socket(port)

@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 
 import serial
 
-from app.engine.target import sets_rate
+from app.engine.target import is_shared, is_socket, sets_rate
 
 _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
 if sys.platform != "win32":
@@ -37,7 +37,7 @@ READ_CHUNK = 65536
 # Windows uses neither for a port.
 _NOTHING_CAME = re.compile(r"GetOverlappedResult failed .*, (?:1460|109)\)")
 # pyserial knows more: some write files (`spy`), load any class (`alt`), or take whichever adapter fits (`hwgrep`).
-SCHEMES = frozenset(("socket", "rfc2217", "loop", "sim"))
+SCHEMES = frozenset(("socket", "rfc2217", "loop", "sim", "shared"))
 
 
 class PortTrouble(Enum):
@@ -202,7 +202,7 @@ class SerialLine:
 
     def _read_waiting(self) -> bytes:
         """Read what is there, without waiting."""
-        if not self.port.startswith("socket://"):
+        if not is_socket(self.port):
             waiting = self._serial.in_waiting
             return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
         # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
@@ -217,7 +217,7 @@ class SerialLine:
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
         try:
-            if self._interrupts is not None or (sys.platform != "win32" and self.port.startswith("socket://")):
+            if self._interrupts is not None or (sys.platform != "win32" and is_socket(self.port)):
                 self._write_in_time(data)
             else:
                 self._serial.write(data)
@@ -283,7 +283,8 @@ def is_pseudo_terminal(port: str) -> bool:
 
 
 def open_line(port: str, baud_rate: int) -> SerialLine:
-    """Open a device name, a pseudo-terminal or a URL (`socket://`, `rfc2217://`, `sim://`), 8N1; raises `PortError`.
+    """Open a device name, a pseudo-terminal or a URL (`socket://`, `shared://`, `rfc2217://`, `sim://`), 8N1. Raises
+    `PortError`.
 
     Requests exclusive use, leaves DTR and RTS low (some adapters connect them to a reset), and discards what was
     received before.
@@ -291,9 +292,10 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.insert(0, "app.port_urls")  # before pyserial's: for rfc2217:// it has one, too
+    url = port.replace("shared:", "socket:", 1) if is_shared(port) else port  # the same on the line
     try:
         opened = serial.serial_for_url(
-            port, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
+            url, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
         )
         if "://" not in port:
             opened.exclusive = True

@@ -804,6 +804,22 @@
         <translation>坠落 {height} m</translation>
     </message>
     <message>
+        <source>Dropped: does not read.</source>
+        <translation>已断开：不读取数据。</translation>
+    </message>
+    <message>
+        <source>Dropped: sends no frames.</source>
+        <translation>已断开：发送的不是数据帧。</translation>
+    </message>
+    <message>
+        <source>Dropped: sends too much.</source>
+        <translation>已断开：发送过多。</translation>
+    </message>
+    <message>
+        <source>Dropped: too many readers.</source>
+        <translation>已断开：读取者过多。</translation>
+    </message>
+    <message>
         <source>Due</source>
         <translation>到期</translation>
     </message>
@@ -2672,6 +2688,14 @@
         <translation>已晃动 15 秒</translation>
     </message>
     <message>
+        <source>Shared, read-only</source>
+        <translation>共享，只读</translation>
+    </message>
+    <message>
+        <source>Shared, read-only: only questions and LOCK are sent.</source>
+        <translation>共享，只读：只发送查询和锁定。</translation>
+    </message>
+    <message>
         <source>Show in folder</source>
         <translation>在文件夹中显示</translation>
     </message>
@@ -2822,6 +2846,10 @@
     <message>
         <source>System</source>
         <translation>跟随系统</translation>
+    </message>
+    <message>
+        <source>TCP has no authentication: whoever reaches {address} reads, and may LOCK.</source>
+        <translation>TCP 没有身份验证：能访问 {address} 的人都可以读取，也可以锁定。</translation>
     </message>
     <message>
         <source>TRIGGERED: lock it, read its records.</source>

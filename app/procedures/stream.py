@@ -114,7 +114,7 @@ def _steer(stream: _Stream, view: EngineView) -> Procedure[None]:
     if stream.on_at is not None and not is_streaming and view.now - stream.on_at > STREAM_STARTS_S:
         stream.has_given_up = True  # it stays polled
     is_listening = view.now - view.conversation.began_at < stream.listen_s
-    if is_streaming or stream.on_at is not None or stream.has_given_up or is_listening:
+    if is_streaming or stream.on_at is not None or stream.has_given_up or is_listening or view.conversation.is_shared:
         return
     if stream.intent is None:
         stream.intent = stream.memory.note_on(view.conversation.boot_count)

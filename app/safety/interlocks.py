@@ -13,7 +13,7 @@ from typing import NamedTuple
 from app.engine.conversation import FRESH_FOR_S as _FRESH_FOR_S
 from app.engine.conversation import ConversationView, How
 from app.engine.motion import MotionExtremes
-from app.engine.procedure import TOO_SLOW
+from app.engine.procedure import SHARED, TOO_SLOW
 from app.safety.acts import TITLES, Act
 from app.safety.permit import Origin, Permit
 from app.text.messages import UserMessage, message
@@ -22,6 +22,7 @@ from protocol.translatable import marked
 
 class Interlock(Enum):
     ONLINE = auto()  # a conversation with a module goes on
+    NOT_SHARED = auto()  # the port takes more than questions and LOCK
     LINE_IS_QUICK = auto()  # it answers within 0.3 s, so what was asked is still true when the frame arrives
     AGREES = auto()  # 30, 31 and the status say the same, and nothing is answered twice
     FRESH_STATUS = auto()  # at most a second old, or one and a half periods of a slower stream
@@ -40,7 +41,7 @@ class Interlock(Enum):
     RISK_ACCEPTED = auto()  # a person accepted what the values take away; `write_all`, which knows them, checks it
 
 
-_PRESENT = (Interlock.ONLINE, Interlock.LINE_IS_QUICK)
+_PRESENT = (Interlock.ONLINE, Interlock.NOT_SHARED, Interlock.LINE_IS_QUICK)
 _ALWAYS = (*_PRESENT, Interlock.AGREES, Interlock.FRESH_STATUS)
 _EXPLICIT = (Interlock.NOTHING_ELSE_ARMED, Interlock.CONFIRMED, Interlock.INTENT_DURABLE)
 
@@ -80,6 +81,7 @@ class InterlockInputs:
     now: float
     # The number of the conversation that goes on; None without one.
     conversation: int | None = None
+    is_shared: bool = False
     is_slow: bool = False
     status_age_s: float | None = None
     is_status_fresh: bool = False
@@ -111,6 +113,7 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
     return InterlockInputs(
         now=now,
         conversation=conversation.number if conversation.is_going else None,
+        is_shared=conversation.is_shared,
         is_slow=conversation.is_slow,
         status_age_s=None if tilt is None else now - tilt.at,
         is_status_fresh=is_fresh,
@@ -159,6 +162,8 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
     match condition:
         case Interlock.ONLINE:
             return message(marked("The module does not answer.")) if inputs.conversation is None else None
+        case Interlock.NOT_SHARED:
+            return message(SHARED) if inputs.is_shared else None
         case Interlock.LINE_IS_QUICK:
             return message(TOO_SLOW) if inputs.is_slow else None
         case Interlock.AGREES:

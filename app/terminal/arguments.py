@@ -92,6 +92,14 @@ def seconds(text: str) -> float:
     raise expected("seconds, more than 0")
 
 
+def tcp_address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    host = host.strip("[]")
+    if not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise expected("HOST:PORT")
+    return host, int(port)
+
+
 def day(text: str) -> date:
     with suppress(ValueError):
         return date.fromisoformat(text)

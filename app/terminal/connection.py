@@ -12,15 +12,15 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.procedure import Job, LinkView, Procedure, Report
-from app.engine.target import is_network_address
+from app.engine.procedure import SHARED, Job, LinkView, Procedure, Report
+from app.engine.target import is_network_address, is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, OwedLock, PortState, Worker
 from app.procedures.find import Silence, await_module, find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.arguments import USUAL_RATE
-from app.terminal.console import Refused, clear_progress, notify, show_progress, verbosity
+from app.terminal.console import Refused, clear_progress, note, notify, show_progress, verbosity
 from app.terminal.interruption import check_signals, signals_noted
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -67,7 +67,8 @@ class OpenPort:
 
             self._trace = trace.Trace(has_frames=verbosity() > 1)
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
-        self._worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
+        self._wake: Callable[[], None] = lambda: None
+        self._worker = Worker(self._hand_over, make_lock=None if journal is None else self._make_lock)
         self._reconnection: Reconnection | None = None  # where LOCK may be owed
         self._report: Report | None = None  # the newest of the procedure that runs; set in the worker's thread
         self._owed: Job[Locked] | None = None
@@ -139,7 +140,17 @@ class OpenPort:
 
     def watch(self, procedure: Procedure[None]) -> Job[None]:
         """Start a procedure in the conversation that goes on; it runs while `wait` is called."""
-        return self._worker.submit(Job(procedure, conversation=self.conversation.number))
+        return self.submit(Job(procedure, conversation=self.conversation.number))
+
+    def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
+        """As `Worker.submit`."""
+        return self._worker.submit(job, is_urgent=is_urgent)
+
+    def listen(self, on_batch: Callable[[Batch], None], wake: Callable[[], None], every_s: float) -> None:
+        """From now on `drain` calls `on_batch`, and `wake` is called by the worker's thread when there is a batch, at
+        least every `every_s` while anything comes."""
+        self._on_batch, self._wake = on_batch, wake
+        self._worker.publish_every_s = every_s
 
     def bind(self) -> None:
         """From now on everything runs in the conversation that goes on, and in no other."""
@@ -219,6 +230,11 @@ class OpenPort:
         if self._on_batch is not None:
             self._on_batch(batch)
 
+    def _hand_over(self, batch: Batch) -> None:
+        """In the worker's thread."""
+        self._batches.put(batch)
+        self._wake()
+
     def _note_report(self, report: Report) -> None:
         """In the worker's thread."""
         self._report = report
@@ -246,6 +262,8 @@ def connected(
         opened = OpenPort(on_batch, journal)
         try:
             opened.open(port, baud_rate or USUAL_RATE)
+            if is_shared(port):
+                note(tr(SHARED))
             if is_greeted:
                 _greet(opened, port, baud_rate)
             yield opened

@@ -73,7 +73,7 @@ class ActRow(QFrame):
         shown = [refusal for refusal in refusals if refusal.condition is not Interlock.NOTHING_ELSE_ARMED]
         # One condition at a time: a second line would move the rows below. Without a module, or with perhaps another
         # one, all other conditions follow from that.
-        is_first = (Interlock.ONLINE, Interlock.LINE_IS_QUICK)
+        is_first = (Interlock.ONLINE, Interlock.NOT_SHARED, Interlock.LINE_IS_QUICK)
         shown.sort(key=lambda refusal: refusal.condition not in is_first)
         self.conditions.setText(shown[0].sentence if shown else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.

@@ -24,6 +24,7 @@ NOW = 1000.0
 TALK = 7
 WORDS = {
     "online": Interlock.ONLINE,
+    "own": Interlock.NOT_SHARED,
     "quick": Interlock.LINE_IS_QUICK,
     "agrees": Interlock.AGREES,
     "fresh": Interlock.FRESH_STATUS,
@@ -42,13 +43,13 @@ WORDS = {
 }
 NEEDED = {
     Act.LOCK: "",
-    Act.ACTIVATE: "online quick agrees fresh locked unfired flat alone confirmed audit",
-    Act.ZERO: "online quick agrees fresh locked level still alone confirmed audit",
-    Act.SHUTDOWN: "online quick agrees fresh locked alone confirmed audit",
-    Act.FORBID_DEPLOY: "online quick agrees fresh alone confirmed audit",
-    Act.DEPLOY: "online quick agrees fresh active unfired alone ritual audit",
-    Act.CHANGE_BAUD: "online quick agrees fresh locked follows alone confirmed audit",
-    Act.WRITE: "online quick writable alone",
+    Act.ACTIVATE: "online own quick agrees fresh locked unfired flat alone confirmed audit",
+    Act.ZERO: "online own quick agrees fresh locked level still alone confirmed audit",
+    Act.SHUTDOWN: "online own quick agrees fresh locked alone confirmed audit",
+    Act.FORBID_DEPLOY: "online own quick agrees fresh alone confirmed audit",
+    Act.DEPLOY: "online own quick agrees fresh active unfired alone ritual audit",
+    Act.CHANGE_BAUD: "online own quick agrees fresh locked follows alone confirmed audit",
+    Act.WRITE: "online own quick writable alone",
 }
 MOTIONS = {
     "still": MotionExtremes(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
@@ -91,6 +92,7 @@ def rows_of(act: Act) -> Iterator[dict[str, Any]]:
     other = Act.ACTIVATE if act is not Act.ACTIVATE else Act.DEPLOY
     places: dict[str, list[Any]] = {
         "conversation": [TALK, None],
+        "is_shared": [False, True],
         "is_slow": [False, True],
         "is_status_fresh": [True, False],
         "contradiction": [None, message("30: ACTIVE, status: LOCKED.")],
@@ -127,6 +129,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
         agrees = row["contradiction"] is None
         holds = {
             "online": is_online,
+            "own": not row["is_shared"],
             "quick": not row["is_slow"],
             "agrees": agrees,
             "fresh": row["is_status_fresh"],

@@ -1,0 +1,298 @@
+"""Shares an open port over TCP with readers that may only ask.
+
+    a question    asked in its turn, one reader after the other; all that wait for the same are answered by it
+    LOCK          sent at once by the usual procedure, whatever else is asked
+    all else      refused: it never reaches the port
+
+What the module says unasked goes to every reader. When the conversation with the module ends nothing is passed on for
+`QUIET_S`, longer than a link waits: so it ends for each reader, too, and none takes another module for the same one.
+
+What is kept of a reader is bounded: its questions by the catalogue, the rest by the constants below. One that sends
+faster than a serial line, or no frames, or that does not read, is dropped.
+"""
+
+import socket
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from enum import Enum
+from selectors import EVENT_READ, DefaultSelector
+
+from app.engine.conversation import reason_message
+from app.engine.procedure import SHARED, Ask, Job, Procedure
+from app.engine.worker import Batch
+from app.procedures.lock import Locked, lock
+from app.safety.journal import Journal
+from app.system.clock import steady_time
+from app.terminal.connection import OpenPort
+from app.terminal.interruption import check_signals
+from app.text.i18n import tr
+from app.text.sentences import join_names, labelled
+from protocol.catalogue import HEARTBEAT_REPLY, LOCK, Request
+from protocol.events import Answered, Ended, EndReason, Received, Role
+from protocol.frame import Direction, Frame, decode_request, encode_reply
+from protocol.messages import EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord
+from protocol.stream import StreamParser
+from protocol.timing import LONGEST_SILENCE_S
+
+MOST_READERS = 16
+QUIET_S = LONGEST_SILENCE_S + 0.3
+# How long what the module says unasked may wait for more.
+BATCH_EVERY_S = 0.02
+LONGEST_WAIT_S = 0.1
+CHUNK = 4096
+# In a second: a serial line at 115200 baud carries less, and LOCK is repeated ten times.
+MOST_BYTES = 12_000
+MOST_LOCKS = 20
+# Bytes in a row that are no frame: whoever sends more speaks another protocol.
+MOST_NOISE = 512
+# Bytes that a reader has not taken yet.
+MOST_UNREAD = 65_536
+_UNASKED = (Role.STREAMED, Role.UNSOLICITED, Role.DUPLICATE)
+
+
+class Event(Enum):
+    """What happened; a reader's address and what there is to say of it go with it."""
+
+    JOINED = "joined"
+    LEFT = "left"
+    DROPPED = "dropped"
+    REFUSED = "refused"
+    LOCK = "lock"  # a reader's LOCK is being sent
+    LOCKED = "locked"
+    NOT_LOCKED = "not_locked"
+    ENDED = "ended"  # the conversation with the module
+
+
+class Reader:
+    """One connection, and what is kept of it."""
+
+    def __init__(self, client: socket.socket, name: str) -> None:
+        self.client = client
+        self.name = name
+        self.parser = StreamParser()
+        self.questions: deque[Request] = deque()  # each once
+        self.unread = bytearray()
+        self.refused: set[int] = set()  # codes, each told once
+        self.noise = 0
+        self.second_began_at = steady_time()
+        self.bytes = self.locks = 0
+
+    def receive(self) -> list[Request]:
+        """What it asks for. Raises OSError where it has left."""
+        data = self.client.recv(CHUNK)
+        if not data:
+            raise ConnectionResetError
+        now = steady_time()
+        if now - self.second_began_at >= 1.0:
+            self.second_began_at, self.bytes, self.locks = now, 0, 0
+        self.bytes += len(data)
+        requests: list[Request] = []
+        for piece in self.parser.feed(data):
+            if isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
+                requests.append(decode_request(piece.raw))
+                self.noise = 0
+            else:
+                self.noise += len(piece.raw)
+        self.locks += requests.count(LOCK)
+        return requests
+
+    @property
+    def fault(self) -> str:
+        """Why it is dropped; empty while it is not."""
+        if self.bytes > MOST_BYTES or self.locks > MOST_LOCKS:
+            return tr("Dropped: sends too much.")
+        if self.noise > MOST_NOISE:
+            return tr("Dropped: sends no frames.")
+        return tr("Dropped: does not read.") if len(self.unread) > MOST_UNREAD else ""
+
+    def send(self, data: bytes = b"") -> None:
+        """Send it, behind what waits. Raises OSError where the reader has left."""
+        self.unread += data
+        if self.unread:
+            with suppress(BlockingIOError):
+                del self.unread[: self.client.send(self.unread)]
+
+
+class Sharing:
+    """See the module's docstring. It runs in one thread."""
+
+    def __init__(self, opened: OpenPort, journal: Journal, tell: Callable[[Event, str, str], None]) -> None:
+        self._opened = opened
+        self._journal = journal
+        self._tell = tell
+        self._selector = DefaultSelector()
+        self._readers: list[Reader] = []  # who was asked for last comes last
+        self._quiet_until = 0.0
+        # The question that is asked now, and the LOCK that is sent now, each with its readers.
+        self._question: Request | None = None
+        self._asking: Job[tuple[Message, ...]] | None = None
+        self._askers: list[Reader] = []
+        self._locking: Job[Locked] | None = None
+        self._lockers: list[Reader] = []
+
+    def run(self, listener: socket.socket) -> None:
+        """Serve until the port is lost, which raises `PortError`, or a signal comes, which raises `Signalled`."""
+        opened, selector = self._opened, self._selector
+        woken, waking = socket.socketpair()
+        with woken, waking, selector:
+            for one in (listener, woken, waking):
+                one.setblocking(False)
+            selector.register(listener, EVENT_READ, self._accept)
+            selector.register(woken, EVENT_READ, lambda _woken: woken.recv(CHUNK))
+
+            def wake() -> None:
+                with suppress(OSError):  # it will wake up already, or is closed
+                    waking.send(b"\0")
+
+            opened.listen(self._on_batch, wake, BATCH_EVERY_S)
+            try:
+                while opened.connection.trouble is None:
+                    for key, _ in selector.select(LONGEST_WAIT_S):
+                        if isinstance(key.data, Reader):
+                            self._hear(key.data)
+                        else:
+                            key.data(key.fileobj)
+                    check_signals()
+                    opened.drain()
+                    self._ask_next()
+                    self._send_to_all(b"")
+            finally:
+                for reader in self._readers:
+                    reader.client.close()
+        raise opened.connection.trouble
+
+    # Readers
+
+    def _accept(self, listener: socket.socket) -> None:
+        with suppress(OSError):  # it has gone again
+            client, address = listener.accept()
+            client.setblocking(False)
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            reader = Reader(client, f"{address[0]}:{address[1]}")
+            self._readers.append(reader)
+            self._selector.register(client, EVENT_READ, reader)
+            self._tell(Event.JOINED, reader.name, "")
+            if len(self._readers) > MOST_READERS:
+                self._drop(reader, tr("Dropped: too many readers."))
+
+    def _hear(self, reader: Reader) -> None:
+        with self._watched(reader), suppress(BlockingIOError):
+            for request in reader.receive():
+                if request == LOCK:
+                    self._lock(reader)
+                elif not request.command.can_be_asked or request.is_set:
+                    self._refuse(reader, request)
+                elif request not in reader.questions and not (reader in self._askers and request == self._question):
+                    reader.questions.append(request)
+
+    def _refuse(self, reader: Reader, request: Request) -> None:
+        if request.command.code not in reader.refused:
+            reader.refused.add(request.command.code)
+            self._tell(Event.REFUSED, reader.name, labelled(request.encode().hex(" ").upper(), tr(SHARED)))
+
+    @contextmanager
+    def _watched(self, reader: Reader) -> Iterator[None]:
+        """Whoever leaves meanwhile, or is at fault after it, is no reader any more."""
+        try:
+            yield
+        except OSError:
+            self._drop(reader)
+        else:
+            if reader.fault:
+                self._drop(reader, reader.fault)
+
+    def _drop(self, reader: Reader, why: str = "") -> None:
+        if reader not in self._readers:
+            return
+        self._readers.remove(reader)
+        self._selector.unregister(reader.client)
+        reader.client.close()
+        self._tell(Event.DROPPED if why else Event.LEFT, reader.name, why)
+
+    def _send_to_all(self, data: bytes) -> None:
+        self._send(self._readers, data)
+
+    def _send(self, readers: Sequence[Reader], data: bytes) -> None:
+        for reader in tuple(readers):
+            with self._watched(reader):
+                reader.send(data)
+
+    # The module
+
+    def _ask_next(self) -> None:
+        conversation = self._opened.conversation
+        if not conversation.is_going or self._is_quiet:
+            for reader in self._readers:
+                reader.questions.clear()
+        waiting = [reader for reader in self._readers if reader.questions]
+        if self._asking is not None or not waiting:
+            return
+        self._question = waiting[0].questions[0]
+        self._askers = [reader for reader in waiting if reader.questions[0] == self._question]
+        for reader in self._askers:
+            reader.questions.popleft()
+        self._readers.sort(key=lambda reader: reader in self._askers)
+        self._asking = Job(_ask(self._question), conversation=conversation.number)
+        self._opened.submit(self._asking)
+
+    def _lock(self, reader: Reader) -> None:
+        """One that is being sent already is repeated by itself."""
+        if reader not in self._lockers:
+            self._lockers.append(reader)
+            self._tell(Event.LOCK, reader.name, "LOCK")
+        if self._locking is None:
+            self._locking = Job(lock(self._journal), outlives=True)
+            self._opened.submit(self._locking, is_urgent=True)
+
+    @property
+    def _is_quiet(self) -> bool:
+        return steady_time() < self._quiet_until
+
+    def _on_batch(self, batch: Batch) -> None:
+        for event in batch.events:
+            if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
+                self._quiet_until = steady_time() + QUIET_S
+                self._askers.clear()
+                self._tell(Event.ENDED, "", reason_message(event.reason, event.contradiction).translated())
+            elif isinstance(event, Received) and event.role in _UNASKED:
+                self._pass_on(event)
+        for job in batch.finished:
+            if job is self._asking:
+                if job.error is None:
+                    self._send(self._askers, b"".join(map(frame_of, job.outcome())))
+                self._asking, self._askers, self._question = None, [], None
+            elif job is self._locking:
+                self._on_locked(job.outcome())
+
+    def _pass_on(self, event: Received) -> None:
+        is_restart = isinstance(event.message, Heartbeat)  # told at once, also while it is quiet
+        if is_restart and self._is_quiet:
+            self._quiet_until = steady_time() + QUIET_S
+        if is_restart or not self._is_quiet:
+            self._send_to_all(event.frame.raw)
+
+    def _on_locked(self, done: Locked) -> None:
+        names = join_names(reader.name for reader in self._lockers)
+        self._tell(Event.LOCKED if done.is_locked else Event.NOT_LOCKED, names, done.sentence)
+        if done.is_acknowledged:
+            self._send(self._lockers, encode_reply(LOCK.command.code, LOCK.data))
+        self._locking, self._lockers = None, []
+
+
+def _ask(request: Request) -> Procedure[tuple[Message, ...]]:
+    outcome = yield Ask(request)
+    return outcome.messages if isinstance(outcome, Answered) else ()
+
+
+def frame_of(answer: Message) -> bytes:
+    """The module's frame with this meaning, as the answer to a question."""
+    match answer:
+        case Reading():
+            return encode_reply(answer.command.code, answer.raw)
+        case Status():
+            return answer.encode()
+        case TriggerRecord() | EmptySlot():
+            return answer.raw
+        case _:
+            return HEARTBEAT_REPLY

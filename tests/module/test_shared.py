@@ -1,0 +1,252 @@
+"""`dps-s serve` before the independent module, whose log says what reached it: readers that ask, and hostile ones."""
+
+import contextlib
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import pytest
+
+from app.terminal import sharing
+from app.terminal.sharing import Reader
+from protocol.catalogue import COMMANDS
+from tests.app.cli.test_schemas import faults
+from tests.module.line import Line, now
+from tests.module.module import ACTIVATION, OUTPUT, STATUS, Module
+from tests.module.wire import FROM_HOST, with_sum
+from tests.support.patience import PATIENCE_S
+from tests.support.processes import PROGRAM, Running, ran, running
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+LOCK = bytes.fromhex("42 61 10 02 00 12")
+STATUS_QUERY, BOOTS_QUERY, RECORDS_QUERY = (with_sum(FROM_HOST + bytes((code, 1, 0))) for code in (0x32, 0x23, 0x35))
+ZERO = bytes.fromhex("42 61 25 01 00 26")
+SETS = [with_sum(FROM_HOST + bytes((one.code, 2, raw))) for one in COMMANDS for raw in (0, 1, 6, 60)]
+
+
+class Shared(NamedTuple):
+    module: Module
+    line: Line
+    server: Running
+    address: str
+
+    def reader(self) -> socket.socket:
+        host, _, port = self.address.removeprefix("shared://").rpartition(":")
+        client = socket.create_connection((host, int(port)), PATIENCE_S)
+        client.settimeout(PATIENCE_S)
+        return client
+
+    def dps_s(self, *words: str) -> "subprocess.CompletedProcess[str]":
+        return ran(*PROGRAM, *words, "--port", self.address, LC_ALL="C.UTF-8")
+
+    def end(self) -> tuple[int, str, str]:
+        self.server.process.send_signal(signal.SIGINT)
+        return self.server.end()
+
+
+@pytest.fixture
+def shared() -> Iterator[Shared]:
+    module = Module(now=now())
+    with (
+        Line(module) as line,
+        running(*PROGRAM, "serve", "--port", line.port, "--json", LC_ALL="C.UTF-8") as server,
+    ):
+        yield Shared(module, line, server, json.loads(server.out.readline())["address"])
+
+
+def ask(client: socket.socket, question: bytes, length: int = 6) -> bytes:
+    """The next answer to it; what else comes is skipped."""
+    client.sendall(question)
+    heard = b""
+    while (at := heard.find(b"\x41\x75" + question[2:3])) < 0 or len(heard) < at + length:
+        data = client.recv(4096)
+        assert data, "the server hung up"
+        heard += data
+    return heard[at : at + length]
+
+
+def test_commands_read_a_shared_port_and_change_nothing(shared: Shared) -> None:
+    read, watched, history = (
+        shared.dps_s(*words.split()) for words in ("read --json", "monitor --seconds 1 --json", "history --json")
+    )
+    assert (read.returncode, watched.returncode, history.returncode) == (0, 0, 0)
+    told = json.loads(read.stdout)
+    assert (told["boot_count"], told["settings"]["attitude_threshold_deg"], told["cell_voltage_v"]) == (1, 60, 4.0)
+    assert len(watched.stdout.splitlines()) > 3
+    assert json.loads(history.stdout)["empty_slots"] == 9
+    for words in ("set freefall_time_s=1.4", "activate --yes", "zero --yes", "shutdown --yes"):
+        ended = shared.dps_s(*words.split())
+        assert ended.returncode == 1
+        assert "Shared, read-only" in ended.stdout + ended.stderr
+    assert "Shared, read-only" in read.stderr
+    assert shared.module.log.sets() == []
+    assert shared.module.log.acts() == []
+
+
+def test_no_set_reaches_the_module_and_each_is_refused_with_its_reason(shared: Shared) -> None:
+    with shared.reader() as client:
+        for frame in (*SETS, ZERO):
+            if frame != LOCK:
+                client.sendall(frame)
+        ask(client, BOOTS_QUERY)
+    code, out, errors = shared.end()
+    assert code == 0
+    assert shared.module.log.sets() == []
+    assert shared.module.log.acts() == []
+    for refused in ("10 02 01", "11 02", "12 02", "13 02", "16 02", "17 02", "20 02", "24 02", "25 01"):
+        assert f"42 61 {refused}" in errors
+    events = [json.loads(line) for line in out.splitlines()]
+    assert [fault for event in events for fault in faults("serve", event)] == []
+    assert {event["event"] for event in events} == {"joined", "refused", "left"}
+
+
+def test_lock_passes_at_once_and_is_told(shared: Shared) -> None:
+    shared.module.settings[ACTIVATION] = 1
+    done = shared.dps_s("lock")
+    assert (done.returncode, done.stdout) == (0, "The module reports LOCKED.\n")
+    assert shared.module.settings[ACTIVATION] == 0
+    assert {entry.frame for entry in shared.module.log.sets()} == {LOCK}
+    errors = shared.end()[2]
+    assert re.fullmatch(r"(127\.0\.0\.1:\d+): LOCK\n\1: The module reports LOCKED\.\n", errors)
+
+
+def test_each_reader_gets_its_own_answers_and_all_get_the_stream(shared: Shared) -> None:
+    with shared.reader() as one, shared.reader() as other:
+        for _ in range(20):
+            assert ask(one, BOOTS_QUERY) == bytes.fromhex("41 75 23 01 01 25")
+        other.settimeout(0.3)
+        with pytest.raises(TimeoutError):
+            other.recv(1)
+        other.settimeout(PATIENCE_S)
+        shared.module.settings[OUTPUT] = 1
+        for client in (one, other):
+            heard = b""
+            while heard.count(b"\x41\x75\x32") < 10:
+                heard += client.recv(4096)
+    assert len(shared.module.log.got(STATUS)) < 5
+
+
+def test_the_end_of_a_conversation_reaches_every_reader(shared: Shared) -> None:
+    """What answers after 0.6 s may be another module: a reader hears nothing for longer than its link waits."""
+    with shared.reader() as client:
+        ask(client, STATUS_QUERY, 8)
+        before = time.monotonic()
+        shared.module.be_silent(now(), 0.6)
+        client.settimeout(0.05)
+        while True:
+            with contextlib.suppress(TimeoutError):
+                ask(client, STATUS_QUERY, 8)
+                if time.monotonic() - before > 0.3:  # one may have been on its way
+                    break
+        assert time.monotonic() - before > 1.0
+    assert "The module was silent for a moment." in shared.end()[2]
+
+
+def test_many_readers_do_not_end_each_others_conversations(shared: Shared) -> None:
+    """Of a module that does not answer one question, and while another one reads the trigger records."""
+    shared.module.options.lost_queries[0x14] = -1
+    with shared.reader() as client, running(
+        *PROGRAM, "monitor", "--port", shared.address, "--seconds", "4", LC_ALL="C.UTF-8"
+    ) as monitor:  # fmt: skip
+        for _ in range(4):
+            ask(client, RECORDS_QUERY, 16)
+            time.sleep(0.5)
+        code, _, errors = monitor.end()
+    assert (code, errors) == (0, "Shared, read-only: only questions and LOCK are sent.\n")
+
+
+def test_without_the_port_it_ends(shared: Shared) -> None:
+    with shared.reader() as client:
+        ask(client, BOOTS_QUERY)
+        shared.line.unplug()
+        while client.recv(4096):
+            pass
+    code, _, errors = shared.server.end()
+    assert code == 3
+    assert "was unplugged" in errors
+    assert "Traceback" not in errors
+
+
+# Hostile readers
+
+
+def half_frames(client: socket.socket) -> None:
+    client.sendall(STATUS_QUERY[:3])
+    time.sleep(0.02)
+
+
+HOSTILE: dict[str, Callable[[socket.socket], object]] = {
+    "garbage": lambda client: client.sendall(bytes(range(256)) * 4),
+    "another protocol": lambda client: client.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n" * 10),
+    "questions": lambda client: client.sendall((STATUS_QUERY + RECORDS_QUERY) * 200),
+    "sets": lambda client: client.sendall(bytes.fromhex("42 61 10 02 01 13") * 400),
+    "locks": lambda client: client.sendall(LOCK),
+    "half frames": half_frames,
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_reader_delays_neither_lock_nor_another_reader(name: str, shared: Shared) -> None:
+    shared.module.settings[ACTIVATION] = 1
+    with shared.reader() as hostile, shared.reader() as honest:
+        slowest_s, is_dropped, ends_at = 0.0, False, time.monotonic() + 1.5
+        while time.monotonic() < ends_at:
+            try:
+                HOSTILE[name](hostile)
+            except OSError:
+                is_dropped = True
+            began_at = time.monotonic()
+            ask(honest, STATUS_QUERY, 8)
+            slowest_s = max(slowest_s, time.monotonic() - began_at)
+            if is_dropped:
+                break
+        began_at = time.monotonic()
+        assert ask(honest, LOCK) == bytes.fromhex("41 75 10 01 00 11")
+        lock_s = time.monotonic() - began_at
+    assert is_dropped is (name not in ("half frames", "questions"))  # those cost one turn each
+    assert slowest_s < 2.0
+    assert lock_s < 2.0
+    assert shared.module.settings[ACTIVATION] == 0
+    assert {entry.frame for entry in shared.module.log.sets()} == {LOCK}
+    errors = shared.end()[2]
+    assert "Traceback" not in errors
+    assert errors.count("read-only") <= 1
+
+
+def test_a_reader_that_does_not_read_is_dropped_and_bounded() -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        ours.setblocking(False)
+        reader = Reader(ours, "x")
+        sent = 0
+        while not reader.fault and sent < 100 * sharing.MOST_UNREAD:
+            reader.send(bytes(1000))
+            sent += 1000
+        assert reader.fault == "Dropped: does not read."
+        assert len(reader.unread) <= sharing.MOST_UNREAD + 1000
+
+
+def test_more_readers_than_there_is_room_for(shared: Shared) -> None:
+    with contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(shared.reader()) for _ in range(sharing.MOST_READERS + 4)]
+        for client in clients[: sharing.MOST_READERS]:
+            ask(client, BOOTS_QUERY)
+        for client in clients[sharing.MOST_READERS :]:
+            assert client.recv(1) == b""
+
+
+def test_an_address_that_others_reach_is_warned_of() -> None:
+    with Line(Module(now=now())) as line, running(
+        *PROGRAM, "serve", "--port", line.port, "--tcp", "0.0.0.0:0", LC_ALL="C.UTF-8"
+    ) as server:  # fmt: skip
+        assert server.out.readline().startswith("shared://0.0.0.0:")
+        assert server.errors.readline().startswith("TCP has no authentication: whoever reaches shared://0.0.0.0:")
+        server.process.send_signal(signal.SIGTERM)
+        assert server.end()[0] == 0
