@@ -9,6 +9,7 @@ from tests.support.processes import ran_code
 
 QT = ("PySide6", "shiboken6", "pyqtgraph")
 _WITHOUT = """
+import sys
 
 missing = sys.argv.pop(1).split()
 
