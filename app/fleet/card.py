@@ -27,6 +27,7 @@ class Need(Enum):
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
     NOT_LOCKED = "not locked"
     WAS_ACTIVE = LAST_HEARD_ACTIVE
+    MAY_HAVE_FIRED = marked("The module may have fired before the restart: read the trigger records.")
     LINK = "link"
     NO_GO = marked("Not met: {names}")
     OUTSIDE = "outside"
@@ -58,6 +59,8 @@ class Card:
     link: LinkState
     conversation: ConversationView = field(compare=False, repr=False)
     activation: SeenActivation
+    # It was ACTIVE before it restarted, and its trigger records were not read since.
+    may_have_fired: bool = False
     # Said by a person in this conversation; `expected` is the name in the one before.
     name: str = ""
     expected: str = ""
@@ -87,6 +90,8 @@ class Card:
             return Need.NOT_LOCKED
         if state is Activation.WAS_ACTIVE:
             return Need.WAS_ACTIVE
+        if self.may_have_fired:
+            return Need.MAY_HAVE_FIRED
         if self.link.phase in _BUSY or (self.is_checking and self.link.phase is Phase.ONLINE):
             return Need.WAIT
         if self.link.phase is not Phase.ONLINE:

@@ -44,9 +44,10 @@ class NameQuestion(QObject):
         """None while there is nothing to ask."""
         port = self._ports.current
         module = port.module
-        if not module.is_going or not module.is_read or module.name:
+        if not module.is_going or not module.is_read:
             return None
-        name = self._wanted or ("" if self._is_declined else port.last_name)
+        is_answered = self._is_declined or bool(module.name)
+        name = self._wanted or ("" if is_answered else port.last_name)
         if not name:
             return None
         against = module.what_speaks_against(name)

@@ -70,6 +70,7 @@ class PortView(NamedTuple):
     is_read: bool
     name: str
     activation: Activation
+    may_have_fired: bool
     is_requested: bool
     values: tuple[tuple[Value, bool] | None, ...]
     recording: RecordingState
@@ -367,6 +368,7 @@ class Port(QObject):
             is_read=module.is_read,
             name=module.name,
             activation=module.activation.state,
+            may_have_fired=module.may_have_fired,
             is_requested=self.is_requested,
             values=tuple(values),
             recording=self.recording.state,

@@ -193,10 +193,11 @@ class TopBar(QFrame):
         self.port.show_link(port_title(state, port.target), state.phase, link_text(state, now))
         self.name.setText(module.name if port.is_requested else "")
         show_activation(self.activation, module.activation, now)
-        if module.may_have_fired:
+        triggered = module.view.known("triggered", now)
+        if module.may_have_fired and (triggered is None or triggered.value is not True):
             self.trigger.show_state(tr("may have fired"), Icon.DANGER, Meaning.DANGER, detail=tr("before the restart"))
         else:
-            show_known_trigger(self.trigger, module.view.known("triggered", now), now)
+            show_known_trigger(self.trigger, triggered, now)
         show_trigger_flags(self.triggers, trigger_flags(module.view, now))
         self._show_cell(module.view, now)
         self.lock.setEnabled(port.is_requested)  # without a port it is owed

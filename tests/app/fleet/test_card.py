@@ -66,6 +66,7 @@ TABLE = {
     "LOCK was not reported": (replace(member(), lock_failed=FAILED), Need.NOT_LOCKED),
     "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock_sent=3), Need.NOT_LOCKED),
     "lost while active": (member(Phase.LOST, Activation.WAS_ACTIVE), Need.WAS_ACTIVE),
+    "it may have fired before it restarted": (replace(member(), may_have_fired=True), Need.MAY_HAVE_FIRED),
     "named in the conversation before": (replace(member(), expected="M-07"), Need.NAME),
     "named so again": (replace(member(), expected="M-07", name="M-07"), Need.CHECK),
     "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),

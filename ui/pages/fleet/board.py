@@ -58,6 +58,7 @@ NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
     Need.WAS_ACTIVE: Meaning.ATTENTION,
+    Need.MAY_HAVE_FIRED: Meaning.DANGER,
     Need.LINK: Meaning.ATTENTION,
     Need.NO_GO: Meaning.DANGER,
     Need.OUTSIDE: Meaning.ATTENTION,
@@ -287,17 +288,22 @@ def _state(card: Card, now: float) -> _Cell:
     }
     lines = [words[seen.state]]
     triggered = card.conversation.known("triggered", now)
-    if triggered is None:
+    is_triggered = triggered is not None and triggered.value is True
+    if is_triggered:
+        lines.append(tr("TRIGGERED"))
+    elif card.may_have_fired:
+        lines.append(tr("may have fired"))
+    elif triggered is None:
         lines.append(labelled(tr("Trigger"), tr("unknown")))
     else:
-        lines.append(tr("TRIGGERED") if triggered.value is True else tr("NOT TRIGGERED"))
+        lines.append(tr("NOT TRIGGERED"))
     if seen.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED):
         lines.append(_ago(seen.at, now))
     elif triggered is not None and triggered.is_stale:
         lines.append(_ago(triggered.at, now))
     text = "\n".join(lines)
-    if triggered is not None and triggered.value is True:
-        return _Cell(text, Meaning.DANGER, Icon.PARACHUTE)
+    if is_triggered or card.may_have_fired:
+        return _Cell(text, Meaning.DANGER, Icon.PARACHUTE if is_triggered else Icon.DANGER)
     if seen.may_fire:
         return _Cell(text, Meaning.ATTENTION, Icon.ACTIVE)
     if seen.state is Activation.LOCKED:

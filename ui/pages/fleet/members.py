@@ -88,6 +88,7 @@ class FleetMembers:
             link=port.state._replace(port=device),
             conversation=module.view,
             activation=module.activation,
+            may_have_fired=module.may_have_fired,
             name=module.name,
             expected=port.last_name,
             verdict=None if module.check is None else module.check.held,

@@ -1,0 +1,250 @@
+"""One truth on all pages: after everything that happens to a module, whoever did it, no place in the window says of it
+what it does not hold, and no two places disagree. Old and unknown are always allowed, but not for long."""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from tests.module.line import Line, now
+from tests.module.module import ACTIVATION, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, Module
+from tests.support.window.fakes_ui import connect, page_entries, window
+from tests.support.window.steps import await_child, given
+from ui.main import Assembly
+from ui.pages.commands.page import CommandsPage
+from ui.pages.fleet.board import MODULE, STATE, TRIGGERS_CELL, VERDICT
+from ui.pages.fleet.page import FleetPage
+from ui.pages.live.page import LivePage
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.settings.page import SettingsPage
+from ui.services.page import Page
+from ui.session.check import Standing
+from ui.style.painted_widget import Freshness
+from ui.widgets.notice_bar import Notice
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+PAGES: dict[str, type[Page]] = {
+    "live": LivePage,
+    "settings": SettingsPage,
+    "preflight": PreflightPage,
+    "commands": CommandsPage,
+    "fleet": FleetPage,
+}
+SETTINGS = {
+    "light_threshold_v": (0x15, "{:.1f} V", 10),
+    "attitude_threshold_deg": (0x20, "{:.0f}°", 1),
+    "freefall_acceleration_g": (0x21, "{:.1f} g", 10),
+    "freefall_time_s": (0x22, "{:.2f} s", 100),
+}
+FLAGS = {"attitude_trigger": ATTITUDE_OFF, "freefall_trigger": FREEFALL_OFF}
+
+
+class Said(NamedTuple):
+    """`word`: None where the place says that it does not know, or how old it is."""
+
+    place: str
+    subject: str
+    word: str | None
+
+
+class Desk:
+    """A window, and a module with a line of its own; `page` is the one that is in sight."""
+
+    def __init__(self, qtbot: QtBot, assembly: Assembly, line: Line) -> None:
+        self.qtbot, self.assembly, self.line = qtbot, assembly, line
+        self.pages = {key: await_child(qtbot, assembly.window, kind) for key, kind in PAGES.items()}
+        self.key = "live"
+
+    @property
+    def module(self) -> Module:
+        return self.line.modules[0]
+
+    def go_to(self, key: str) -> None:
+        self.key = key
+        self.assembly.window.go_to(key)
+        self.qtbot.waitUntil(self.pages[key].isVisible)
+
+    def until_true(self, *known: str) -> None:
+        """The page in sight and the top bar tell the truth soon, and then every other page, too. `known`: subjects of
+        which the top bar has to say more than that it does not know."""
+        self.qtbot.waitUntil(lambda: not self.wrong(known), timeout=4000)
+
+    def until(self, is_so: Callable[[], object]) -> None:
+        self.qtbot.waitUntil(lambda: bool(is_so()))
+
+    def bar(self, subject: str) -> str | None:
+        return dict(self._bar())[subject]
+
+    def notices(self, part: str) -> list[Notice]:
+        return [one for one in self.assembly.window.notice_bar.notices if part in one.text]
+
+    def replace_module(self, *, boots: int, **settings: int) -> None:
+        """Another one in its place, which is heard a moment later."""
+        port = self.assembly.ports.current
+        before = port.module.number
+        module = Module(now=now())
+        module.readings.boots = boots
+        self.line.modules = (module,)
+        self.until(lambda: port.module.number > before and port.module.is_read)
+
+    def wrong(self, known: tuple[str, ...] = ()) -> list[str]:
+        said, truth = self.said(), self.truth()
+        wrong = [
+            f"{one.place}: {one.subject} {one.word}, not {truth[one.subject]}"
+            for one in said
+            if one.word is not None and one.word != truth[one.subject]
+        ]
+        return wrong + [f"bar: {subject} is not known" for subject in known if self.bar(subject) is None]
+
+    # What the module holds
+
+    def truth(self) -> dict[str, str]:
+        module, settings = self.module, self.module.settings
+        port = self.assembly.ports.current
+        is_tilt_off, is_fall_off = settings[ATTITUDE_OFF] == 1, settings[FREEFALL_OFF] == 1
+        flags = {(False, False): "both on", (True, False): "tilt off", (False, True): "fall off"}
+        truth = {
+            "active": "ACTIVE" if settings[ACTIVATION] else "LOCKED",
+            "triggered": "TRIGGERED" if module.triggered else "NOT TRIGGERED",
+            "flags": flags.get((is_tilt_off, is_fall_off), "both off"),
+            "attitude_trigger": "Disabled" if is_tilt_off else "Enabled",
+            "freefall_trigger": "Disabled" if is_fall_off else "Enabled",
+            "cell": f"{module.readings.cell * 0.02:.2f} V",
+            "name": port.module.name,
+            "verdict": Standing.NOT_CHECKED.value if port.module.check is None else port.module.check.standing.value,
+        }
+        if port.module.may_have_fired and not module.triggered:
+            truth["triggered"] = "may have fired"
+        return truth | {key: text.format(settings[code] / per) for key, (code, text, per) in SETTINGS.items()}
+
+    # What the window says
+
+    def said(self) -> list[Said]:
+        page = self.pages[self.key]
+        said = [Said("bar", subject, word) for subject, word in self._bar()]
+        match page:
+            case LivePage() if not page.is_empty:
+                said += [Said("live", subject, word) for subject, word in _live(page)]
+            case SettingsPage():
+                said += [Said("settings", subject, word) for subject, word in _settings(page)]
+            case PreflightPage():
+                said += [Said("preflight", subject, word) for subject, word in _preflight(page)]
+            case CommandsPage():
+                said += [Said("commands", "active", _commands(page))]
+            case FleetPage():
+                said += [Said("fleet", subject, word) for subject, word in _fleet(page)]
+        return said
+
+    def _bar(self) -> Iterator[tuple[str, str | None]]:
+        bar = self.assembly.window.top_bar
+        for subject, chip in (
+            ("active", bar.activation),
+            ("triggered", bar.trigger),
+            ("flags", bar.triggers),
+            ("cell", bar.cell),
+        ):
+            is_known = chip.word not in ("unknown", "not known") and not chip._stale_age
+            yield subject, chip.word.partition(",")[0] if is_known else None
+        yield "name", bar.name.text()
+
+
+def _live(page: LivePage) -> Iterator[tuple[str, str | None]]:
+    panel = page.panel
+    cell = panel.cell
+    yield "cell", f"{cell.text} V" if cell.freshness is Freshness.FRESH else None
+    for readout, subject in ((panel.tilt, "attitude_trigger"), (panel.acceleration, "freefall_trigger")):
+        if readout.freshness is Freshness.FRESH:
+            words = {"trigger off": "Disabled", "trigger not known": None, "": "Enabled"}
+            yield subject, words.get(readout.note)
+    if panel.tilt.freshness is Freshness.FRESH and page.module.is_read:
+        yield "attitude_threshold_deg", panel.tilt._limit or None
+        yield "light_threshold_v", panel.light._limit or None
+
+
+def _settings(page: SettingsPage) -> Iterator[tuple[str, str | None]]:
+    for key in (*SETTINGS, *FLAGS):
+        row = page.rows[key]
+        is_old = row.held.value.property("role") == "muted"
+        yield key, None if is_old else row.held.value.text().replace("\xa0", " ")
+
+
+def _preflight(page: PreflightPage) -> Iterator[tuple[str, str | None]]:
+    shown = page.banner.announcement
+    yield "verdict", shown.standing.value
+    yield "name", page.form.name_field.currentText()
+    if "The module is ACTIVE: lock it first." in shown.lines:
+        yield "active", "ACTIVE"
+
+
+def _commands(page: CommandsPage) -> str | None:
+    words = {"Ready to fire: lock it before you touch it.": "ACTIVE", "The module is LOCKED.": "LOCKED"}
+    return words.get(page.meaning.text())
+
+
+def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:
+    board = page.board
+    if board.rowCount() == 0:
+        return
+    cells = {
+        column: given(board.item(0, column)).text().split("\n") for column in (MODULE, STATE, TRIGGERS_CELL, VERDICT)
+    }
+    name = cells[MODULE][0].partition(" (")[0]
+    yield "name", "" if name == "Unnamed" else name
+    is_old = len(cells[STATE]) > 2
+    active, triggered = cells[STATE][:2]
+    yield "active", None if is_old or active not in ("ACTIVE", "LOCKED") else active
+    yield "triggered", None if is_old or triggered.startswith("Trigger:") else triggered.partition(" before")[0]
+    flags, cell = cells[TRIGGERS_CELL][:2]
+    yield "flags", None if flags == "not known" else flags
+    yield "cell", None if cell == "unknown" else cell
+    word = cells[VERDICT][0]
+    yield "verdict", {"Checking…": "checking"}.get(word, word)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    with Line(Module(now=now())) as line, window(qapp, tmp_path, entries=page_entries(*PAGES)) as assembly:
+        assembly.window.resize(1024, 600)
+        connect(qtbot, assembly, line.port)
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        yield Desk(qtbot, assembly, line)
+
+
+def test_a_module_that_may_have_fired_before_its_restart(desk: Desk) -> None:
+    """Until its records were read and a person has closed the notice; and no longer, although nothing else changes."""
+    port = desk.assembly.ports.current
+    desk.go_to("fleet")
+    desk.module.settings[ACTIVATION] = 1
+    desk.until_true("active")
+    desk.module.restart(now())
+    desk.until(lambda: port.module.may_have_fired and port.module.is_read)
+    desk.until_true("active", "triggered")
+    desk.module.trigger(now(), BY_PWM)
+    desk.until_true("triggered")
+    assert desk.bar("triggered") == "TRIGGERED"
+    desk.module.triggered = False
+    port.module.triggers.read()
+    for notice in desk.notices("may have fired"):
+        given(notice.dismiss)()
+    desk.until(lambda: not port.module.may_have_fired)
+    desk.until_true("triggered")
+
+
+def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk: Desk) -> None:
+    """Also where it has a name already."""
+    ports = desk.assembly.ports
+    ports.name_wanted.emit("M-01")
+    desk.replace_module(boots=200)
+    ports.name_wanted.emit("M-02")
+    ports.name_wanted.emit("M-01")
+    assert ports.module.name == "M-02"
+    desk.until(lambda: desk.notices("M-01"))
+    desk.until_true()
+    ports.name_wanted.emit("M-01")
+    assert ports.module.name == "M-01"
+    ports.name_wanted.emit("")
+    desk.until_true()
