@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.interruption import TimedOut, discard, limit_time
+from app.terminal.interruption import TimedOut, discard, limit_time, signals_noted
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import ErrorCode, UserError
@@ -59,7 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
         if "--json" in words:  # else nothing is said: who pressed Ctrl-C knows
-            _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
+            with signals_noted():  # an impatient second one leaves the object whole
+                _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
     except console.OutputLost as error:
         discard(sys.stdout)
         if str(error):
@@ -194,8 +195,6 @@ def _open_window(args: argparse.Namespace) -> int:
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
     """Passed to the command, which does not import Qt."""
-    from app.terminal.interruption import signals_noted
-
     with signals_noted():  # an exception in the middle of Qt, or of its import, aborts the process
         from ui.files.report_printer import print_pages
 

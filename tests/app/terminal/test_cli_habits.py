@@ -1,16 +1,19 @@
 """Habits of command lines: short options, suggestions, colours, a usage of the command's own."""
 
 import io
+import json
 import os
 import signal
 import sys
 
 import pytest
 
+from app import __main__ as program
 from app.cli import set as setting
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.procedures.write import WriteReport
 from app.store.fact_store import Store
+from app.terminal import console
 from app.terminal import records as command_journal
 from app.terminal.console import Refused
 from tests.support.cli_line import Program
@@ -92,6 +95,19 @@ def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     monkeypatch.setattr(command_journal, "Store", interrupted_open)
     dps_s([*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there a process sends Ctrl-C to its whole group")
+def test_an_impatient_second_ctrl_c_leaves_the_error_object_whole(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_words: list[str]) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(program, "_run", interrupted)
+    monkeypatch.setattr(console, "notify", lambda _sentence: os.kill(os.getpid(), signal.SIGINT))
+    assert program.main(["read", "--json"]) == 130
+    assert json.loads(capsys.readouterr().out)["error"]["code"] == "cancelled"
 
 
 @pytest.mark.parametrize(
