@@ -149,7 +149,8 @@ class Desk:
         ):
             is_known = chip.word not in ("unknown", "not known") and not chip._stale_age
             yield subject, chip.word.partition(",")[0] if is_known else None
-        yield "name", bar.name.text()
+        # Of a module without a name the title is that of the port, which then is not in the line below.
+        yield "name", bar.port.title.text() if " · " in bar.port.word.text() else ""
 
 
 def _live(page: LivePage) -> Iterator[tuple[str, str | None]]:

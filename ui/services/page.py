@@ -53,6 +53,7 @@ class PageHeader(QWidget):
             self.add(self.more)
         action = named(QAction(self), name)
         action.setText(text)
+        action.setAutoRepeat(False)
         action.triggered.connect(slot)
         self._menu.addAction(action)
         return action

@@ -6,11 +6,10 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWindow
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QWhatsThis
+from PySide6.QtWidgets import QApplication, QLabel, QWhatsThis
 
 from ui.session.ports import LockControl
 from ui.widgets.gestures import application
-from ui.widgets.labels import be_plain
 
 LOCK_KEYS: Final = ("Ctrl+L", "F12")
 LOCK_ALL_KEY: Final = "Ctrl+Shift+L"
@@ -19,8 +18,8 @@ _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 
 
 class LockFilter(QObject):
-    """Filters the events of the application, so that no new window has to remember LOCK. It also makes the labels of
-    dialogs and the tool tips show plain text: a module or a file may be named like a picture or a heading."""
+    """Filters the events of the application, so that no new window has to remember LOCK. It also makes every label and
+    tool tip plain before it is seen: a module or a file may be named like a picture or a heading."""
 
     def __init__(self, lock: LockControl, parent: QObject) -> None:
         super().__init__(parent)
@@ -49,12 +48,10 @@ class LockFilter(QObject):
         if isinstance(event, QMouseEvent):
             is_press = event.type() == QEvent.Type.MouseButtonPress and isinstance(watched, QWindow)
             return is_press and self._on_press(event)
-        if isinstance(watched, QDialog):
-            for label in watched.findChildren(QLabel):  # Qt's own dialogs show names of files
-                be_plain(label)
-        elif isinstance(watched, QLabel) and watched.windowType() == Qt.WindowType.ToolTip:
-            be_plain(watched)
-            watched.resize(watched.sizeHint())
+        if isinstance(watched, QLabel) and watched.textFormat() != Qt.TextFormat.PlainText:
+            watched.setTextFormat(Qt.TextFormat.PlainText)
+            if watched.windowType() == Qt.WindowType.ToolTip:
+                watched.resize(watched.sizeHint())
         return False
 
     def _on_key(self, event: QKeyEvent) -> bool:

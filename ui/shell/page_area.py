@@ -132,7 +132,7 @@ class PageMaker(QObject):
         """Where they are: another port may be shown before the pages are there."""
         self._is_over = False
         self.around: Callable[[], AbstractContextManager[None]] = nullcontext
-        """Entered while a page is made and placed."""
+        """Entered while a page is made."""
         self._ports.shown.connect(self._show_module)
 
     @property
@@ -183,7 +183,7 @@ class PageMaker(QObject):
             page = self.pages[key] = entry.make(self._services)
             page.setAccessibleName(tr(entry.title))
             page.show_module(self._ports.module)
-            self._place(key, page)
+        self._place(key, page)
         self._awaited.discard(key)
         if not self._awaited:
             self._release()

@@ -10,7 +10,7 @@ from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.safety.trigger_flags import TriggerFlags, trigger_flags
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import join_names
+from app.text.sentences import join_names, labelled
 from protocol.catalogue import BY_NAME
 from ui.forms.field_editors import explain_setting
 from ui.session.ports import Ports
@@ -18,7 +18,7 @@ from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, is_text_large, scale_in_use, scaled
 from ui.widgets.controls import control, named, set_role, without_key
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -57,8 +57,8 @@ def port_name(device: str) -> str:
 
 
 class PortButton(QPushButton):
-    """Shows port and link state on two lines, and opens the list of ports. The rate stands there where the title has
-    room for it; the tooltip has it always."""
+    """Shows the module's name, or the port of one without a name, above the state of the link, and opens the list of
+    ports."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -72,19 +72,22 @@ class PortButton(QPushButton):
         arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
         self._row = in_row(self._sign, (lines, 1), arrow, of=self, spacing=Space.S, margins=(Space.S, Space.XS))
 
-    def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
-        if (title, phase, words) == self._shown:
+    def show_link(self, name: str, title: str, phase: Phase, words: LinkText) -> None:
+        if (name, title, phase, words) == self._shown:
             return
-        self._shown = title, phase, words
+        self._shown = name, title, phase, words
         picture, meaning = _PHASES[phase]
         self._sign.show_icon(picture, meaning)
-        self.title.setText(title.partition(" · ")[0] if is_text_large() else title)
-        self.word.setText(words.word)
-        self.word.setVisible(words.word != title)
+        port = title.partition(" · ")[0] if is_text_large() else title
+        self.title.setText(name or port)
+        # Always two lines, or the bar would be lower without a module.
+        state = words.word if words.word != title else words.next_step
+        self.word.setText(f"{state} · {port}" if name else state)
         set_role(self.word, "attention" if meaning is Meaning.ATTENTION else "small")
         # Without the duration, which would be announced every second.
         word = tr("Offline") if phase is Phase.OFFLINE else words.word
-        self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
+        told = tr("Port {port}: {state}", port=title, state=word)
+        self.setAccessibleName(join_names([labelled(tr("Module"), name), told] if name else [told]))
         self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
         self.updateGeometry()
 
@@ -97,7 +100,7 @@ class PortButton(QPushButton):
 
 class TopBar(QFrame):
     """Port and link, module, states and LOCK, on every page. Text that is larger than usual has the states on a second
-    line; what has no room then is elided, with a tooltip: the port and the name, never a state or LOCK."""
+    line; what has no room then is elided, with a tooltip: the name and the port, never a state or LOCK."""
 
     panel_wanted = Signal()
 
@@ -110,9 +113,6 @@ class TopBar(QFrame):
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.port = PortButton()
         self.port.clicked.connect(self.panel_wanted)
-        self.name = named(ElidedLabel(), "module_name", "strong")
-        self.name.setAccessibleDescription(tr("Module"))
-        self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.activation = named(StateChip("", is_stacked=True), "activation_chip")
         self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
         self.triggers = named(StateChip("", is_stacked=True, is_captioned=True), "triggers_chip")
@@ -127,20 +127,20 @@ class TopBar(QFrame):
             about=tr("Standby at once: always allowed, never asked twice."),
         )
         # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
-        self.lock_others = control(QPushButton(), "lock_others_button", picture=Icon.LOCK, role="danger")
+        self.lock_others = control(QPushButton(), "lock_others_button", role="danger")
         self.lock_others.clicked.connect(ports.lock.press_others)
         self.lock_others.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
         self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
         self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
-        head = (self.menu, self.port, (self.name, 1))
+        head = (self.menu, self.port, 1)
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
         if scale_in_use() > 1:
             first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:
-            in_row(*head, self.lock_others, states, Gap(Space.S), self.lock, of=self, spacing=Space.S, margins=margins)
+            in_row(*head, self.lock_others, states, self.lock, of=self, spacing=Space.S, margins=margins)
         self._show_others()
         self.refresh()
         ports.any_changed.connect(self._show_others)
@@ -165,7 +165,7 @@ class TopBar(QFrame):
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
         self.triggers.reserve(TriggerFlags.texts(), below=(tr("triggers"),))
-        self.cell.reserve(("4.00 V",), below=(*ages, tr("charging")))
+        self.cell.reserve(("4.00 V",), below=(*ages, join_names((tr("charging"), tr("low")))))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
@@ -190,8 +190,8 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         port, now = self._ports.current, self._ports.clock()
         module, state = port.module, port.state
-        self.port.show_link(port_title(state, port.target), state.phase, link_text(state, now))
-        self.name.setText(module.name if port.is_requested else "")
+        name = module.name if port.is_requested else ""
+        self.port.show_link(name, port_title(state, port.target), state.phase, link_text(state, now))
         show_activation(self.activation, module.activation, now)
         triggered = module.view.known("triggered", now)
         if module.may_have_fired and (triggered is None or triggered.value is not True):

@@ -4,7 +4,7 @@ from typing import ClassVar, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QPushButton, QToolButton, QWidget
 
 from app.text.sentences import in_brackets
 from ui.style.icons import Icon, icon, set_icon_size
@@ -14,11 +14,8 @@ Named = TypeVar("Named", bound=QObject)
 
 
 def named(widget: Named, name: str, role: str = "") -> Named:
-    """Sets the object name of `widget`, and its role in the style sheet; returns it. A label shows plain text: what it
-    shows may be named by somebody else."""
+    """Sets the object name of `widget`, and its role in the style sheet; returns it."""
     widget.setObjectName(name)
-    if isinstance(widget, QLabel):
-        widget.setTextFormat(Qt.TextFormat.PlainText)
     if role:
         widget.setProperty("role", role)
     return widget

@@ -18,13 +18,8 @@ _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent
 SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
 
 
-def be_plain(label: QLabel) -> None:
-    """Shows a text as it is: Qt takes one that looks like HTML for HTML."""
-    label.setTextFormat(Qt.TextFormat.PlainText)
-
-
 def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
-    """A label of plain text that wraps; `role` is one of the style sheet's."""
+    """A label that wraps; `role` is one of the style sheet's."""
     label = named(QLabel(), name, role)
     label.setWordWrap(True)
     if is_selectable:
@@ -38,7 +33,6 @@ class ElidedLabel(QLabel):
     def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
         self._mode = mode
         super().__init__()
-        be_plain(self)
 
     def setText(self, text: str) -> None:
         super().setText(text)
@@ -72,7 +66,6 @@ class FittedLabel(QLabel):
         super().__init__()
         self._whole, self._is_bold = "", is_bold
         self.setWordWrap(True)
-        be_plain(self)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
 
     def show_text(self, text: str, note: str = "") -> None:

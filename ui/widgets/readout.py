@@ -18,7 +18,7 @@ from ui.style.accessible_roles import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space, font
-from ui.widgets.labels import IconLabel, be_plain
+from ui.widgets.labels import IconLabel
 
 _ICON_PX: Final = 18
 
@@ -32,7 +32,6 @@ def _bold(size: Size = Size.BODY) -> QFontMetrics:
 
 def _label(role: str) -> QLabel:
     label = QLabel()
-    be_plain(label)
     label.setProperty("role", role)
     label.setAccessibleName(role)  # without one Qt tells each change of its text; the frame around it speaks
     return label

@@ -68,15 +68,15 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
     with simulated("named"), window(qapp, tmp_path) as assembly:
         top = TopBar(assembly.ports, LimitsInUse())
         qtbot.addWidget(top)
-        assert (top.port.title.text(), top.name.text()) == ("Not connected", "")
+        assert top.port.title.text() == "Not connected"
         connect(qtbot, assembly, "sim://named")
         qtbot.waitUntil(lambda: assembly.ports.module.is_read)
         assembly.ports.module.say_name("M-07")
         top.refresh()
-        assert (top.port.title.text(), top.name.text()) == ("Simulated module", "M-07")
+        assert (top.port.title.text(), top.port.word.text()) == ("M-07", "Connected · Simulated module")
         assembly.ports.module.say_name("")
         top.refresh()
-        assert top.name.text() == ""
+        assert (top.port.title.text(), top.port.word.text()) == ("Simulated module", "Connected")
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])

@@ -37,7 +37,7 @@ def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QA
         top = assembly.window.top_bar
         assert (top.activation.word, top.activation.meaning) == ("unknown", Meaning.UNKNOWN)
         assert (top.trigger.word, top.cell.word) == ("unknown", "unknown")
-        assert top.port.word.text() == "Not connected"
+        assert top.port.title.text() == "Not connected"
         assert not top.lock.isEnabled()
         qtbot.waitUntil(assembly.window.panel.isVisible)  # the ports are at hand
 

@@ -369,6 +369,8 @@ class LogsPage(Page):
         action.triggered.connect(slot)
         self.table.addAction(action)
         self.bar.addAction(action)
+        shown = named(self.bar.widgetForAction(action), f"logs_{name}_chosen")
+        shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
         return action
 
     def _lay_out(self) -> None:
@@ -377,7 +379,6 @@ class LogsPage(Page):
         self.header = self.make_header(tr("Logs"), self.list.search, opening)
         folder = self.header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
         folder.setShortcut("Ctrl+Shift+O")
-        folder.setAutoRepeat(False)
         self.addAction(folder)
         self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
         self.header.add_rare("logs_profile", tr("Save in a profile…"), self.proposal.save_in_profile)

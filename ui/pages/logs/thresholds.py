@@ -179,7 +179,7 @@ class FireMapView(StaticPlot):
         keys.setColumnStretch(3, 1)
         for place, (word, swatch) in enumerate(self._legend.items()):
             row, column = divmod(place, 2)
-            swatch.setObjectName("logs_map_swatch")
+            swatch.setObjectName(f"logs_map_swatch_{place}")
             keys.addWidget(swatch, row, 2 * column)
             keys.addWidget(named(QLabel(tr(word)), "logs_map_word", "small"), row, 2 * column + 1)
         self.column.addLayout(keys)

@@ -117,6 +117,7 @@ class LogView(QWidget):
         self._row, self._limits = row, limits
         self.name.setText(short_name(row.name) if row.entry is None else row.label)
         self.details.setText("" if row.entry is None else clean(entry_text(row.entry), longest=1000))
+        self.details.setVisible(row.entry is not None)
         log = row.log
         if log is not None and log.why_not is not None:
             self._say(Icon.WARNING, clean(log.why_not.translated(), longest=2000), Meaning.ATTENTION)
@@ -171,6 +172,7 @@ class LogView(QWidget):
             self._say(verdict.icon, "\n".join(outcome_lines(outcome)) + group, verdict.meaning)
             details += [clean(problem.translated()) for problem in log.problems]
         self.details.setText("\n".join(dict.fromkeys(filter(None, details))))
+        self.details.setVisible(bool(self.details.text()))
         self.details.setToolTip(row_text(row))
         self._make_plot(opened, outcome)
 

@@ -156,8 +156,9 @@ class PreflightForm(QWidget):
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(without_key(name))
-        self.choose.setToolTip(name)
-        self.choose.setAccessibleName(labelled(tr("Profile"), name))
+        whole = labelled(tr("Profile"), name)
+        self.choose.setToolTip(whole)
+        self.choose.setAccessibleName(whole)
 
     def choose_file(self) -> None:
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
