@@ -19,8 +19,8 @@ Rules:
 - A frame that began before a request was sent is not its answer.
 - Without a valid frame for `silence_s`, although something was asked, the conversation ends. The first frame after such
   a time may be another module's, so it ends it, too; but the reply to what was sent once, before, is its module's.
-- The time by which the owner calls `tick` too late does not count, up to the vendor's second: this program stood still,
-  and not the module. After a long delay nothing that changes the module is sent before its boot count is told.
+- Where the owner does not call `tick` for `silence_s`, this program stood still and nobody knows what happened
+  meanwhile: that ends the conversation, too, and nothing that changes the module is sent before.
 - An unasked heartbeat is a restart if it cannot be a late answer, or if two come; else the boot count is asked at once.
 - A boot count or a setting that reads otherwise, though nobody set it, ends the conversation (`contradictions`).
 - Some modules need a pause before they listen again, so a request may wait (`request_gap`); LOCK never does.
@@ -123,9 +123,7 @@ class Link:
         self._flight: _Flight | None = None
         self._begin_at = now  # when the link asks for the next conversation
         self._last_byte_at = -inf
-        self._promised_at = now  # when the owner was to call again
-        self._delay_s = 0.0  # by how much it was called too late, since the last valid frame
-        self._is_delayed = False  # for longer than a silence
+        self._turned_at = now  # when its owner called `tick` last
         self._valid_at = now  # when the last valid frame came, or the conversation began
         self._boots_sent_at = now
         self._boots_are_due = False  # an unasked heartbeat came
@@ -177,9 +175,8 @@ class Link:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
-        self._note_delay(now)
         is_change = not request.is_repeatable and request != LOCK
-        if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._is_delayed)):
+        if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._stood_still(now))):
             return [Unanswered(request, 0, 0.0, now)]
         flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
         return self._take_off(flight, now, is_fenced=is_fenced)
@@ -212,7 +209,6 @@ class Link:
         events: list[Event] = []
         if not data:
             return events
-        self._note_delay(now)
         self._last_byte_at = now
         self.counters.bytes_received += len(data)
         for piece in self._parser.feed(data):
@@ -225,13 +221,11 @@ class Link:
         if self._parser.pending and now >= self._last_byte_at + timing.QUIET_S:
             for piece in self._parser.flush():
                 self._digest(piece, now, events)
-        self._note_delay(now)
+        has_stood_still = self._stood_still(now)
+        self._turned_at = now
         flight = self._flight
-        if self.is_begun and flight is not None and now >= self._silent_at(flight):
+        if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
             self._end(EndReason.SILENT, now, events)
-        if self._is_delayed:
-            self._is_delayed = False
-            self._ask_at_once(now, events)
         if self._flight is not None:
             self._advance(self._flight, now, events)
         if self._flight is None and now >= self._own_due_at():
@@ -240,22 +234,17 @@ class Link:
 
     def next_deadline(self, now: float) -> float:
         """When to call `tick` if nothing arrives before."""
-        self._note_delay(now)
         flight = self._flight
         dues = [self._own_due_at() if flight is None else self._next_step(flight, now)[0]]
         if self._parser.pending:
             dues.append(self._last_byte_at + timing.QUIET_S)
         if flight is not None and self.is_begun:
             dues.append(self._silent_at(flight))
-        self._promised_at = max(now, min(dues))
         return min(dues)
 
-    def _note_delay(self, now: float) -> None:
-        """By how much the owner is late: at once after a call, or at the next deadline once it was told."""
-        delay_s = max(0.0, now - self._promised_at)
-        self._promised_at = now
-        self._delay_s += delay_s
-        self._is_delayed |= delay_s > self.silence_s
+    def _stood_still(self, now: float) -> bool:
+        """Whether this program stood still, so that another module may answer now."""
+        return now - self._turned_at > self.silence_s
 
     # The link's own questions
 
@@ -410,10 +399,10 @@ class Link:
         is_answer = flight is not None and self._is_answer(flight, piece, now)
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
-        if self.is_begun and now - self._valid_at >= self._patience_s and not is_proof:
+        if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
             self._end(EndReason.SILENT, now, events)
             is_answer = False
-        self._valid_at, self._delay_s = now, 0.0
+        self._valid_at = now
         if flight is not None and is_answer:
             if piece.raw[2] in FLAG_CODES:
                 self.flags.on_answer(flight.request, piece.raw, now)
@@ -582,15 +571,10 @@ class Link:
 
     # Ends
 
-    @property
-    def _patience_s(self) -> float:
-        """For how long nothing valid may come."""
-        return min(timing.LONGEST_SILENCE_S, self.silence_s + self._delay_s)
-
     def _silent_at(self, flight: _Flight) -> float:
         if not flight.attempts:
             return inf
-        silent_at = self._valid_at + self._patience_s
+        silent_at = self._valid_at + self.silence_s
         if flight.is_once:
             # The vendor gives the module a second for its own answer, counted from the request.
             return max(silent_at, flight.first_at + timing.ANSWER_S)

@@ -181,44 +181,38 @@ def test_4_records_that_come_slowly_are_no_silence(bench: Bench) -> None:
 # 5. A turn of our own
 
 
-@pytest.mark.parametrize("held", [encode_reply(0x14, 3), STREAMED, b""], ids=["an answer", "a stream", "nothing"])
-@pytest.mark.parametrize(("turn_s", "reasons"), [(0.4, []), (0.8, []), (1.1, [EndReason.SILENT])])
-def test_5_a_turn_of_our_own_is_no_silence_up_to_a_second(
-    bench: Bench, held: bytes, turn_s: float, reasons: list[EndReason]
-) -> None:
+@pytest.mark.parametrize("asks", [True, False])
+def test_5_a_turn_of_our_own_that_is_longer_than_a_silence_ends_it(bench: Bench, asks: bool) -> None:
     """What the port held is read first; when it came nobody knows."""
-    bench.ask(LIGHT)
-    bench.now += turn_s
-    bench.events += bench.link.receive(held, bench.now)
+    if asks:
+        bench.ask(LIGHT)
+    bench.now += 0.6
+    bench.events += bench.link.receive(STREAMED, bench.now)
     bench.events += bench.link.tick(bench.now)
-    bench.wait(0.1)
-    assert bench.reasons == reasons
+    assert bench.reasons == [EndReason.SILENT]
+
+
+def test_5_a_shorter_one_does_not(bench: Bench) -> None:
+    bench.hear(*[STREAMED] * 5, after_s=0.1)
+    bench.now += bench.link.silence_s - 0.05
+    bench.events += bench.link.receive(STREAMED * 20, bench.now)
+    bench.events += bench.link.tick(bench.now)
+    assert bench.reasons == []
 
 
 @pytest.mark.promise("i")
-def test_5_after_a_long_turn_nothing_changes_the_module_before_its_boot_count_is_told(bench: Bench) -> None:
+def test_5_nothing_that_was_decided_before_it_changes_a_module_after_it(bench: Bench) -> None:
     change = SERIAL_OUTPUT.set(True)
     bench.ask(LIGHT)
     bench.hear(encode_reply(0x14, 3))
-    bench.begin_to_ask(change)  # after a pause
     bench.now += 0.6
+    bench.events += bench.link.ask(change, bench.now)
     bench.events += bench.link.tick(bench.now)
     bench._deliver()
+    bench.wait(1.0)
     assert bench.sent(change) == 0
     assert bench.taken(Unanswered)
-    assert bench.sent(BOOTS) == 1
-    bench.wait(0.1)
-    bench.ask(change)
-    assert bench.sent(change) == 1
-
-
-@pytest.mark.promise("i")
-def test_5_nor_what_is_decided_by_an_answer_from_before_it(bench: Bench) -> None:
-    change = SERIAL_OUTPUT.set(True)
-    bench.ask(LIGHT)
-    bench.now += 0.6
-    bench.events += bench.link.receive(encode_reply(0x14, 3), bench.now)
-    assert bench.link.ask(change, bench.now) == [Unanswered(change, 0, 0.0, bench.now)]
+    assert bench.reasons == [EndReason.SILENT]
 
 
 # 6. Restarts
