@@ -88,8 +88,10 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
-    batch = batch_of(args.profile, args.names, args.baud)
-    args.baud = args.baud or batch.profile.settings.get("baud_rate")
+    batch = batch_of(args.profile, args.names)
+    rate = batch.left_out_rate
+    if rate not in (None, args.baud):
+        console.notify(tr("The profile's {rate} baud is left out: a batch does not change it.", rate=rate))
     if args.labels is not None:
         check_labels_target(args.labels)
     if not args.yes:

@@ -48,11 +48,13 @@ REPLUGGED_STARTS = 3
 
 
 class ModuleBatch(NamedTuple):
-    """`names` in the order in which they are given."""
+    """`names` in the order in which they are given. `left_out_rate`: the baud rate of the profile's file, which a batch
+    does not change."""
 
     names: tuple[str, ...]
     profile: Profile
     changes: tuple[SettingChange, ...]
+    left_out_rate: Value | None = None
 
     @property
     def title(self) -> str:
@@ -69,19 +71,17 @@ class ModuleBatch(NamedTuple):
         return all(self.profile.settings.get(key) is True for key in _TRIGGERS)
 
 
-def batch_of(path: Path, names: tuple[str, ...], baud_rate: int | None) -> ModuleBatch:
-    """`baud_rate`: of the port, which a batch does not change; None for any. Raises `UserError` where no module can be
-    READY."""
+def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
+    """Raises `UserError` where no module can be READY."""
     profile = read_profile(path)
-    settings = {key: value for key, value in profile.settings.items() if key != BAUD_RATE.key}
+    settings = dict(profile.settings)
+    rate = settings.pop(BAUD_RATE.key, None)
     if not settings:
         raise UserError(marked("{path} holds no settings."), path=path)
-    if baud_rate is not None and profile.settings.get(BAUD_RATE.key, baud_rate) != baud_rate:
-        raise UserError(marked("A batch does not change the baud rate: take it out of the profile."))
     if profile.tests_within_days or any(line.is_required for line in profile.manual):
         raise UserError(marked("The profile demands manual checks or guided tests, which a batch does not have."))
     changes = tuple(SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items())
-    return ModuleBatch(names, profile, changes)
+    return ModuleBatch(names, profile._replace(settings=settings), changes, rate)
 
 
 class BatchRow(NamedTuple):

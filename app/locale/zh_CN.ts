@@ -56,10 +56,6 @@
         <translation>线路不良会使数值缺失或错误。</translation>
     </message>
     <message>
-        <source>A batch does not change the baud rate: take it out of the profile.</source>
-        <translation>批量配置不更改波特率：请从配置文件中去掉。</translation>
-    </message>
-    <message>
         <source>A drifting sensor is loose or failing.</source>
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
@@ -3082,6 +3078,10 @@
     <message>
         <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
         <translation>配置文件要求人工检查或引导测试，批量配置无法完成。</translation>
+    </message>
+    <message>
+        <source>The profile's {rate} baud is left out: a batch does not change it.</source>
+        <translation>配置文件中的 {rate} 波特已略去：批量设置不更改波特率。</translation>
     </message>
     <message>
         <source>The program may not write into {file}.</source>

@@ -84,7 +84,11 @@ class SaveNote(QWidget):
         self._folder: Path | None = None
         self._icon = IconLabel(f"{name}_icon", _ICON_PX)
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
-        in_row(self._icon, (self.label, 1), of=self, spacing=Space.XS, margins=0)
+        self.open = control(QToolButton(), f"{name}_open", says=tr("Open"), picture=Icon.CHEVRON_RIGHT)
+        self.folder = control(QToolButton(), f"{name}_folder", says=tr("Show in folder"), picture=Icon.FOLDER)
+        self.open.clicked.connect(lambda: self._choose("open"))
+        self.folder.clicked.connect(lambda: self._choose("folder"))
+        in_row(self._icon, (self.label, 1), self.open, self.folder, of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.hide()  # until there is something to say
         self.job.changed.connect(self._write)
@@ -117,7 +121,7 @@ class SaveNote(QWidget):
 
             def end(_none: None) -> None:
                 text = tr("Saved to {path}.", path=path) if saved is None else saved(path)
-                self.job.notify(Meaning.GOOD, text)
+                self.job.notify_saved(path, text)
 
             self.job.begin(tr("Saving…"), write, end, partial(not_written, path))
 
@@ -128,10 +132,18 @@ class SaveNote(QWidget):
         notice = self.job.result_notice()
         self.label.setText("" if notice is None else notice.text)
         self.setVisible(notice is not None)
+        for button in (self.open, self.folder):
+            button.setVisible(notice is not None and notice.meaning is Meaning.GOOD)
         if notice is None or notice.meaning is Meaning.INFORMATION:
             self._icon.clear_icon()
         else:
             self._icon.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
+
+    def _choose(self, key: str) -> None:
+        notice = self.job.result_notice()
+        for choice in () if notice is None else notice.choices:
+            if choice.key == key:
+                choice.act()
 
 
 class SaveBar(QWidget):

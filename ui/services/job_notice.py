@@ -6,7 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
 
 from app.settings.profiles import Profile
 from app.text.i18n import tr
@@ -32,6 +33,7 @@ class JobNotice(QObject):
         """`is_of_module`: else of files, and another module ends nothing of it."""
         super().__init__(parent)
         self.is_of_module = is_of_module
+        self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
         self._notice: Notice | None = None
         self._find_notice: Callable[[], Notice | None] | None = None
         """Used in place of `_notice`: progress, and what is true only as long as something holds."""
@@ -62,6 +64,18 @@ class JobNotice(QObject):
 
     def notify(self, meaning: Meaning, text: str) -> None:
         self.set_notice(Notice(meaning, text))
+
+    def notify_saved(self, path: Path, text: str = "", meaning: Meaning = Meaning.GOOD) -> None:
+        """Says where a file was saved, and offers it and its folder."""
+        choices = (
+            Choice("open", tr("Open"), partial(self.open_file, path)),
+            Choice("folder", tr("Show in folder"), partial(self.open_file, path.parent)),
+        )
+        self.set_notice(Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss))
+
+    def open_file(self, path: Path) -> None:
+        """Opens a file or a folder in the system's own program."""
+        self.open_in_system(QUrl.fromLocalFile(path))
 
     def read_profile(self, path: Path) -> Profile | None:
         """None where the file is no profile, which is said."""
@@ -111,7 +125,8 @@ class JobNotice(QObject):
             outcomes.append((meaning, text))
             if not self._files:
                 worst = max((meaning for meaning, _ in outcomes), key=_WRITTEN.index)
-                self.notify(worst, join_sentences(text for _, text in outcomes))
+                told = join_sentences(text for _, text in outcomes)
+                self.notify_saved(path, told) if worst is Meaning.GOOD else self.notify(worst, told)
 
         def fail(error: Exception) -> None:
             end(_meaning_of(error), not_written(path, error))
@@ -158,7 +173,9 @@ class JobNotice(QObject):
         notice = self.result_notice()
         if self.is_busy or (not is_page_left and not self.is_of_module):
             return
-        is_news = notice is None or (notice.meaning in (Meaning.GOOD, Meaning.INFORMATION) and not notice.choices)
+        is_news = notice is None or notice.meaning is Meaning.GOOD
+        if notice is not None and notice.meaning is Meaning.INFORMATION:
+            is_news = not notice.choices
         has_notice = self._notice is not None or self._find_notice is not None
         if has_notice and (is_news or not is_page_left):
             self.dismiss()

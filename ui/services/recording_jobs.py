@@ -54,9 +54,9 @@ class RecordingJobs(JobNotice):
         def notify(done: "Exported") -> None:
             text = saved_text(path, done.rows)
             if done.damage is None:
-                self.notify(Meaning.GOOD, text)
+                self.notify_saved(path, text)
             else:
-                self.notify(Meaning.ATTENTION, join_sentences([text, done.damage.translated()]))
+                self.notify_saved(path, join_sentences([text, done.damage.translated()]), Meaning.ATTENTION)
 
         self._change(tr("Exporting {name}", name=path.name), work, notify, path)
 

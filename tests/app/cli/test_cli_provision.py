@@ -102,6 +102,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         *ALLOWED,
         *files,
         plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_world(bay_is_open=False))],
+        profile=SETTINGS + "baud_rate = 9600\n",  # which stays as it is
     )
     aside = [line for line in lines if line.startswith("SET ASIDE")]
     assert aside[0] == "SET ASIDE: It may be M-001: boot count and settings fit."
@@ -218,7 +219,6 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
         (ALLOWED[1:], SETTINGS, 2),  # nothing without --yes
         (ALLOWED[:1], SETTINGS, 2),  # the profile does not enable the triggers
         (ALLOWED, SETTINGS + "freefall_trigger = false\n", 2),  # takes protection away
-        (ALLOWED, SETTINGS + "baud_rate = 9600\n", 2),
         (ALLOWED, SETTINGS + "[tests]\ntilt = 180\n", 2),
         (ALLOWED, SETTINGS + "[[manual]]\ntext = 'Bridle free'\nrequired = true\n", 2),
         ((*ALLOWED, "--labels", "missing/labels.pdf"), SETTINGS, 2),

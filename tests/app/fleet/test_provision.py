@@ -45,7 +45,7 @@ def batch(tmp_path: Path) -> ModuleBatch:
     path.write_text(PROFILE, encoding="utf-8")
     names = counted_names("M-001..M-003")
     assert names is not None
-    return batch_of(path, names, 115200)
+    return batch_of(path, names)
 
 
 def run_of(batch: ModuleBatch, store: Store) -> BatchRun:
@@ -182,7 +182,7 @@ def test_the_labels_of_what_is_given_are_ours_to_replace(batch: ModuleBatch, sto
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        ("[settings]\nbaud_rate = 9600\nfreefall_time_s = 1.2\n", "does not change the baud rate"),
+        ("[settings]\nbaud_rate = 9600\n", "holds no settings"),
         ("[tests]\ntilt = 30\n[settings]\nfreefall_time_s = 1.2\n", "manual checks or guided tests"),
         ("", "holds no settings"),
     ],
@@ -191,4 +191,4 @@ def test_a_profile_with_which_no_module_can_be_ready_is_refused(tmp_path: Path, 
     path = tmp_path / "profile.toml"
     path.write_text(f'name = "Survey"\n{more}', encoding="utf-8")
     with pytest.raises(UserError, match=why):
-        batch_of(path, ("M-001",), 115200)
+        batch_of(path, ("M-001",))

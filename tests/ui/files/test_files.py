@@ -272,6 +272,11 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
     note = live.page.save.note
     assert (note.label.text(), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    opened: list[str] = []
+    note.job.open_in_system = lambda url: opened.append(url.toLocalFile())
+    note.open.click()
+    note.folder.click()
+    assert opened == [str(path), str(path.parent)]
 
 
 def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: Path) -> None:

@@ -158,7 +158,7 @@ class ProposalBar(QFrame):
             return
         self._remembered.add_profile(path)
         note = tr("Its approved settings code was removed.") if loses_approval else ""
-        self._result.notify(Meaning.GOOD, join_sentences([tr("Saved to {path}.", path=path), note]))
+        self._result.notify_saved(path, join_sentences([tr("Saved to {path}.", path=path), note]))
 
 
 def _scrolled(content: QWidget) -> QScrollArea:

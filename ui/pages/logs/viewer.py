@@ -225,7 +225,7 @@ class LogView(QWidget):
         if self.plot is not None and self._row is not None:
             row, canvas = self._row, self.plot.canvas
             foot = short_name(row.name) if row.entry is None else entry_text(row.entry)
-            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas, foot), canvas.svg())
+            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas.grab(), foot), canvas.svg())
 
     def _place(self, suffix: str) -> Path:
         path = Path("" if self._row is None else self._row.name)

@@ -6,8 +6,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final
 
-from PySide6.QtCore import QObject, QUrl
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from app.modules.labels import Printer
@@ -26,7 +25,6 @@ from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
 
 SUFFIXES: Final = (".json", ".pdf")
 _NO_RECORD: Final = marked("No pre-flight record: {why}.")
@@ -43,7 +41,6 @@ class RecordFiles(QObject):
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
         self.printer: Printer = print_pages
-        self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
         self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
         self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
@@ -59,26 +56,16 @@ class RecordFiles(QObject):
     def print(self, signed: SignedRecord) -> None:
         """Open the report in the system's own viewer, which knows the printers."""
         path = Path(mkdtemp(prefix="dps-s-")) / f"{suggested_name(signed.record)}.pdf"
-        self._write(signed, path, lambda: self._open(path))
+        self._write(signed, path, lambda: self._result.open_file(path))
 
     def _write_report(self, signed: SignedRecord, path: Path) -> None:
         self._folder = path.parent
-        self._write(signed, path, lambda: self._say_saved(path))
+        saved = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
+        self._write(signed, path, lambda: self._result.notify_saved(path, saved))
 
     def _write(self, signed: SignedRecord, path: Path, then: Callable[[], object]) -> None:
         write = partial(write_report, path, signed, self.printer)
         self._result.begin(tr("Saving…"), lambda _running: write(), lambda _done: then(), partial(not_written, path))
-
-    def _open(self, path: Path) -> None:
-        self.open_in_system(QUrl.fromLocalFile(path))
-
-    def _say_saved(self, path: Path) -> None:
-        choices = (
-            Choice("open", tr("Open"), partial(self._open, path)),
-            Choice("folder", tr("Show in folder"), partial(self._open, path.parent)),
-        )
-        text = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
-        self._result.set_notice(Notice(Meaning.GOOD, text, choices, self._result.dismiss))
 
     # Verifying
 

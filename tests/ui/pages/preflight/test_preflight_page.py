@@ -87,7 +87,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         bench.click(page.export)
         bench.until(lambda: "report.pdf" in said(bench))
         opened: list[str] = []
-        page.files.open_in_system = lambda url: opened.append(url.toLocalFile())
+        page.files._result.open_in_system = lambda url: opened.append(url.toLocalFile())
         for choice in ("open", "folder"):
             bench.click(given(page.strip.button(choice)))
         assert opened == [str(target), str(tmp_path)]
