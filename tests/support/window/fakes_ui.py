@@ -6,12 +6,11 @@ from concurrent.futures import wait
 from contextlib import contextmanager
 from pathlib import Path
 
-from PySide6.QtWidgets import QApplication, QVBoxLayout
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.ports import PortInfo
 from app.engine.target import Target
-from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
@@ -21,8 +20,7 @@ from ui.core.language import use_language
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
-from ui.pages.diagnosis.traffic import TrafficView
-from ui.services.context import PageEntry, Services
+from ui.services.context import PageEntry
 from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.style.icons import Icon
@@ -34,21 +32,6 @@ ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001",
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
 
 
-class TrafficAlone(Page):
-    """The traffic list as a page."""
-
-    def __init__(self, services: Services) -> None:
-        super().__init__("alone")
-        self.traffic = TrafficView()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.traffic)
-
-    def on_batch(self, batch: Batch) -> None:
-        self.traffic.on_batch(batch)
-
-
-TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficAlone),)
 EMPTY_PAGE = (PageEntry("empty", "Traffic", Icon.DIAGNOSIS, lambda _services: Page("empty")),)
 """For tests of the window around the pages: what a page paints of each batch takes longer than all else."""
 

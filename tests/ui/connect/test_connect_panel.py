@@ -1,10 +1,9 @@
 """Choosing a port, connecting, errors, and reconnecting."""
 
-import threading
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -13,7 +12,7 @@ from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, lin
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.worker import Connection, PortState
 from app.procedures.find import Silence
 from protocol.events import Ended, EndReason
 from tests.support.window.fake_ports import VALUES, fake_window
@@ -28,9 +27,8 @@ from tests.support.window.fakes_ui import (
     window,
 )
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import given, let_lay_out, press
-from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
-from ui.core.bridge import Bridge, joined
+from tests.support.window.steps import given, press
+from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
 
@@ -91,20 +89,15 @@ def test_silent_and_late_modules_are_not_called_connected(
 # The panel
 
 
-def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, listed=ListedPorts(ADAPTER)) as assembly:
-        ports = assembly.window.panel.list
-        qtbot.waitUntil(lambda: ports.count() == 2)
-        spoken = ports.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
-        assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
-        assert ports.choice_at(1).device == SIMULATED_PORT
-
-
 def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts(ADAPTER)
     with window(qapp, tmp_path, listed=ports) as assembly:
         qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly))
         assert rows(assembly)[ADAPTER.device] == ""
+        listed = assembly.window.panel.list
+        spoken = listed.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
+        assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
+        assert listed.choice_at(1).device == SIMULATED_PORT
         ports.now.append(SECOND_ADAPTER)
         qtbot.waitUntil(lambda: rows(assembly).get(SECOND_ADAPTER.device) == "new")
         assembly.window.toggle_panel()
@@ -115,48 +108,13 @@ def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplicat
         assert rows(assembly)[SECOND_ADAPTER.device] == ""
 
 
-def test_nothing_moves_while_one_types(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, listed=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
-        panel = assembly.window.panel
-        qtbot.waitUntil(lambda: panel.list.count() == 3)
-        panel.options.setChecked(True)
-        let_lay_out(panel)
-        parts = (panel.list, panel.other, panel.rate, panel.connect_button)
-
-        def places() -> list[QPoint]:
-            let_lay_out(panel)
-            return [part.mapTo(panel, QPoint()) for part in parts]
-
-        before = places()
-        for key in ("s", "o", Qt.Key.Key_Backspace, Qt.Key.Key_Backspace, "x"):
-            press_key = qtbot.keyClicks if isinstance(key, str) else qtbot.keyClick
-            press_key(panel.other, key)
-            assert places() == before
-        assert panel.connect_button.isEnabled()
-
-
-def test_the_button_of_the_page_leads_back_to_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        main = assembly.window
-        qtbot.waitUntil(main.panel.isVisible)
-        where = main.navigation.visualItemRect(main.navigation.currentItem()).center()
-        qtbot.mouseClick(main.navigation.viewport(), Qt.MouseButton.LeftButton, pos=where)
-        assert main.panel.isHidden()
-        assert main.area.isVisible()
-
-
-def test_without_any_port_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        panel = assembly.window.panel
-        qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text())
-        assert panel.empty.isVisible()
-        assert not panel.connect_button.isEnabled()
-
-
 def test_a_click_connects_to_the_simulated_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("demo"), window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 1)
+        qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text())
+        assert panel.empty.isVisible()
+        assert not panel.connect_button.isEnabled()
         where = panel.list.visualItemRect(panel.list.item(0)).center()
         qtbot.mouseClick(panel.list.viewport(), Qt.MouseButton.LeftButton, pos=where)
         qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
@@ -219,17 +177,6 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
         assert assembly.ports.current.connection.baud_rate == 57600
 
 
-def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "auto", EMPTY_PAGE, baud=9600) as one:
-        assembly, panel = one.assembly, one.assembly.window.panel
-        qtbot.waitUntil(panel.isVisible)
-        qtbot.keyClicks(panel.other, "sim://auto")
-        panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
-        qtbot.keyClick(panel.other, Qt.Key.Key_Return)
-        one.until(lambda: phase(assembly) is Phase.ONLINE)
-        assert assembly.ports.current.connection.baud_rate == 9600
-
-
 # Loss and return
 
 
@@ -244,47 +191,12 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
         assert not assembly.ports.current.is_requested
 
 
-# The bridge
-
-
-def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplication) -> None:
-    bridge = Bridge()
-    taken: list[Batch] = []
-    bridge.batch.connect(taken.append)
-    count = 5000
-
-    def deliver() -> None:
-        for number in range(count):
-            bridge.deliver(Batch(float(number), Connection(), ConversationView(), None, events=(number,)))  # type: ignore[arg-type]
-
-    thread = threading.Thread(target=deliver)
-    thread.start()
-    thread.join()  # the window's thread stands still all the while
-    assert taken == []
-    qtbot.waitUntil(lambda: bool(taken) and taken[-1].at == count - 1)
-    assert [event for batch in taken for event in batch.events] == list(range(count))
-    assert len(taken) == 1
-    bridge.close()
-    bridge.deliver(taken[0])
-    QApplication.processEvents()
-    assert len(taken) == 1
-
-
-@pytest.mark.promise("a")
-def test_joined_batches_end_with_the_latest_state() -> None:
-    first = Batch(1.0, OPEN, ConversationView(number=1), None)
-    last = Batch(2.0, Connection(), ConversationView(number=2), None)
-    assert joined([first, last]) == last
-    assert joined([last, first]) == first
-
-
-@pytest.mark.parametrize("rate", [57600, 115200])
 def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, rate: int
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     """It showed 115200 while connected at 57600, and "the module answers" below another port's row."""
     with fake_window(qapp, tmp_path, ADAPTER, SECOND_ADAPTER) as (ports, assembly):
-        panel = assembly.window.panel
+        panel, rate = assembly.window.panel, 57600
         panel.prefer(LastPort(ADAPTER.device, ADAPTER.identity, 115200))
         qtbot.waitUntil(lambda: len(rows(assembly)) == 3)
         port = assembly.ports.current

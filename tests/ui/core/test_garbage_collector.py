@@ -6,7 +6,6 @@ import weakref
 from collections.abc import Iterator
 
 import pytest
-from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.processes import ran_code
@@ -55,13 +54,6 @@ def test_a_worker_frees_nothing(qtbot: QtBot, enabled: None) -> None:
     assert made
 
 
-def test_without_it_a_worker_does(enabled: None) -> None:
-    threads = freed_in()
-    made_by_a_worker()
-    assert threads
-    assert threads != [threading.get_ident()]
-
-
 def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
     with garbage_freed_here():
         assert not gc.isenabled()
@@ -70,33 +62,6 @@ def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
     with garbage_freed_here():
         pass
     assert not gc.isenabled()
-
-
-def test_only_in_the_main_thread() -> None:
-    refused: list[RuntimeError] = []
-
-    def attempt() -> None:
-        try:
-            with garbage_freed_here():
-                pass
-        except RuntimeError as error:
-            refused.append(error)
-
-    worker = threading.Thread(target=attempt)
-    worker.start()
-    worker.join()
-    assert len(refused) == 1
-
-
-def rows_in(window: QWidget) -> None:
-    rows = QVBoxLayout(window)
-    for name in ("one", "two", "three"):
-        row = QWidget()
-        rows.addWidget(row)
-        row.setObjectName(name)
-
-
-REPEATS = 4000
 
 
 def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:

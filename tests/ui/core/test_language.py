@@ -1,23 +1,17 @@
 """Numbers, units and times read alike in both languages, whatever the habits of the computer are."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QLocale
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
 from pytestqt.qtbot import QtBot
 
-from app.settings.values import value_text
 from app.system.wall_clock import DAY, local_time
 from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
-from protocol.catalogue import BY_NAME
 from tests.support.pseudo_language import PSEUDO
 from ui.core.language import use_language
-
-ROOT = Path(__file__).parents[3]
-SOURCES = [path for folder in ("app", "ui") for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
 @pytest.fixture(params=[ENGLISH, CHINESE])
@@ -25,19 +19,6 @@ def language(request: pytest.FixtureRequest) -> str:
     name = str(request.param)
     set_language(name)
     return name
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "text"),
-    [
-        ("freefall_time", 1.6, "1.60 s"),
-        ("attitude_threshold", 60, "60°"),
-        ("freefall_acceleration", 0.5, "0.5 g"),
-        ("light_threshold", 1.8, "1.8 V"),
-    ],
-)
-def test_a_setting_reads_the_same(language: str, name: str, value: float, text: str) -> None:
-    assert value_text(BY_NAME[name], value) == text
 
 
 @pytest.mark.parametrize(

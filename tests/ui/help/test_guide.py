@@ -62,10 +62,6 @@ def screen_words() -> dict[str, str]:
     return {plain(english): plain(chinese) for english, chinese in read_translations(TS).items()}
 
 
-def test_each_language_has_a_guide() -> None:
-    assert {path.stem for path in GUIDE.glob("*.md")} == set(LANGUAGES)
-
-
 def test_bold_words_are_texts_of_the_window() -> None:
     words = screen_words()
     assert len(bold(text_of(ENGLISH))) > 50

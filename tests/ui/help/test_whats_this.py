@@ -6,8 +6,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QUrl
-from PySide6.QtGui import QAction, QHelpEvent, QImage
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt
+from PySide6.QtGui import QAction, QHelpEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -16,11 +16,9 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QMenu,
     QMessageBox,
-    QPushButton,
     QScrollBar,
     QWhatsThis,
     QWidget,
@@ -28,12 +26,11 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.settings.values import what_is
-from app.text.i18n import CHINESE
 from protocol.catalogue import SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, window
 from tests.support.window.steps import find
 from ui.help.help_actions import explain
-from ui.help.windows import GuideViewer, guide_page, keys_of
+from ui.help.windows import keys_of
 from ui.main import PAGES, Assembly
 from ui.services.context import PageEntry
 from ui.widgets.readout import Readout, StateChip
@@ -77,10 +74,6 @@ def text_of(widget: QWidget) -> str:
     return "" if around is None else around.whatsThis()
 
 
-def is_whole(label: QLabel) -> bool:
-    return label.height() >= label.heightForWidth(label.width())
-
-
 def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with help_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.menus["simulator"].setChecked(True)
@@ -90,27 +83,6 @@ def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_pat
             explain(widget)
         silent = [f"{type(one).__name__} {one.objectName()}" for one in found if not text_of(one)]
         assert not silent, "\n".join(silent)
-
-
-def test_what_has_no_text_of_its_own_says_its_tooltip_in_the_language_in_use(qtbot: QtBot) -> None:
-    button = QPushButton("x")
-    qtbot.addWidget(button)
-    for tip in ("one", "eins"):
-        button.setToolTip(tip)
-        explain(button)
-        assert button.whatsThis() == tip
-    part, plain = QPushButton(button), QWidget(button)
-    part.setToolTip("two")
-    for one in (part, plain):
-        explain(one)
-    assert (part.whatsThis(), text_of(plain)) == ("two", "eins")  # Qt asks upwards as well
-    group, member = QWidget(), QPushButton()
-    qtbot.addWidget(group)
-    member.setParent(group)
-    group.setWhatsThis("of all of it")
-    member.setToolTip("three")
-    explain(member)
-    assert (member.whatsThis(), text_of(member)) == ("", "of all of it")
 
 
 @OFFSCREEN
@@ -168,32 +140,3 @@ def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: P
         box = find(assembly.window, QMessageBox, "about_box")
         assert box.windowModality() == Qt.WindowModality.NonModal
         box.close()
-
-
-def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) -> None:
-    (tmp_path / "images").mkdir()
-    picture = QImage(1600, 400, QImage.Format.Format_RGB32)
-    picture.fill(Qt.GlobalColor.red)
-    assert picture.save(str(tmp_path / "images" / "live-en.png"))
-    assert guide_page(tmp_path) is None
-    top, end = "# Guide\n\n[go](#what-to-do)\n\n![live](images/live-en.png)\n\n", "## What to do!\n\nend\n"
-    (tmp_path / "en.md").write_text(top + "text\n\n" * 80 + end, encoding="utf-8")
-    parent = QWidget()
-    qtbot.addWidget(parent)
-    view = GuideViewer(parent, tmp_path)
-    view.show()
-    assert view.text.toPlainText().startswith("Guide")
-    shown = view.text.document().resource(2, QUrl("images/live-en.png"))
-    assert shown.width() / shown.devicePixelRatio() <= 700
-    assert view.text.verticalScrollBar().value() == 0
-    view.open_link(QUrl("#what-to-do"))
-    assert view.text.verticalScrollBar().value() > 0
-    view.close()
-    (tmp_path / "zh_CN.md").write_text("# 指南\n", encoding="utf-8")
-    from app.text import i18n
-
-    i18n.set_language(CHINESE)
-    view = GuideViewer(parent, tmp_path)
-    view.show()
-    assert view.text.toPlainText().startswith("指南")
-    view.close()

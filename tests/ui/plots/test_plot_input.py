@@ -1,19 +1,16 @@
 """The time plots: mouse, keyboard, menu and cursor."""
 
-from unittest.mock import Mock
-
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QMouseEvent, QPainter
-from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtCore import QEvent, QPoint, QRectF, Qt
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
 from ui.plots.lanes import Mark
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT, Meaning
+from ui.style.theme import Meaning
 
 # Mouse and keyboard
 
@@ -48,16 +45,6 @@ def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, 
     assert bench.plot.time_range.span == moved
     qtbot.mouseDClick(viewport, LEFT, pos=bench.at(0.5))
     assert bench.plot.time_range.is_live
-
-
-def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    draws = Mock(side_effect=bench.lane.draw)
-    qtbot.mousePress(bench.view.viewport(), LEFT, pos=bench.at(0.5))
-    monkeypatch.setattr(bench.lane, "draw", draws)
-    qtbot.mouseMove(bench.view.viewport(), bench.at(0.7))
-    draws.assert_called_once()
-    assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
-    assert bench.plot.time_range.cursor_s == pytest.approx(bench.plot.time_range.span.start_s + 0.7 * 60, abs=0.3)
 
 
 def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: Bench, qtbot: QtBot) -> None:
@@ -101,17 +88,6 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert not view.hasFocus()
 
 
-def test_only_the_left_button_goes_back_to_live(bench: Bench, qtbot: QtBot) -> None:
-    bench.plot.time_range.toggle_pause()
-    place, right = QPointF(bench.at(0.5)), Qt.MouseButton.RightButton
-    kind, screen = QEvent.Type.MouseButtonDblClick, QPointF(bench.view.mapToGlobal(place))
-    event = QMouseEvent(kind, place, screen, right, right, Qt.KeyboardModifier.NoModifier)
-    QApplication.sendEvent(bench.view.viewport(), event)
-    assert not bench.plot.time_range.is_live
-    qtbot.mouseDClick(bench.view.viewport(), LEFT, pos=bench.at(0.5))
-    assert bench.plot.time_range.is_live
-
-
 def test_the_mouse_leaves_the_plots(bench: Bench) -> None:
     """An error in here ended the program: Qt calls it while Python handles the event."""
     for widget in (bench.view.viewport(), bench.view):
@@ -138,30 +114,6 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
     actions["Time of day"].trigger()
     assert all(text.count(":") == 2 for text in bench.times)
-
-
-def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
-    svg = bench.plot.canvas.svg()
-    assert all(word in svg.decode() for word in ("60° fires", "Tilt", "−30 s", "90"))
-    picture = bench.plot.canvas.grab().toImage()
-    drawing = QImage(picture.size(), QImage.Format.Format_RGB32)
-    drawing.fill(QColor(LIGHT.window))
-    painter = QPainter(drawing)
-    QSvgRenderer(svg).render(painter)
-    painter.end()
-
-    def inked_rows(image: QImage) -> list[int]:
-        """Those of the labels of the values."""
-        columns, rows = range(round(bench.lane.box.left()) - 2), range(round(bench.lane.box.bottom()))
-        return [y for y in rows if any(image.pixelColor(x, y).lightness() < 150 for x in columns)]
-
-    at = bench.at(0.5).x(), round(bench.lane.y(12))
-    assert drawing.pixelColor(2, 2).name().upper() == LIGHT.surface
-    assert drawing.pixelColor(*at).hue() == picture.pixelColor(*at).hue() == QColor(LIGHT.curves[0]).hue()
-    drawn, seen = inked_rows(drawing), inked_rows(picture)
-    assert seen
-    assert all(any(abs(row - other) <= 1 for other in seen) for row in drawn)
-    assert all(any(abs(row - other) <= 1 for other in drawn) for row in seen)
 
 
 # The cursor

@@ -4,8 +4,7 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
-from unittest.mock import Mock
+from typing import Any
 
 import pytest
 from PySide6.QtWidgets import QApplication
@@ -13,16 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Job, Pause, Procedure, Report
-from app.recordings.export import Exported
-from app.recordings.library import RecordingEntry
 from protocol.events import EndReason
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import ports_alone
-from tests.support.window.fakes_ui import WAIT_MS, page_entries, window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import find, given
 from ui.pages.logs.page import LogsPage
 from ui.services.job_notice import JobNotice
-from ui.services.recording_jobs import RecordingJobs
 from ui.session.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -121,40 +117,6 @@ def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line
     line.job.drop()
     line.end()
     assert (len(ended), line.job.progress) == (1, None)
-
-
-def test_what_a_cancelled_job_has_written_is_said(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Deleting ends before the next one; an export was whole before it learned that it is cancelled."""
-    begun, may_go_on, deleted = threading.Event(), threading.Event(), list[object]()
-    jobs = RecordingJobs(tmp_path)
-
-    def held(*_asked: object, **_more: object) -> Exported:
-        begun.set()
-        may_go_on.wait(WAIT_MS / 1000)
-        return Exported(3, None)
-
-    monkeypatch.setattr("app.recordings.export.export", held)
-    monkeypatch.setattr(jobs.library, "delete", lambda entry: deleted.append((entry, held())))
-    entry, path = cast("RecordingEntry", Mock()), tmp_path / "all.csv"
-    for act, said in (
-        (lambda: jobs.delete([entry, entry]), "Recordings deleted: 1."),
-        (lambda: jobs.export(entry, path), f"Saved to {path}. Rows: 3."),
-    ):
-        act()
-        assert begun.wait(WAIT_MS / 1000)
-        asked = given(jobs.result_notice())
-        asked.choices[0].act()
-        may_go_on.set()
-        qtbot.waitUntil(lambda: not jobs.is_busy)
-        told = given(jobs.result_notice())
-        assert told.text == said
-        begun.clear()
-        may_go_on.clear()
-    assert len(deleted) == 1
-    assert jobs._listing.wait(PATIENCE_S)  # else its thread would free the last of these objects
-    jobs.stop()
 
 
 def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:

@@ -12,10 +12,9 @@ from app.text.i18n import tr
 from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off
 from ui.plots.gauge import TiltGauge
-from ui.style import theme
-from ui.style.icons import Icon, battery
+from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness
-from ui.style.theme import DARK, LIGHT, THEMES, Meaning
+from ui.style.theme import LIGHT, Meaning
 from ui.widgets.controls import control, set_role
 from ui.widgets.readout import Readout, StateChip
 
@@ -70,10 +69,8 @@ def test_nothing_moves_when_a_digit_is_added(qtbot: QtBot) -> None:
     assert cut_off(one) == []  # more than the usual number takes more room
 
 
-@pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
-def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
+def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
     """Compared as black and white, so that the difference is not one of colour."""
-    style_all(qapp, one_theme)
     one, gauge = Readout("Tilt", unit="°"), TiltGauge()
     shows: tuple[tuple[QWidget, tuple[Callable[[], None], ...]], ...] = (
         (one, (partial(one.show_value, "12"), partial(one.show_value, "12", freshness=Freshness.STALE),
@@ -81,7 +78,7 @@ def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: Q
         (gauge, (partial(gauge.show_tilt, 12), partial(gauge.show_tilt, 12, stale_age="1 s"),
                  partial(gauge.show_tilt, None))),
     )  # fmt: skip
-    ground = QColor(one_theme.window).lightness()
+    ground = QColor(LIGHT.window).lightness()
     for widget, ways in shows:
         qtbot.addWidget(widget)
         shapes: list[QImage] = []
@@ -96,40 +93,18 @@ def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: Q
             shapes.append(image)
 
 
-def test_a_meaning_colours_the_number(qtbot: QtBot) -> None:
-    one = Readout("Tilt", unit="°")
-    qtbot.addWidget(one)
-    one.show_value("88")
-    assert LIGHT.danger.ink not in colours(picture(one))
-    one.show_value("88", meaning=Meaning.DANGER)
-    assert colours(picture(one))[LIGHT.danger.ink] > 20
-
-
-@pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
-def test_only_attention_and_danger_are_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    style_all(qapp, one_theme)
+def test_only_attention_and_danger_are_filled(qtbot: QtBot) -> None:
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     for meaning in (Meaning.ATTENTION, Meaning.DANGER):
         chip.show_state("ACTIVE", Icon.ACTIVE, meaning)
-        assert colours(picture(chip))[one_theme.tint(meaning).fill] > 800
+        assert colours(picture(chip))[LIGHT.tint(meaning).fill] > 800
     for quiet in (None, Meaning.GOOD, Meaning.INFORMATION, Meaning.UNKNOWN):
         chip.show_state("LOCKED", Icon.LOCK, quiet)
-        assert colours(picture(chip))[one_theme.surface] > 800
+        assert colours(picture(chip))[LIGHT.surface] > 800
     chip.show_state("ACTIVE", Icon.ACTIVE, Meaning.ATTENTION, stale_age="12 s ago")
-    assert colours(picture(chip)).get(one_theme.tint(Meaning.ATTENTION).fill, 0) == 0
+    assert colours(picture(chip)).get(LIGHT.tint(Meaning.ATTENTION).fill, 0) == 0
     assert chip.accessibleName() == "Lock: ACTIVE, 12 s ago"
-
-
-def test_room_is_kept_for_the_widest_word(qtbot: QtBot) -> None:
-    chip = StateChip("Trigger")
-    qtbot.addWidget(chip)
-    chip.reserve(["NOT TRIGGERED", "TRIGGERED", "unknown"])
-    widths = set()
-    for word in ("TRIGGERED", "NOT TRIGGERED", "unknown"):
-        chip.show_state(word, Icon.PARACHUTE)
-        widths.add(chip.sizeHint().width())
-    assert len(widths) == 1
 
 
 def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -> None:
@@ -141,15 +116,6 @@ def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -
     assert [label.text() for label in chip.findChildren(QLabel) if label.text()] == ["Trigger unknown"]
     chip.show_state("TRIGGERED", Icon.PARACHUTE, Meaning.DANGER)
     assert [label.text() for label in chip.findChildren(QLabel) if label.text()] == ["TRIGGERED"]
-
-
-def test_a_chip_takes_a_battery(qtbot: QtBot) -> None:
-    chip = StateChip("Cell voltage")
-    qtbot.addWidget(chip)
-    chip.show_state("4.00 V", battery(0.75))
-    full = picture(chip)
-    chip.show_state("4.00 V", battery(0.25))
-    assert picture(chip) != full
 
 
 def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
@@ -164,42 +130,6 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     gauge.show_tilt(None)
     assert gauge.freshness is Freshness.UNKNOWN
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
-
-
-def test_the_gauge_draws_no_unknown_threshold(qtbot: QtBot) -> None:
-    gauge = TiltGauge()
-    qtbot.addWidget(gauge)
-    gauge.show_tilt(12)
-    assert LIGHT.danger.ink not in colours(picture(gauge))
-    gauge.set_threshold(60)
-    assert colours(picture(gauge))[LIGHT.danger.ink] > 100
-
-
-def test_the_aircraft_turns_red_beyond_the_threshold(qtbot: QtBot) -> None:
-    gauge = TiltGauge()
-    qtbot.addWidget(gauge)
-    gauge.set_threshold(60)
-    gauge.show_tilt(59)
-    before = colours(picture(gauge))
-    gauge.show_tilt(60)
-    after = colours(picture(gauge))
-    assert after[LIGHT.danger.ink] > before[LIGHT.danger.ink] + 100
-
-
-@pytest.mark.parametrize("tilt_deg", [-20, 0, 90, 180, 255])
-def test_any_tilt_a_byte_can_hold_is_drawn(tilt_deg: float, qtbot: QtBot) -> None:
-    gauge = TiltGauge()
-    qtbot.addWidget(gauge)
-    gauge.show_tilt(tilt_deg)
-    assert colours(picture(gauge))[LIGHT.text] > 50
-
-
-def test_a_chip_follows_the_theme(qapp: QApplication, qtbot: QtBot) -> None:
-    chip = StateChip("Lock")
-    qtbot.addWidget(chip)
-    light = picture(chip)
-    style_all(qapp, DARK)
-    assert picture(chip) != light
 
 
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:

@@ -11,13 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.adapter_facts import AdapterFacts
-from app.diagnosis.causes import Cause, diagnose
-from app.diagnosis.link_state import Phase
+from app.diagnosis.causes import Cause
 from app.diagnosis.symptoms import EvidenceCollector
 from app.engine.conversation import ConversationView
 from app.engine.procedure import LinkView
@@ -29,10 +27,10 @@ from app.safety.acts import Act
 from app.system.clock import steady_time
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
-from protocol.events import Answered, Counters, Role, Sent
+from protocol.events import Answered, Counters, Role
 from protocol.frame import Reason
 from protocol.messages import Heartbeat
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly, _errors_shown
@@ -102,19 +100,6 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         assert said[1] in shown
 
 
-def test_of_a_line_that_is_late_it_is_not_said_that_the_module_does_not_answer(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-late", ALONE) as one:
-        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
-        one.connect()
-        one.bench.change(stream_at_boot=True, lag_ms=600.0)
-        one.bench.module.start_stream(one.clock())
-        one.until(lambda: one.assembly.ports.current.state.phase is Phase.LATE)
-        one.wait(5.0)
-        assert page.why.what.text().startswith("Data arrives 0.")
-
-
 def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-find", ALONE, **options) as one:
@@ -175,28 +160,6 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
             assert page.why.evidence().facts == AdapterFacts()
             qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
             found.pop(0)
-
-
-def test_bytes_at_another_rate_do_not_count() -> None:
-    """Otherwise the garbage at the wrong rate would count against the module."""
-    evidence_collector = EvidenceCollector()
-    evidence_collector.begin("sim://x")
-    garbage = Counters(sent=3, time_outs=3)
-    garbage.rejected_bytes[Reason.CHECKSUM] = 2000
-    opened = Connection(PortState.OPEN, "sim://x", 115200)
-    evidence_collector.on_batch(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), ConversationView(), None))
-    evidence_collector.on_batch(Batch(2.0, opened, ConversationView(), link(Counters())))
-    evidence_collector.on_batch(Batch(3.0, opened, ConversationView(), link(garbage + Counters(bytes_received=2000))))
-    found = Connection(PortState.OPEN, "sim://x", 57600)
-    evidence_collector.on_batch(Batch(4.0, found, ConversationView(), link(garbage + Counters(bytes_received=2000))))
-    answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
-    answered.by_role[Role.ANSWER] = 1
-    online = ConversationView(number=1)
-    evidence_collector.on_batch(Batch(5.0, found, online, link(answered + Counters(bytes_received=2006))))
-    evidence = evidence_collector.evidence()
-    assert evidence.is_answering
-    assert evidence.counters.rejected == 0
-    assert diagnose(evidence) is None
 
 
 @pytest.mark.promise("g")
@@ -264,11 +227,16 @@ def log(tmp_path: Path) -> Iterator[Log]:
         one.stop()
 
 
-def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log) -> None:
+@pytest.mark.promise("l")
+def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log
+) -> None:
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
     with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.bundle._log = log
         connect(qtbot, assembly, "sim://bundle")
+        port = assembly.ports.current
+        qtbot.waitUntil(lambda: "boot_count" in port.module.view.values)
         page.go_to("bundle")
         qtbot.waitUntil(lambda: page.bundle.bundle is not None)
         qtbot.waitUntil(page.bundle.save.isEnabled)
@@ -283,6 +251,9 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         page.bundle.parts.setCurrentRow(names.index("log.txt"))
         lines = page.bundle.text.toPlainText().splitlines()
         assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
+        assert len(next(part.text for part in bundle.files if part.name == "capture.txt").splitlines()) > 3
+        page.bundle.parts.setCurrentRow(names.index("module.json"))
+        assert "boot_count" in page.bundle.text.toPlainText()
         path = tmp_path / "support.zip"
         page.bundle.ask_path = choosing(path)
         press(qtbot, page.bundle.save)
@@ -292,6 +263,9 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
             assert {name: archive.read(name).decode() for name in archive.namelist()} == {
                 part.name: part.text for part in bundle.files
             }
+        port.treat_as_another()
+        qtbot.waitUntil(lambda: page.bundle.bundle is not bundle and page.bundle.save.isEnabled())
+        assert given(page.bundle.bundle) is not bundle
 
 
 # Errors of our own
@@ -322,51 +296,10 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             press(qtbot, dismiss)
             qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text)
             assert page.isVisible()
-
-
-def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, _page):
-        bar = assembly.window.notice_bar
-        armed = Armed(Act.ACTIVATE)
-        with _errors_shown(assembly.window, armed):
-            for _ in range(3):
+            armed.act = Act.ACTIVATE
+            for _ in range(3):  # in another thread
                 thread = threading.Thread(target=int, args=("no number",))
                 thread.start()
                 thread.join()
             assert armed.act is None
             qtbot.waitUntil(lambda: "×3" in notice_text(bar))
-
-
-def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        for number, view in enumerate((page.why, page.traffic, page.statistics, page.bundle), start=1):
-            qtbot.keyClick(assembly.window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.AltModifier)
-            assert view.isVisible()
-
-
-def test_sent_frames_are_kept_for_a_bundle(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    request = HEARTBEAT.query()
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        opened = Connection(PortState.OPEN, "sim://x", 115200)
-        sent = Sent(request.encode(), request, 1, 1.0)
-        page.on_batch(Batch(1.0, opened, ConversationView(), None, events=(sent,)))
-        assert page.bundle._contents().traffic == (sent,)
-
-
-@pytest.mark.promise("l")
-def test_the_support_bundle_in_sight_is_made_again_for_another_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        connect(qtbot, assembly, "sim://former")
-        port, bundle = assembly.ports.current, page.bundle
-        qtbot.waitUntil(lambda: "boot_count" in port.module.view.values, timeout=WAIT_MS)
-        page.go_to("bundle")
-        qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
-        former = given(bundle.bundle)
-        bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
-        assert "boot_count" in bundle.text.toPlainText()
-        port.treat_as_another()
-        qtbot.waitUntil(lambda: bundle.bundle is not former, timeout=WAIT_MS)
-        qtbot.waitUntil(bundle.save.isEnabled, timeout=WAIT_MS)
-        assert given(bundle.bundle) is not former

@@ -5,21 +5,20 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QAbstractItemModel, Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch, Connection
-from protocol.catalogue import BY_NAME, HEARTBEAT
-from protocol.events import Ended, EndReason, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
+from protocol.catalogue import BY_NAME
+from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, page_entries, simulated, window
-from tests.support.window.steps import find, show_page
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.steps import show_page
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.diagnosis.traffic import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel, TrafficView, hex_part
-from ui.shell.page_area import PageMaker
+from ui.pages.diagnosis.traffic import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel, TrafficView
 
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
 
@@ -56,14 +55,19 @@ def feed(traffic: TrafficView, *events: Event) -> None:
 
 
 @pytest.fixture
-def traffic(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficView]:
+def traffic(qtbot: QtBot) -> Iterator[TrafficView]:
     """Alone in a window."""
-    with window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
-        found = show_page(qtbot, assembly.window, "traffic", TrafficView)
-        maker = find(assembly.window, PageMaker)
-        qtbot.waitUntil(lambda: maker.is_done)
-        QApplication.processEvents()
-        yield found
+    around = QWidget()
+    qtbot.addWidget(around)
+    view = TrafficView()
+    view.setParent(around)
+    around.resize(900, 620)
+    view.resize(900, 620)
+    around.show()
+    around.activateWindow()
+    qtbot.waitUntil(around.isActiveWindow)
+    yield view
+    around.close()
 
 
 def test_a_row_describes_its_frame(qapp: QApplication) -> None:
@@ -85,19 +89,6 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
     assert "checksum" in cell(model, 0, Column.MEANING)
 
 
-@pytest.mark.parametrize(
-    ("event", "word"),
-    [
-        (Unanswered(HEARTBEAT.query(), 3, 1.0, 1.0), "no reply"),
-        (Unanswered(HEARTBEAT.query(), 0, 1.0, 1.0), "not sent"),
-        (OutcomeUnknown(BY_NAME["activation"].set(False), 1.0, 1.0), "may have been carried out"),
-        (Ended(EndReason.RESTARTED, 1.0), "restarted"),
-    ],
-)
-def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str) -> None:
-    assert word in cell(model_of(event), 0, Column.MEANING)
-
-
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model = model_of(*streamed(MAX_ROWS - 1))
     model.append(streamed(11, first=MAX_ROWS))
@@ -114,9 +105,12 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
     assert max(map(len, raws)) <= MAX_ROW_BYTES
 
 
-@pytest.mark.parametrize(
-    ("kind", "query", "count"),
-    [
+def test_filter_and_search(traffic: TrafficView) -> None:
+    voltage = bytes.fromhex("4175 34 01 BE F3")
+    answer = decode(voltage, BY_NAME["cell_voltage"].query())
+    reply = Received(Frame(Direction.MODULE_TO_HOST, voltage), answer, Role.ANSWER, 1.0)
+    feed(traffic, sent(), reply, *streamed(10), *rejected(b"\x00\x01"))
+    for kind, query, count in (
         (Filter.ALL, "", 13),
         (Filter.WITHOUT_STREAM, "", 3),
         (Filter.REJECTED, "", 1),
@@ -126,29 +120,24 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
         (Filter.ALL, "query: cell", 1),
         (Filter.WITHOUT_STREAM, "tilt 7", 0),
         (Filter.ALL, "nowhere", 0),
-    ],
-)
-def test_filter_and_search(traffic: TrafficView, kind: Filter, query: str, count: int) -> None:
-    voltage = bytes.fromhex("4175 34 01 BE F3")
-    answer = decode(voltage, BY_NAME["cell_voltage"].query())
-    reply = Received(Frame(Direction.MODULE_TO_HOST, voltage), answer, Role.ANSWER, 1.0)
-    feed(traffic, sent(), reply, *streamed(10), *rejected(b"\x00\x01"))
-    traffic.filter.setCurrentIndex(traffic.filter.findData(kind))
-    traffic.search.setText(query)
-    assert traffic.shown.rowCount() == count
-    assert traffic.count.text() == (f"rows: {count}" if count else "No matches")
-    before = traffic.shown.rowCount()
+    ):
+        traffic.filter.setCurrentIndex(traffic.filter.findData(kind))
+        traffic.search.setText(query)
+        assert traffic.shown.rowCount() == count, (kind, query)
+        assert traffic.count.text() == (f"rows: {count}" if count else "No matches")
     feed(traffic, *rejected(b"\x02"))
-    assert traffic.shown.rowCount() == before + (not query)
+    assert traffic.shown.rowCount() == 0
+    traffic.search.clear()
+    assert traffic.shown.rowCount() == 14
 
 
-def test_what_is_no_hex_is_searched_as_words() -> None:
-    assert [hex_part(text) for text in ("41 75 3", "41 75 3A", "tilt")] == ["", "41753a", ""]
-
-
-def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("frames"), window(qapp, tmp_path, entries=TRAFFIC_ALONE) as assembly:
-        traffic = show_page(qtbot, assembly.window, "traffic", TrafficView)
+def test_frames_of_a_real_exchange_appear_and_another_module_ends_a_pause_and_a_search(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("frames"), window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
+        page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
+        page.go_to("traffic")
+        traffic = page.traffic
         connect(qtbot, assembly, "sim://frames")
 
         def column(wanted: Column) -> set[str]:
@@ -156,6 +145,13 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
 
         qtbot.waitUntil(lambda: {"sent", "reply"} <= column(Column.KIND))
         qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING))
+        qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
+        assert traffic.search.hasFocus()
+        traffic.pause.click()
+        traffic.search.setText("nowhere")
+        assembly.ports.choose(assembly.ports.add())
+        assert (traffic.count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
+        assert traffic.search.text() == ""
 
 
 def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, traffic: TrafficView) -> None:
@@ -173,7 +169,7 @@ def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, traffic: TrafficView) 
     feed(traffic, *streamed(200))
     qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
     before = bar.maximum()
-    traffic.window().resize(900, 520)
+    traffic.resize(900, 520)
     qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before)
     before = bar.maximum()
     feed(traffic, *streamed(50))

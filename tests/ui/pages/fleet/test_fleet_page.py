@@ -134,8 +134,11 @@ def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> N
     assert [desk.cell(number, STATE).partition("\n")[0] for number in range(5)] == ["ACTIVE", *["LOCKED"] * 4]
     desk.modules[1][1].unplug()
     desk.settle()
+    assert desk.lock(1).isEnabled()
     desk.click(desk.lock(1))  # owed, until it answers
     assert len(desk.modules[1][1].wanted(is_urgent=True)) == 2
+    desk.click(desk.page.lock_all)
+    assert len(desk.modules[1][1].wanted(is_urgent=True)) == 3
 
 
 def test_the_lock_of_a_row_is_for_that_module_alone_and_chooses_nothing(desk: Desk) -> None:
@@ -147,19 +150,6 @@ def test_the_lock_of_a_row_is_for_that_module_alone_and_chooses_nothing(desk: De
     desk.settle()
     assert [desk.lock(number).property("role") or "" for number in range(3)] == ["primary", "primary", ""]
     assert [desk.lock(number).accessibleName() for number in range(3)] == [f"LOCK: port{n}" for n in range(3)]
-
-
-@pytest.mark.promise("l")
-def test_a_module_whose_port_is_lost_can_be_locked_and_is_locked_with_all(desk: Desk) -> None:
-    desk.plug_in(2, active=True)
-    _, worker = desk.modules[1]
-    worker.unplug()
-    desk.settle()
-    assert desk.lock(1).isEnabled()
-    desk.click(desk.lock(1))
-    assert len(worker.wanted(is_urgent=True)) == 1
-    desk.click(desk.page.lock_all)
-    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 2]
 
 
 @pytest.mark.promise("l")

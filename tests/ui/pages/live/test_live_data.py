@@ -2,24 +2,18 @@
 
 import csv
 import io
-from collections.abc import Iterator
 from datetime import UTC, datetime
-from itertools import repeat
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from app.engine.conversation import ConversationView
-from app.engine.worker import Batch, PortState
+from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
-from app.recordings.export import write_parts
-from app.recordings.markers import Marker, MarkerKind
+from app.recordings.excerpt import HEAD, csv_parts
 from app.samples.ring_buffers import Series
 from protocol.events import Began, Ended, EndReason
-from tests.support.records.recordings_made import LOST, OPEN, batch, report, talk
+from tests.support.records.recordings_made import OPEN, batch, report, talk
 from tests.support.window.steps import given
 from ui.pages.live.data import LiveData, live_lanes
 from ui.plots.lanes import Mark
@@ -53,28 +47,12 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     assert recording.is_whole
 
 
-def test_a_recording_does_not_change_with_what_comes_later() -> None:
-    data = LiveData()
-    take(data, batch(1.0, report(1.0, 3)))
-    recording = data.excerpt(0.0, 9.0)
-    data.reset()
-    take(data, batch(2.0, report(2.0, 50)))
-    assert recording.tilt.value.tolist() == [3.0]
-
-
 def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
     data = LiveData()
     one, other = talk(1.0, cell_voltage_v=3.9, light_v=0.3), talk(2.0, cell_voltage_v=3.92, light_v=0.3)
     take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=over(other)))
     assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
     assert len(data.light) == 2
-
-
-def test_the_rate_counts_reports_streamed_or_polled() -> None:
-    data = LiveData()
-    take(data, batch(2.0, *(report(n / 10) for n in range(21))))
-    assert data.reports_per_s(2.0) == pytest.approx(10, abs=0.6)
-    assert data.reports_per_s(9.0) == 0
 
 
 def test_another_module_starts_over() -> None:
@@ -94,12 +72,6 @@ def test_another_module_starts_over() -> None:
 # Limits
 
 
-def test_a_limit_is_never_a_default() -> None:
-    data = LiveData()
-    take(data, batch(1.0, report(1.0)))
-    assert (data.fires.value, data.rearms.value, data.falls.value) == (None, None, None)
-
-
 def test_limits_follow_the_settings_until_they_are_stale() -> None:
     data = LiveData()
     sixty = talk(0.0, attitude_threshold_deg=60, freefall_acceleration_g=0.5)
@@ -109,15 +81,6 @@ def test_limits_follow_the_settings_until_they_are_stale() -> None:
     assert [change.value for change in data.falls.between(0, 9)] == [0.5, None, 0.5]
     take(data, batch(4.0, view=over(sixty)))
     assert (data.fires.value, data.falls.value) == (None, None)
-
-
-def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
-    data = LiveData()
-    off = talk(
-        0.0, attitude_threshold_deg=60, attitude_trigger=False, freefall_acceleration_g=0.5, freefall_trigger=True
-    )
-    take(data, batch(1.0, view=off))
-    assert (data.fires.value, data.falls.value) == (None, 0.5)
 
 
 ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
@@ -150,13 +113,6 @@ def test_when_the_conversation_is_over_no_limit_acts() -> None:
     take(data, batch(1.0, view=view), batch(2.0, view=over(view)))
     tilt = live_lanes(data, LimitsInUse())[0].limits[0]
     assert (tilt.steps.value, given(tilt.stale).value) == (None, 60)
-
-
-def test_the_lanes_show_these_series() -> None:
-    data = LiveData()
-    assert [lane.series for lane in live_lanes(data, LimitsInUse())] == [
-        data.tilt, data.acceleration, data.light, data.cell,
-    ]  # fmt: skip
 
 
 # Marks
@@ -209,18 +165,6 @@ def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(re
     ]
 
 
-@pytest.mark.parametrize("port", [OPEN.port, "/dev/ttyUSB1"])
-def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
-    data, back = LiveData(), OPEN._replace(port=port)
-    marks = take(data, batch(1.0), batch(2.0, connection=LOST, view=over(talk(0.0))), batch(5.0, connection=back))
-    assert marks == [(2.0, "port lost"), (5.0, "connected")]
-
-
-def test_a_port_that_does_not_open_is_not_called_lost() -> None:
-    opening = OPEN._replace(state=PortState.OPENING)
-    assert take(LiveData(), batch(1.0, connection=opening), batch(2.0, connection=LOST)) == []
-
-
 def test_the_charger_is_marked_when_it_comes_and_goes() -> None:
     data = LiveData()
     times = (1.0, 1.5, 2.0, 2.5, 3.0)
@@ -263,39 +207,6 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
     assert datetime.fromisoformat(rows[0]["time_utc"] + "+00:00").timestamp() == pytest.approx(NOON + 1)
 
 
-def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
-    data = filled()
-    data.markers.append(Marker(1.2, MarkerKind.PORT_LOST, 'socket://a,"b"'))
-    rows = rows_of(b"".join(csv_parts(data.excerpt(0.0, 9.0), wall_offset_s=NOON)))
-    assert [row["event"] for row in rows if row["event"]] == [
-        "connected: /dev/ttyUSB0",
-        'port lost: socket://a,"b"',
-        "activated",
-        "triggered",
-    ]
-    assert len(rows) == data.excerpt(0.0, 9.0).row_count
-
-
-def test_csv_of_many_rows_has_the_announced_number_of_parts() -> None:
-    data = LiveData()
-    data.on_batch(batch(20.0, *(report(n / 1000) for n in range(12_000))))
-    recording = data.excerpt(0.0, 20.0)
-    parts = list(csv_parts(recording, wall_offset_s=NOON))
-    assert len(parts) == part_count(recording)
-    rows = rows_of(b"".join(parts))
-    assert len(rows) == 12_000 + 1  # the connection is a row
-    assert rows[-1]["elapsed_s"] == "20.000"
-
-
-def test_csv_counts_from_its_first_row() -> None:
-    rows = rows_of(b"".join(csv_parts(filled().excerpt(-60.0, 9.0), wall_offset_s=NOON)))
-    assert [row["elapsed_s"] for row in rows][:2] == ["0.000", "0.500"]
-
-
-def test_time_stamps_round_up_to_the_next_second() -> None:
-    assert time_cells(np.array([NOON + 0.9996])) == ["2026-03-01 12:00:01.000"]
-
-
 def test_a_span_with_dropped_samples_is_marked() -> None:
     data = LiveData()
     data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
@@ -305,37 +216,3 @@ def test_a_span_with_dropped_samples_is_marked() -> None:
 
 
 # Writing
-
-
-def test_files_are_replaced_atomically(tmp_path: Path) -> None:
-    path = tmp_path / "values.csv"
-    path.write_bytes(b"before")
-
-    def broken() -> Iterator[bytes]:
-        yield b"half"
-        assert path.read_bytes() == b"before"
-        raise OSError("the disk is full")
-
-    with pytest.raises(OSError, match="full"):
-        write_parts(path, broken(), 2)
-    assert (path.read_bytes(), names_in(tmp_path)) == (b"before", ["values.csv"])
-    write_parts(path, [b"whole ", b"file"], 2)
-    assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
-
-
-def test_saving_can_be_cancelled(tmp_path: Path) -> None:
-    told: list[float] = []
-
-    def go_on(share: float) -> None:
-        if len(told) > 2:
-            raise TimeoutError
-        told.append(share)
-
-    with pytest.raises(TimeoutError):
-        write_parts(tmp_path / "values.csv", repeat(b"x"), 100, go_on)
-    assert told == [0.0, 0.01, 0.02]
-    assert names_in(tmp_path) == []
-
-
-def names_in(folder: Path) -> list[str]:
-    return [path.name for path in folder.iterdir()]

@@ -4,23 +4,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
 from app.procedures.light import LightDirection
-from app.text.i18n import CHINESE, ENGLISH
 from protocol.events import EndReason
-from tests.support.pseudo_language import PSEUDO
-from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, given, let_lay_out
 from ui.pages.live.page import LivePage
-from ui.plots.plot_view import PlotView
 from ui.style.painted_widget import Freshness, PaintedWidget
-from ui.style.theme import DARK, Choice
+from ui.style.theme import Meaning
 from ui.widgets.readout import Readout
 
 
@@ -99,18 +96,22 @@ def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(li
     assert not [name for name in names for old in ("12°", "0.3 V", "3.94", "60°", "1.8 V") if old in name]
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "words"),
-    [
+@pytest.mark.promise("g")
+def test_what_is_never_reported_is_unknown_and_what_is_outside_its_limit_is_marked(live: Bench) -> None:
+    for key, name, words in (
         ("cell_voltage_v", "live_cell", "Cell voltage: unknown"),
         ("light_v", "live_light", "Light: unknown, limit 1.8 V"),
         ("boot_count", "live_boot_count", "Boot count: unknown"),
-    ],
-)
-def test_values_never_reported_are_unknown(live: Bench, key: str, name: str, words: str) -> None:
-    live.say(leave_out=key)
-    readout = live.find(Readout, name)
-    assert (readout.accessibleName().rstrip(), readout.freshness) == (words, Freshness.UNKNOWN)
+    ):
+        live.say(leave_out=key)
+        readout = live.find(Readout, name)
+        assert (readout.accessibleName().rstrip(), readout.freshness) == (words, Freshness.UNKNOWN)
+    panel = live.page.panel
+    live.say(cell_voltage_v=3.52, light_v=2.1, acceleration_g=0.1)
+    assert panel.cell.accessibleName() == "Cell voltage: 3.52 V, limit 3.80 V, low"
+    assert panel.light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open (assumed)"
+    assert panel.acceleration.accessibleName() == "Acceleration: 0.1 g, free fall"
+    assert panel.cell.meaning is panel.light.meaning is Meaning.ATTENTION
 
 
 def test_external_power_is_noted_beside_the_voltage(live: Bench) -> None:
@@ -123,33 +124,26 @@ def test_external_power_is_noted_beside_the_voltage(live: Bench) -> None:
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, charger unknown"
 
 
-@pytest.mark.parametrize(("flag", "says"), [(None, "trigger not known"), (False, "trigger off"), (True, "limit 60°")])
-def test_a_value_says_that_its_trigger_is_off_or_not_known(live: Bench, flag: bool | None, says: str) -> None:
-    live.say() if flag is None else live.say(attitude_trigger=flag, freefall_trigger=flag)
-    assert live.page.panel.tilt.accessibleName().endswith(says)
-    assert ("trigger not known" in live.page.panel.gauge.accessibleName()) is (flag is None)
-    assert ("trigger" in live.page.panel.acceleration.accessibleName()) is (flag is not True)
+def test_a_value_says_that_its_trigger_is_off_or_not_known(live: Bench) -> None:
+    for flag, says in ((None, "trigger not known"), (False, "trigger off"), (True, "limit 60°")):
+        live.say() if flag is None else live.say(attitude_trigger=flag, freefall_trigger=flag)
+        assert live.page.panel.tilt.accessibleName().endswith(says)
+        assert ("trigger not known" in live.page.panel.gauge.accessibleName()) is (flag is None)
+        assert ("trigger" in live.page.panel.acceleration.accessibleName()) is (flag is not True)
 
 
-@pytest.mark.parametrize(
-    ("direction", "light_v", "says"),
-    [
-        (None, 0.3, "bay closed (assumed)"),
+def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Bench) -> None:
+    for direction, light_v, says in (
         (None, 2.5, "bay open (assumed)"),
         (LightDirection.RISES, 0.3, "bay closed"),
         (LightDirection.RISES, 2.5, "bay open"),
         (LightDirection.FALLS, 0.3, "bay open"),
         (LightDirection.FALLS, 2.5, "bay closed"),
-    ],
-)
-def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(
-    live: Bench, direction: LightDirection | None, light_v: float, says: str
-) -> None:
-    live.say()
-    if direction is not None:
+    ):
+        live.say(light_v=light_v)
         live.connector.module.light_direction = direction
-    live.say(light_v=light_v)
-    assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
+        live.say(light_v=light_v)
+        assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
 
 
 def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:
@@ -160,11 +154,6 @@ def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:
     live.say(attitude_threshold_deg=75, tilt_deg=80)
     assert "75° fires" in panel.gauge.accessibleName()
     assert panel.tilt.accessibleName() == "Tilt: 80°, limit 75°, over 75°"
-
-
-def test_free_fall_is_shown(live: Bench) -> None:
-    live.say(acceleration_g=0.1)
-    assert live.page.panel.acceleration.accessibleName() == "Acceleration: 0.1 g, free fall"
 
 
 def test_polled_and_silent_differ(live: Bench) -> None:
@@ -216,30 +205,6 @@ def test_nothing_moves_when_values_change(live: Bench) -> None:
     assert moved == []
 
 
-@pytest.mark.parametrize("spoken", [ENGLISH, CHINESE, PSEUDO], indirect=True)
-def test_at_the_smallest_size_everything_is_in_sight(spoken: str, live: Bench) -> None:
-    live.say(charging=True)
-    let_lay_out(live.page)
-    page, panel = live.page, live.page.panel
-    plots = live.find(QWidget, "live_plots")
-    assert panel.mapTo(page, panel.rect().topRight()).x() < plots.mapTo(page, QPoint()).x()
-    assert page.rect().contains(page.save.png.mapTo(page, page.save.png.rect().bottomRight()))
-    for readout in (one for one in panel.findChildren(Readout) if one.isVisible()):
-        assert panel.rect().contains(readout.mapTo(panel, readout.rect().topRight()))
-        assert panel.rect().contains(readout.mapTo(panel, readout.rect().bottomLeft()))
-    assert page.rect().contains(plots.mapTo(page, plots.rect().bottomRight()))
-
-
-def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
-    live.say()
-    live.services.appearance.choose(Choice.DARK)
-    QApplication.processEvents()
-    picture = live.find(QWidget, "live_plots").grab().toImage()
-    assert picture.pixelColor(100, 4).name().upper() == DARK.surface.upper()
-    canvas = live.find(PlotView, "time-plot-canvas").grab().toImage()
-    assert canvas.pixelColor(2, 2).name().upper() == DARK.surface.upper()
-
-
 # In the window
 
 
@@ -261,17 +226,3 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         assert page.plot.time_range.span == span
         assembly.window.go_to("live")
         one.until(lambda: page.plot.time_range.span.end_s > span.end_s)
-
-
-def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("beside"), window(qapp, tmp_path, entries=page_entries("live")) as assembly:
-        page = await_child(qtbot, assembly.window, LivePage)
-        assembly.window.resize(1024, 600)
-        connect(qtbot, assembly, "sim://beside")
-        qtbot.waitUntil(lambda: not page.is_empty)
-        assembly.window.menus["simulator"].setChecked(True)
-        head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
-        assert head is not None
-        qtbot.waitUntil(lambda: 0 < head.height() < 3 * given(pause).height())

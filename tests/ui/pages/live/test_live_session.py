@@ -4,30 +4,22 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent
-from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView, StatusSample
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
-from app.recordings.markers import END_MARKS, MarkerKind
-from app.recordings.recording import open_recording
 from app.system.clock import steady_time
-from protocol.events import Began, Ended, EndReason
+from protocol.events import Began
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import find, given, notice_text
-from ui.core.bridge import Bridge
+from tests.support.window.steps import given, notice_text
 from ui.main import PAGES
 from ui.services.recording_jobs import RecordingJobs
 from ui.session.recording import SessionRecording
 from ui.shell.status_bar import RecordingSign
-from ui.style.icons import Icon
-from ui.widgets.labels import IconLabel
 
-OTHER = OPEN._replace(port="/dev/ttyACM0", opening=7)
 NEXT = OPEN._replace(opening=7)
 
 
@@ -69,12 +61,6 @@ def some(first_s: float, *, connection: Connection = OPEN, number: int = 1, begi
     return batch(first_s + 0.3, *reports, connection=connection, view=view, events=events)
 
 
-def over(at_s: float, reason: EndReason, *, number: int = 1) -> Batch:
-    at_s += steady_time()
-    end = Ended(reason, at_s)
-    return batch(at_s, view=ConversationView(number=number, ended=end), events=(end,))
-
-
 def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
     batches = [some(1.0, begins=True), some(2.0), some(3.0, connection=CLOSED)]
     for one in batches:
@@ -103,38 +89,6 @@ def test_one_opening_of_the_port_is_one_recording(
     assert [count for _, _, count in bench.listed()] == counts
 
 
-def test_a_name_is_of_one_conversation_and_no_other(bench: Bench) -> None:
-    bench.say(some(1.0, begins=True))
-    bench.name("Left wing")
-    bench.say(over(2.0, EndReason.SILENT))
-    bench.say(some(3.0, number=2, begins=True))
-    bench.name("Left wing")  # late, as the window did not know yet that it is over
-    assert bench.listed() == [("/dev/ttyUSB0", ("Left wing",), 6)]
-    recording = open_recording(bench.library.entries()[0])
-    ended_at = next(one.time_s for one in recording.markers if one.kind is END_MARKS[EndReason.SILENT])
-    named = [one for one in recording.markers if one.kind is MarkerKind.NAMED]
-    assert {one.text for one in named} == {"Left wing"}
-    assert all(one.time_s < ended_at for one in named)
-
-
-def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
-    (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
-    sign = RecordingSign(lambda: bench.sessions.state)
-    qtbot.addWidget(sign)
-    told = QSignalSpy(sign.troubled)
-    bench.say(some(1.0))
-    recorder = given(bench.sessions._recorder)
-    recorder.settle(WAIT_S)
-    bench.say(some(2.0))
-    sign.refresh()
-    sign.refresh()
-    assert len(bench.handed_on) == 2
-    assert told.count() == 1
-    assert "Not recording" in told.at(0)[0].translated()
-    assert sign.label.text() == "Not recorded"
-    assert _is_a_warning(sign)
-
-
 def test_an_error_in_the_recorder_does_not_reach_the_worker(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -156,31 +110,14 @@ def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
     sign.refresh()
     since = given(bench.sessions.state.since)
     assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
-    assert _is_a_warning(sign) is False
-    QApplication.sendEvent(sign, QEvent(QEvent.Type.StyleChange))
-    assert _is_a_warning(sign) is False
-
-
-def _is_a_warning(sign: RecordingSign) -> bool:
-    shown = find(sign, IconLabel)
-    return shown._shown is not None and shown._shown[0] is Icon.WARNING
 
 
 # In the window
 
 
-def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -> None:
-    bridge = Bridge()
-    taken: list[Batch] = []
-    bridge.batch.connect(taken.append)
-    for one in (some(1.0), some(2.0), some(3.0, connection=CLOSED), some(4.0, connection=OTHER)):
-        bridge.deliver(one)
-    qtbot.waitUntil(lambda: len(taken) == 3)
-    assert [(one.connection, len(one.samples)) for one in taken] == [(OPEN, 6), (CLOSED, 3), (OTHER, 3)]
-    bridge.close()
-
-
-def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_recorded_session_streams_on_every_page_and_is_closed_with_the_window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=page_entries("live", "triggers")) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
@@ -191,15 +128,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
         assembly.ports.current.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
-        assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.ports.current.stream.is_recorded)
-
-
-def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         library = assembly.storage.recordings.library
-        connect(qtbot, assembly, "sim://closed")
-        qtbot.waitUntil(lambda: assembly.ports.current.recording.state.since is not None)
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
         assert [entry.was_cut_off for entry in library.entries()] == [False]

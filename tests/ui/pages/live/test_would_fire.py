@@ -106,13 +106,3 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
         assert {one.command for one in changes} <= {SERIAL_OUTPUT}
         settings.work.revert()
         port.disconnect_port()
-
-
-def test_how_it_is_judged_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made):
-            pass
-        find(assembly.window, LogsPage)._explain()
-        said = [part for part in qapp.topLevelWidgets() if part.isVisible() and part.inherits("QWhatsThat")]
-        assert len(said) == 1
-        said[0].close()

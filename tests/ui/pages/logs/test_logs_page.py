@@ -1,6 +1,5 @@
 """The Logs page: reading, sides, map, proposal, use of thresholds, one log."""
 
-import ast
 import csv
 import threading
 from collections.abc import Iterator
@@ -25,7 +24,6 @@ from app.settings.profile_file import read_profile
 from app.text.messages import message
 from protocol.messages import Source
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
-from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import await_child, choosing, drop, given, let_lay_out, notice_text, press
 from ui.main import Assembly
@@ -35,7 +33,6 @@ from ui.pages.logs.rows import LogColumn, fire_text
 from ui.pages.logs.thresholds import cells_of
 from ui.pages.logs.work import LogFile, LogRow
 
-ROOM = Path(work_module.__file__).parent
 UNSORTED, MUST_NOT, MUST = FlightGroup
 
 
@@ -145,18 +142,6 @@ def test_a_folder_is_read_and_a_table_asks_for_its_columns_in_one_line(desk: Des
     assert desk.notice() == ""
 
 
-def test_a_notice_moves_nothing(desk: Desk, tmp_path: Path) -> None:
-    desk.add(tilted("calm", 20))
-    let_lay_out(desk.page)
-    before = places(desk.page)
-    (tmp_path / "broken.ulg").write_bytes(b"ULog")
-    (tmp_path / "page.ulg").write_bytes(b"<html><body>not found</body></html>")
-    desk.open(tmp_path / "broken.ulg", tmp_path / "page.ulg")
-    let_lay_out(desk.page)
-    assert "2 of 2 not read" in desk.notice()
-    assert moved(before, places(desk.page)) == []
-
-
 def test_each_dropped_file_that_cannot_be_read_is_named_and_nothing_is_proposed_without_it(
     desk: Desk, tmp_path: Path
 ) -> None:
@@ -177,14 +162,6 @@ def test_each_dropped_file_that_cannot_be_read_is_named_and_nothing_is_proposed_
     desk.key(Qt.Key.Key_Delete)
     desk.wait_proposal()
     assert desk.said() == "The vendor's defaults hold: they fire in 0 of 1"
-
-
-def test_without_a_port_a_click_leads_here(desk: Desk) -> None:
-    panel = desk.assembly.window.panel
-    panel.show()
-    desk.qtbot.mouseClick(panel.logs, Qt.MouseButton.LeftButton)
-    assert not panel.isVisible()
-    assert desk.page.isVisible()
 
 
 def test_cancel_is_immediate_and_late_results_change_nothing(
@@ -506,16 +483,3 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     bar.save_in_profile()
     assert "new.toml is not a profile" in desk.notice()
     assert path.read_text(encoding="utf-8") == "no profile"
-
-
-@pytest.mark.promise("i")
-def test_nothing_on_the_page_can_reach_a_module() -> None:
-    """It has access to neither the connector nor the engine."""
-    for path in ROOM.glob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-        assert not names & {"connector", "lock"}, path.name
-        modules = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-        assert not any(
-            module.startswith(("app.engine", "app.procedures", "app.safety", "ui.acts")) for module in modules
-        )

@@ -5,15 +5,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
-from app.recordings.entry_texts import size_text
-from app.recordings.export import export
 from app.recordings.library import recordings_folder
-from app.text.i18n import CHINESE, ENGLISH
+from app.text.i18n import CHINESE
 from tests.app.recordings.test_damage import chunks_in
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
@@ -31,7 +29,6 @@ from ui.plots.lanes import Span
 from ui.style.theme import Choice, Meaning
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-FULL_HD_AT_200 = QSize(960, 540)
 
 
 @pytest.fixture(scope="module")
@@ -64,13 +61,6 @@ def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None
     assert one.texts(LogColumn.MODULE) == ["Left wing"]
     one.page.list.search.setText("nothing like it")
     assert one.page.list.no_match.isVisible()
-
-
-@pytest.mark.parametrize(
-    ("size", "text"), [(0, "0 kB"), (90_000, "88 kB"), (5 << 20, "5.0 MB"), (300 << 20, "300 MB"), (3 << 30, "3.0 GB")]
-)
-def test_sizes_are_rounded(size: int, text: str) -> None:
-    assert size_text(size) == text
 
 
 def test_one_that_cannot_be_read_is_listed_with_its_reason_and_hinders_no_proposal(one: Desk) -> None:
@@ -120,26 +110,29 @@ def test_it_is_shown_whole_with_what_the_module_had(one: Desk, tmp_path: Path) -
     assert 100 <= len((tmp_path / "seen.csv").read_text("utf-8-sig").splitlines()) <= 130
 
 
-@pytest.mark.parametrize(
-    ("language", "theme", "size"),
-    [
-        (ENGLISH, Choice.LIGHT, SMALL_SCREEN),
-        (ENGLISH, Choice.SUNLIGHT, FULL_HD_AT_200),
-        (CHINESE, Choice.SUNLIGHT, FULL_HD_AT_200),
-    ],
-)
+@pytest.mark.promise("g")
+def test_a_value_outside_its_limit_is_marked_under_the_cursor(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    low = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52)
+    with made(qtbot, qapp, tmp_path, low) as desk:
+        desk.page.open_row(desk.page.work.rows()[0])
+        desk.until(lambda: desk.page.view.plot is not None)
+        plot = given(desk.page.view.plot)
+        plot.time_range.show_instant(1005.0)
+        assert " (!) low, limit 3.80" in plot.reading
+
+
 def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
-    language: str, theme: Choice, size: QSize, qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
     """From a folder of somebody else's, on a small screen; Live stays live, and LOCK works."""
-    options = WindowOptions(language=language)
+    options = WindowOptions(language=CHINESE)
     with (
         simulated("beside", tilt=33),
         window(qapp, tmp_path, entries=page_entries("live", "logs"), options=options) as assembly,
     ):
         main = assembly.window
-        assembly.appearance.choose(theme)
-        main.resize(size)
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        main.resize(SMALL_SCREEN)
         live, page = await_child(qtbot, main, LivePage), await_child(qtbot, main, LogsPage)
         connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: live.data.has_samples)
@@ -199,27 +192,6 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.until(lambda: one.said() == "Cancelled.")
     assert ended.wait(WAIT_MS / 1000)
     assert list(tmp_path.glob("*.csv")) == []
-
-
-def test_an_export_is_finished_after_the_window_has_closed(
-    one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    begun, may_go_on = threading.Event(), threading.Event()
-
-    def held(*asked: object, **more: object) -> object:
-        begun.set()
-        may_go_on.wait()
-        return export(*asked, **more)  # type: ignore[arg-type]
-
-    monkeypatch.setattr("app.recordings.export.export", held)
-    one.page.table.selectRow(0)
-    one.page.ask_path = choosing(tmp_path / "all.csv")
-    one.page.exporting_action.trigger()
-    assert begun.wait(WAIT_MS / 1000)
-    one.storage.close()
-    may_go_on.set()
-    assert one.storage.recordings._writing.wait(WAIT_MS / 1000)
-    assert (tmp_path / "all.csv").is_file()
 
 
 def test_a_question_is_withdrawn_where_another_one_is_chosen(one: Desk) -> None:

@@ -1,10 +1,12 @@
 """The guided tests on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
 
+from collections.abc import Callable
 from unittest.mock import patch
 
 import pytest
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QImage
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -17,13 +19,11 @@ from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
 from tests.support.window.steps import given, notice_text
-from tests.support.window.walk import SMALL_SCREEN
 from ui.acts.act_row import ActRow
-from ui.pages.preflight.guided import GuidedPicture
 from ui.session.guided import Stage
 from ui.session.interruptions import RemainderKind
-from ui.style.theme import Choice, Meaning
-from ui.widgets.step_button import bring_into_sight, is_in_sight
+from ui.style.theme import Meaning
+from ui.widgets.step_button import bring_into_sight
 
 KINDS = [test.kind for test in GUIDED_TESTS]
 WITHOUT_A_NAME = "Without a name the result counts for no check."
@@ -185,23 +185,6 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
         bench.until(lambda: not bench.guided.work.owes_lock)
 
 
-def _cancel(bench: GestureBench) -> None:
-    bench.guided.cancel.click()
-
-
-def _escape(bench: GestureBench) -> None:
-    bench.key(Qt.Key.Key_Escape, is_press=True)
-    bench.key(Qt.Key.Key_Escape, is_press=False)
-
-
-def _another_page(bench: GestureBench) -> None:
-    bench.window.go_to("commands")
-
-
-def _close(bench: GestureBench) -> None:
-    QApplication.sendEvent(bench.window, QCloseEvent())
-
-
 def _minimise(bench: GestureBench) -> None:
     bench.window.setWindowState(Qt.WindowState.WindowMinimized)
     bench.turn()
@@ -214,29 +197,37 @@ def _error_in_the_procedure(bench: GestureBench) -> None:
     assert "program error" in bench.guided.verdict.text()
 
 
-def _nobody(bench: GestureBench) -> None:
-    bench.wait(6.0)
-
-
 def _done(bench: GestureBench) -> None:
     bench.bench.module.state.attitude_is_enabled = False
     bench.bench.module.activate(is_active=True)
     act_as_told(bench, Hands(bench.bench, PersonSteps()))
 
 
+WAYS_OUT: dict[str, Callable[[GestureBench], object]] = {
+    "cancel": lambda bench: bench.guided.cancel.click(),
+    "escape": lambda bench: QTest.keyClick(bench.window, Qt.Key.Key_Escape),
+    "another page": lambda bench: bench.window.go_to("commands"),
+    "minimised": _minimise,
+    "error": _error_in_the_procedure,
+    "nobody": lambda bench: bench.wait(6.0),
+    "done": _done,
+    "closed": lambda bench: QApplication.sendEvent(bench.window, QCloseEvent()),  # the last one
+}
+
+
 @pytest.mark.promise("c")
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
-    for leave in (_cancel, _escape, _another_page, _minimise, _error_in_the_procedure, _nobody, _done, _close):
+    for way, leave in WAYS_OUT.items():
         bench.sent.clear()
         activated(bench)
         leave(bench)
         bench.wait(1.0)
-        assert is_locked(bench), leave
-        assert LOCK in bench.sent, leave
-        assert not bench.guided.work.is_running, leave
+        assert is_locked(bench), way
+        assert LOCK in bench.sent, way
+        assert not bench.guided.work.is_running, way
         bench.until(lambda: not bench.guided.work.owes_lock)
-        assert bench.sent.count(ACTIVATE) == 1, leave
+        assert bench.sent.count(ACTIVATE) == 1, way
         bench.bench.module.state.attitude_is_enabled = True
         bench.bench.set_world(tilt_deg=0)
 
@@ -381,30 +372,6 @@ def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_clic
     outcome = page.work.outcome
     assert isinstance(outcome, GuidedResult)
     assert outcome.verdict is GuidedVerdict.PASSED
-
-
-def test_what_a_person_needs_now_is_in_sight_on_the_smallest_screen_in_sunlight(bench: GestureBench) -> None:
-    bench.assembly.appearance.choose(Choice.SUNLIGHT)
-    bench.window.resize(SMALL_SCREEN)
-    page = bench.guided
-    bench.prepare_test(GuidedKind.TILT)
-    bench.wait(0.2)
-    assert page.work.stage is Stage.CONFIRMING
-    assert all(map(is_in_sight, (page.title, page.activate.confirm, page.cancel, page.primary)))
-    page.work.cancel()
-    bench.until(lambda: page.work.stage is Stage.DONE)
-    bench.refresh()
-    bench.turn()
-    assert is_in_sight(page.verdict)
-
-
-def test_every_step_has_a_picture_of_its_own(qapp: QApplication) -> None:
-    picture, seen = GuidedPicture(), list[QImage]()
-    picture.resize(picture.sizeHint())
-    for kind, step in ((test.kind, step) for test in GUIDED_TESTS for step in range(len(test.steps))):
-        picture.show_step(kind, step, "a step")
-        seen.append(picture.grab().toImage())
-        assert seen[-1] not in seen[:-1], (kind, step)
 
 
 def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:

@@ -4,7 +4,6 @@ in the window: loaded, validated, saved, used."""
 from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
-from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit
 from pytestqt.qtbot import QtBot
 
@@ -17,7 +16,6 @@ from app.store.kinds import PreflightCheck
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, name_module, on_bench, said
 from tests.support.window.steps import choosing, given, notice_text
-from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.session.check import Standing
 from ui.style.theme import Meaning
 
@@ -132,27 +130,6 @@ def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
 
 
 # Looks
-
-
-def test_without_a_module_nothing_can_be_checked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "none", "preflight", is_connected=False) as bench:
-        page = bench.preflight
-        assert not page.run.isEnabled()
-        assert "Connect or choose a module" in page.banner.accessibleName()
-        assert all("not checked" in row.accessibleName() for row in page.list.rows.values())
-
-
-def test_each_standing_looks_different_without_colour(qtbot: QtBot, qapp: QApplication) -> None:
-    """The shape alone tells them apart: compared in grey."""
-    pictures: list[QImage] = []
-    for other in Standing:
-        banner = VerdictBanner()
-        qtbot.addWidget(banner)
-        banner.show_announcement(Announcement(other, ""))
-        banner.resize(640, 128)
-        picture = banner.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
-        assert picture not in pictures
-        pictures.append(picture)
 
 
 PROFILE = """

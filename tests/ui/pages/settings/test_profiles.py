@@ -3,15 +3,14 @@
 import tomllib
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton
+from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
 from tests.support.window import walk
-from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into
-from tests.support.window.steps import choosing, drop
+from tests.support.window.settings_bench import Desk, notice, state, type_into
+from tests.support.window.steps import choosing
 
 PROFILE = f"{walk.PROFILE}baud_rate = 9600\n"
 
@@ -71,18 +70,6 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     assert one.settings.work.form.edited == {"light_threshold_v": 1.9}, "what was not shown stays an edit"
 
 
-def test_of_what_is_ticked_a_risk_that_is_accepted_writes_no_other_edit(tmp_path: Path, one: Desk) -> None:
-    type_into(one, "light_threshold", "1.9")
-    open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("65", "40")))
-    apply(one)
-    assert "55° or more" in notice(one)
-    assert one.changes() == []
-    choose(one, "write_anyway")
-    one.until(lambda: one.held("attitude_threshold") == 40 and not one.settings.work.job.is_running)
-    assert one.held("light_threshold") == 1.8
-    assert one.settings.work.form.edited == {"light_threshold_v": 1.9}
-
-
 def test_ticks_end_with_the_conversation_in_which_they_were_made(tmp_path: Path, one: Desk) -> None:
     open_by_dialog(one, profile_file(tmp_path))
     one.click(tick(one, "attitude_threshold"))
@@ -92,14 +79,6 @@ def test_ticks_end_with_the_conversation_in_which_they_were_made(tmp_path: Path,
     assert one.settings.work.comparison is None
     open_by_dialog(one, tmp_path / "H6.toml")
     assert tick(one, "attitude_threshold").isChecked()
-
-
-def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "commands", "settings") as one:
-        assert drop(one.assembly.window, profile_file(tmp_path))
-        one.until(one.settings.compare.isVisible)
-        assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
-        assert one.changes() == []
 
 
 def test_files_are_listed_until_they_are_missing(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
@@ -122,14 +101,7 @@ def test_files_are_listed_until_they_are_missing(qtbot: QtBot, tmp_path: Path, o
     assert not recent.isEnabled()
 
 
-@pytest.mark.parametrize("is_open", [False, True])
-def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(
-    is_open: bool, tmp_path: Path, one: Desk
-) -> None:
-    if is_open:
-        open_by_dialog(one, profile_file(tmp_path))
-        one.click("profile_close")
-        one.settings.refresh()
+def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
     bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
     open_by_dialog(one, profile_file(tmp_path, bad, "bad.toml"))
     said = notice(one)
