@@ -12,7 +12,7 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import ASKING, has_turned, motion_text, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, has_turned, motion_text, not_begun, open_conditions, outcome_notice, verdict_text
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
@@ -41,7 +41,9 @@ class ActRow(QFrame):
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")
         self.live = named(ElidedLabel(), f"{name}_live", "small")
-        self.live.setVisible(act is Act.ZERO)
+        # On Pre-flight the verdict stands above.
+        self._shows_verdict = act is Act.ACTIVATE and place == "act"
+        self.live.setVisible(act is Act.ZERO or self._shows_verdict)
         self.conditions = text_label(f"{name}_conditions", "attention")
         # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
@@ -80,6 +82,8 @@ class ActRow(QFrame):
         blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText("" if shown else motion_text(self._ports))  # the condition gives the figures
+        elif self._shows_verdict:
+            self.live.setText(verdict_text(self._ports.module))
         self.confirm.set_possible(not blocking and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.notice_bar.show_notice(notice)

@@ -4,15 +4,19 @@ from dataclasses import replace
 from typing import Final
 
 from app.engine.target import sets_rate
+from app.fleet.card import Need
 from app.procedures.act import Performed
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, inputs_at, refusals
 from app.safety.journal import Outcome
+from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.messages import UserMessage
+from app.text.sentences import join_names, labelled
 from protocol.translatable import marked
 from ui.services.context import Services
 from ui.session.ports import Ports
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -58,6 +62,20 @@ def outcome_meaning(done: Performed) -> Meaning:
             return Meaning.DANGER if done.act is Act.DEPLOY else Meaning.ATTENTION if is_hot else Meaning.GOOD
         case _:
             return Meaning.ATTENTION
+
+
+def verdict_text(module: ShownModule) -> str:
+    """The last verdict of a module with its age, or why it holds no more."""
+    if module.is_checking:
+        return labelled(tr("Verdict"), tr("checking…"))
+    held = None if module.check is None else module.check.held
+    if held is None or held.at is None:
+        return labelled(tr("Verdict"), tr("not checked"))
+    if held.verdict is None:
+        why = "" if held.void is None else held.void.message.translated()
+        return tr(Need.VOID.value, why=why)
+    age = tr("{time} ago", time=duration(module.now_s - held.at))
+    return labelled(tr("Verdict"), join_names((tr(held.verdict.value), age)))
 
 
 def motion_text(ports: Ports) -> str:

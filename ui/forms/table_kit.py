@@ -10,6 +10,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QObject,
     QPersistentModelIndex,
+    QSize,
     QSortFilterProxyModel,
     Qt,
 )
@@ -17,7 +18,8 @@ from PySide6.QtGui import QColor, QFontMetrics, QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
-from ui.style.theme import Meaning, Space, current, font
+from ui.style.theme import Meaning, Space, current, font, scaled
+from ui.widgets.controls import ICON_PX
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
@@ -183,3 +185,5 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
     rows.setDefaultSectionSize(max(row_px, QFontMetrics(font()).height() + Space.S))
     table.horizontalHeader().setHighlightSections(False)
+    table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+    table.setIconSize(QSize(scaled(ICON_PX), scaled(ICON_PX)))

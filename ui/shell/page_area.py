@@ -69,11 +69,12 @@ _OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Polic
 
 
 class _Pages(QStackedWidget):
-    """As high as the page in sight needs: Qt would take the highest of all pages."""
+    """At least as high as the page in sight needs: Qt would take the highest of all pages, and their usual heights."""
 
     def heightForWidth(self, width: int) -> int:
         page = self.currentWidget()
-        return -1 if page is None else page.heightForWidth(width)
+        layout = None if page is None else page.layout()
+        return -1 if layout is None or not layout.hasHeightForWidth() else layout.minimumHeightForWidth(width)
 
 
 class PageArea(QScrollArea):

@@ -165,7 +165,9 @@ class TopBar(QFrame):
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
         self.triggers.reserve(TriggerFlags.texts(), below=(tr("triggers"),))
-        self.cell.reserve(("4.00 V",), below=(*ages, join_names((tr("charging"), tr("low")))))
+        # In large text there is no room for both words, and the rare move is the lesser evil.
+        both = tr("charging") if is_text_large() else join_names((tr("charging"), tr("low")))
+        self.cell.reserve(("4.00 V",), below=(*ages, both))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))

@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPlainTextEdit,
+    QPushButton,
+    QSizePolicy,
+    QWidget,
+)
 
 from app import version
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
@@ -23,7 +32,7 @@ from ui.pages.diagnosis.traffic import TrafficModel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, fixed_font
+from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
@@ -81,7 +90,9 @@ class BundlePreview(QWidget):
         self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._where.hide()
-        head = in_row((self._privacy_note, 1), self.renew, self.save, spacing=Space.S)
+        head = in_row((self._privacy_note, 1), in_row(1, self.renew, self.save, spacing=Space.S), spacing=Space.S)
+        if is_text_large():  # beside the buttons it would have a word a line
+            head.setDirection(QBoxLayout.Direction.TopToBottom)
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
         in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)

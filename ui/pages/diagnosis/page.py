@@ -17,7 +17,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.session.shown_module import ShownModule
-from ui.style.theme import Space
+from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, scroll_area
 from ui.widgets.notice_bar import NoticeBar
@@ -61,9 +61,11 @@ class DiagnosisPage(Page):
         tabs.tabBar().setObjectName("diagnosis_tabs")
         tabs.tabBar().setAccessibleName(tr("Diagnosis"))
         tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        why = scroll_area(self.why, "why_scroll", tr("Connection"), is_vertical=True)
-        figures = scroll_area(self.statistics, "figures_scroll", tr("Statistics"), is_vertical=True)
-        for number, view in enumerate((why, self.traffic, figures, self.bundle)):
+        views = [self.why, self.traffic, self.statistics, self.bundle]
+        if not is_text_large():  # then the page scrolls as a whole
+            views[0] = scroll_area(self.why, "why_scroll", tr("Connection"), is_vertical=True)
+            views[2] = scroll_area(self.statistics, "figures_scroll", tr("Statistics"), is_vertical=True)
+        for number, view in enumerate(views):
             key, title = _VIEWS[number]
             shortcut = f"Alt+{number + 1}"
             tabs.addTab(view, tr(title))

@@ -27,6 +27,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, in_brackets, labelled
 from protocol.translatable import marked
+from ui.forms.table_kit import list_rows
 from ui.pages.fleet.group_jobs import GroupProfile
 from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
@@ -45,7 +46,6 @@ _TITLES: Final = (
 )
 MODULE, LOCK, STATE, TRIGGERS_CELL, VERDICT, NEXT = range(len(_TITLES))
 # The last column stands always, too.
-_ALWAYS: Final = (MODULE, LOCK, STATE)
 _WHERE_ROOM: Final = (VERDICT, TRIGGERS_CELL)
 # Every row has room for this many, so that no row moves when its texts change.
 _LINES: Final = 3
@@ -53,6 +53,7 @@ _LINES: Final = 3
 _LEAST_ROWS: Final = 3
 # Characters: of the last column, and of any other, whose texts wrap.
 _LEAST_NEXT: Final = 18
+_LEAST_MODULE: Final = 12
 _WIDEST: Final = 26
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
@@ -109,22 +110,13 @@ class Board(QTableWidget):
         self._shown: dict[Port, dict[int, tuple[str, object]]] = {}
         self._fitted: Profile | None = None
         self.setHorizontalHeaderLabels([tr(title) for title in _TITLES])
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-        self.setTabKeyNavigation(False)
-        self.setShowGrid(False)
-        self.verticalHeader().hide()
-        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self._row_px = _LINES * QFontMetrics(font()).lineSpacing() + Space.S
-        self.verticalHeader().setDefaultSectionSize(self._row_px)
+        list_rows(self, row_px=self._row_px)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setWordWrap(True)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
         header = self.horizontalHeader()
-        header.setHighlightSections(False)
-        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         # Widths of contents are set once a refresh: Qt would measure a column at each text that changes.
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
@@ -155,10 +147,12 @@ class Board(QTableWidget):
         header = self.horizontalHeader()
         letter_px = QFontMetrics(font()).averageCharWidth()
         room_px = self.viewport().width() - _LEAST_NEXT * letter_px
-        widest_px = min(_WIDEST * letter_px, room_px // len(_ALWAYS))
-        for column in (*_ALWAYS, *_WHERE_ROOM):
+        # A state is never cut: what has no room is the name, which is whole in the tooltip.
+        for column in (LOCK, STATE, MODULE, *_WHERE_ROOM):
             hint_px = max(self.sizeHintForColumn(column), header.sectionSizeHint(column)) + Space.S
-            width_px = min(widest_px, hint_px)
+            width_px = min(_WIDEST * letter_px, hint_px)
+            if column == MODULE:
+                width_px = min(width_px, max(room_px, _LEAST_MODULE * letter_px))
             room_px -= width_px
             if column in _WHERE_ROOM:
                 self.setColumnHidden(column, room_px < 0 or self._profile.profile is not None)

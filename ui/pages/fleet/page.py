@@ -102,6 +102,7 @@ class FleetPage(Page):
         self.board.addAction(self.disconnect_marked)
         connected = QWidget()
         column = QVBoxLayout(connected)
+        column.setContentsMargins(0, Space.S, 0, 0)
         buttons = QHBoxLayout()
         for action in (self.add, self.check, self.open_profile):
             buttons.addWidget(action)

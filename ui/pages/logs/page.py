@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
@@ -36,7 +36,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large, scaled
-from ui.widgets.controls import ICON_PX, Shortcut, named
+from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -340,8 +340,7 @@ class LogsPage(Page):
     def _make_actions(self) -> None:
         """For the chosen logs, in a bar above the list and in its menu."""
         self.bar = named(QToolBar(), "logs_actions")
-        for widget in (self.bar, self.table):
-            widget.setIconSize(QSize(scaled(ICON_PX), scaled(ICON_PX)))
+        self.bar.setIconSize(self.table.iconSize())
         self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
         self.moving = []
         for group, side in SIDES.items():

@@ -158,8 +158,8 @@ def _rgb(colour: QColor | str) -> tuple[int, int, int]:
 class FireMapView(StaticPlot):
     chosen = Signal(float, float)
     """Attitude threshold in degrees, free-fall time in seconds."""
-    usual: ClassVar = QSize(320, 280)
-    least: ClassVar = QSize(240, 200)
+    usual: ClassVar = QSize(240, 200)
+    least: ClassVar = usual
 
     def __init__(self) -> None:
         super().__init__("logs_map")

@@ -368,6 +368,8 @@ class PreflightPage(Page):
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
         header = self.make_header(tr("Pre-flight"), self.tabs)
+        if is_text_large():  # beside it the tabs would have to scroll, below it they would take a line
+            header.title.hide()
         self._of_report = (
             header.add_rare("preflight_export_any", tr("Export report…"), self.export_check),
             header.add_rare("preflight_print", tr("Print…"), self._print),
