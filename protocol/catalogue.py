@@ -72,6 +72,9 @@ class Command(NamedTuple):
     default: int | None = None  # D4 as delivered, where the table gives it. Never shown as the module's value.
     advice: Advice | None = None
 
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
+
     def __hash__(self) -> int:
         """Requests are looked up in every turn, and hashing all fields would cost a twelfth of it."""
         return self.code

@@ -32,6 +32,9 @@ LOWEST_CELL_V = 2.5  # a lithium cell below this is destroyed and cannot have su
 class Heartbeat:
     """Code 01: the module is present."""
 
+    def __repr__(self) -> str:
+        return "Heartbeat()"
+
 
 class Reading(NamedTuple):
     """The value that a command's six-byte reply carries. `raw` is D4."""

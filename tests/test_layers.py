@@ -42,6 +42,7 @@ ROOMS = (
     "app/simulator",
     "app/port_urls",
     "app/terminal",
+    "app/integration.py",  # the door for programs of others
     "app/cli",
     "app/__main__.py",  # puts the command line together, and opens the window
     "ui",

@@ -84,6 +84,9 @@ class Everything:
         # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
         self.contradictions: Mapping[str, UserMessage] = {}
 
+    def __repr__(self) -> str:
+        return f"Everything(values={self.values}, status={self.status}, errors={self.errors})"
+
 
 def read_everything(everything: Everything | None = None) -> Procedure[Everything]:
     """Ask once for everything that can be asked for. `everything`: has what was read so far, also if this ends with

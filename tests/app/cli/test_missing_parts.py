@@ -8,6 +8,7 @@ import pytest
 from tests.support.processes import ran_code
 
 QT = ("PySide6", "shiboken6", "pyqtgraph")
+OTHERS = ("cryptography", "jinja2", "mcap", "numpy", "segno", "shtab", "tomlkit", "zstandard", "psycopg")
 _WITHOUT = """
 import sys
 
@@ -38,6 +39,14 @@ def test_a_command_on_a_port_needs_no_qt(line: str) -> None:
     code, out, errors = without(QT, *line.split(), "--port", "sim://", "--json")
     assert code in (0, 1), errors
     assert "error" not in json.loads(out.splitlines()[-1])
+
+
+@pytest.mark.parametrize("line", ["read", "set freefall_time_s=1.4", "lock", "monitor --seconds 0.1", "find"])
+def test_three_packages_are_enough_to_read_and_write(line: str) -> None:
+    """As docs/integrating.md says: pyserial, msgspec and platformdirs."""
+    code, out, errors = without((*QT, *OTHERS), *line.split(), "--port", "sim://", "--json")
+    assert code == 0, errors
+    assert out.startswith("{")
 
 
 def test_no_command_needs_qt_to_be_imported() -> None:
