@@ -1,6 +1,7 @@
 """History of one module over all stations: what is known of it, as sentences."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from msgspec import to_builtins
@@ -13,7 +14,7 @@ from app.modules.service import service_summary
 from app.records.checks import CheckLine, check_line, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
-from app.settings.values import setting_message
+from app.settings.values import field_of, fitting, kept_value_message, setting_message
 from app.store.fact_store import Facts, Kept
 from app.store.fired import all_fired
 from app.store.kinds import (
@@ -25,6 +26,7 @@ from app.store.kinds import (
     MayHaveFired,
     ModuleNamed,
     ModuleProvisioned,
+    ModuleVisited,
     PreflightCheck,
     Serviced,
     SettingsSeen,
@@ -33,10 +35,14 @@ from app.store.kinds import (
 )
 from app.store.rows import Row
 from app.text.messages import UserMessage, clean, joined, message
+from app.text.user_error import UserError
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
+from protocol.catalogue import BOOTS, READABLE_SETTINGS
+from protocol.fields import Value
 from protocol.translatable import marked
 
 RECORD_BYTES = 16
+READABLE_KEYS = {command.key for command in READABLE_SETTINGS}
 _OUTCOMES: Mapping[str, str] = {
     Outcome.CONFIRMED.value: marked("confirmed"),
     Outcome.REFUSED.value: marked("refused"),
@@ -45,13 +51,77 @@ _OUTCOMES: Mapping[str, str] = {
 }
 
 
+# After these it is told which settings were known.
+_OF_SETTINGS = {KIND_OF[SettingsSeen], KIND_OF[ModuleVisited], KIND_OF[ActIntended], KIND_OF[PreflightCheck]}
+
+
 class HistoryEvent(NamedTuple):
     """One fact about a module as a sentence. `content`: as it is kept, of an act with its outcome and of a check
-    without the signed document."""
+    without the signed document. `settings`: as they were known then, of a fact that tells of settings."""
 
     row: Row
     text: UserMessage
     content: dict[str, Any]
+    settings: Mapping[str, Value] = {}
+
+
+class _Known:
+    """The settings as far as the facts tell them, from the oldest on; the boot count of the last reading."""
+
+    def __init__(self) -> None:
+        self.settings: dict[str, Value] = {}
+        self._boot_count: int | None = None
+
+    def read(self, content: SettingsSeen | ModuleVisited) -> UserMessage | None:
+        """What a reading tells beside the one before: whether settings outlived a restart. None where nothing."""
+        before, now = self.settings, dict(content.settings)
+        last, self._boot_count = self._boot_count, content.boot_count
+        if not now:
+            return None
+        self.settings = now
+        # The flags of the triggers are never read: what is known of them was written, in one conversation.
+        changes = settings_changed({key: before[key] for key in READABLE_KEYS & before.keys()}, now)
+        has_restarted = last is not None and (last + 1) % BOOTS == content.boot_count
+        if before and has_restarted:
+            changed = joined(changes) if changes else message(marked("settings kept"))
+            return message(marked("Over the restart: {what}."), what=changed)
+        if before and changes:
+            return message(marked("Read since: {what}."), what=joined(changes))
+        if isinstance(content, ModuleVisited):
+            return None
+        every = joined([setting_message(key, value) for key, value in sorted(now.items())])
+        return message(marked("{value}: {why}."), value=message(marked("Settings")), why=every)
+
+    def write(self, detail: Mapping[str, Any], outcome: str) -> UserMessage:
+        """What was written, with the value before."""
+        told = []
+        for key, value in sorted(detail.items()):
+            before = {key: self.settings.pop(key)} if key in self.settings else {}
+            told += settings_changed(before, {key: value}) or [setting_message(key, value)]
+            if outcome == Outcome.CONFIRMED.value:
+                self.settings[key] = value
+            elif before and outcome != Outcome.UNKNOWN.value:
+                self.settings |= before
+        return joined(told)
+
+
+def settings_changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[UserMessage]:
+    """The settings that are in both with another value: "Attitude threshold 60° → 65°"."""
+    told = []
+    for key, value in sorted(after.items()):
+        if key in before and before[key] != value:
+            new = kept_value_message(key, value)
+            told.append(message("{before} → {after}", before=setting_message(key, before[key]), after=new))
+    return told
+
+
+def as_edits(settings: Mapping[str, Any]) -> dict[str, Value]:
+    """Those that can be written again. Another station may have kept any number."""
+    edits = {}
+    for command in READABLE_SETTINGS:
+        with suppress(KeyError, UserError):
+            edits[command.key] = fitting(field_of(command), settings[command.key])
+    return edits
 
 
 def module_history(archive: Archive, name: str) -> list[HistoryEvent]:
@@ -63,7 +133,7 @@ def _history(facts: Facts, name: str) -> list[HistoryEvent]:
     kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
     fired = all_fired(facts, name)
     outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, name)}
-    events = []
+    events, known = [], _Known()
     for one in sorted(kept, key=lambda one: one.at):
         content = to_builtins(one.content)
         text: UserMessage | None
@@ -73,13 +143,20 @@ def _history(facts: Facts, name: str) -> list[HistoryEvent]:
         elif isinstance(one.content, ActIntended):
             content["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
             outcome = message(_OUTCOMES[content["outcome"]])
-            text = message(marked("{value}: {why}."), value=_act(one.content), why=outcome)
+            is_write = one.content.act == Act.WRITE.value
+            act = known.write(one.content.detail, content["outcome"]) if is_write else _act(one.content)
+            text = message(marked("{value}: {why}."), value=act, why=outcome)
+            if one.content.note:
+                text = joined((text, UserMessage(f"“{clean(one.content.note)}”")), " ")
+        elif isinstance(one.content, SettingsSeen | ModuleVisited):
+            text = known.read(one.content)
         elif isinstance(one.content, GuidedTestDone):
             text = _guided_test(one)
         else:
             text = _told(one.content)
         if text is not None:
-            events.append(HistoryEvent(one.row, text, content))
+            is_of_settings = one.row.kind in _OF_SETTINGS and known.settings
+            events.append(HistoryEvent(one.row, text, content, dict(known.settings) if is_of_settings else {}))
     return events
 
 
@@ -98,9 +175,6 @@ def _told(content: Content) -> UserMessage | None:
             word = message(JUDGEMENT_WORDS[Judgement(content.judgement)])
             judged = message(marked("Judged: {judgement}."), judgement=word)
             return joined((judged, UserMessage(f"“{clean(content.note)}”")), " ") if content.note else judged
-        case SettingsSeen():
-            settings = joined([setting_message(key, value) for key, value in sorted(content.settings.items())])
-            return message(marked("{value}: {why}."), value=message(marked("Settings")), why=settings)
         case MayHaveFired():
             return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
         case Serviced():
@@ -130,8 +204,6 @@ def _act(content: ActIntended) -> UserMessage:
     act = next((act for act in Act if act.value == content.act), None)
     if act is None:
         return UserMessage(clean(content.act))  # of a newer version
-    if act is Act.WRITE:
-        return joined([setting_message(key, value) for key, value in sorted(content.detail.items())])
     if act is Act.CHANGE_BAUD:
         return UserMessage(f"{message(TITLES[act]).in_english()} {content.detail.get('new')}")
     return message(TITLES[act])

@@ -33,7 +33,7 @@ from app.safety.permit import Origin, Permit
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_port, completed_as
+from app.terminal.arguments import add_file, add_json, add_port, any_name, completed_as
 from app.terminal.connection import OpenPort, connected
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import signals_noted
@@ -82,6 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
     parser.add_argument("--dry-run", action="store_true", help="only show what would change")
     parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
+    parser.add_argument("--note", type=any_name, default="", metavar="TEXT", help="who writes, and why")
     add_port(parser)
     add_json(parser)
 
@@ -148,6 +149,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> WriteRe
             accepted_risks=frozenset(wishes if args.accept_risk else ()),
             keep_as_found=records.keep_as_found,
             on_written=written.append,
+            note=args.note,
         )
         # As `write_all` orders them, and the baud rate last.
         ordered = sorted(wishes, key=lambda wish: (wish.command is BAUD_RATE, wish.command is ATTITUDE_TRIGGER))

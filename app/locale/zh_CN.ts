@@ -528,6 +528,10 @@
         <translation>请选择串口。</translation>
     </message>
     <message>
+        <source>Choose an entry for its settings, or two with Ctrl to compare them.</source>
+        <translation>选择一条记录查看其参数，按住 Ctrl 选择两条进行比较。</translation>
+    </message>
+    <message>
         <source>Choose logs, then press N or M.</source>
         <translation>选中日志，按 N 或 M。</translation>
     </message>
@@ -2164,6 +2168,10 @@
         <translation>最近 {time}：{lanes}；重启：{restarts}；串口断开：{losses}</translation>
     </message>
     <message>
+        <source>Over the restart: {what}.</source>
+        <translation>重启前后：{what}。</translation>
+    </message>
+    <message>
         <source>Over time</source>
         <translation>随时间变化</translation>
     </message>
@@ -2362,6 +2370,10 @@
     <message>
         <source>Read or remove: {names}</source>
         <translation>请读取或移除：{names}</translation>
+    </message>
+    <message>
+        <source>Read since: {what}.</source>
+        <translation>之后读取：{what}。</translation>
     </message>
     <message>
         <source>Read the record</source>
@@ -3120,6 +3132,10 @@
         <translation>参数一致。</translation>
     </message>
     <message>
+        <source>The settings are the same.</source>
+        <translation>参数相同。</translation>
+    </message>
+    <message>
         <source>The simulated module is not at rest.</source>
         <translation>模拟模块未处于静止状态。</translation>
     </message>
@@ -3576,6 +3592,10 @@
     <message>
         <source>Whether the module has triggered.</source>
         <translation>模块是否已触发。</translation>
+    </message>
+    <message>
+        <source>Who writes, and why</source>
+        <translation>写入人及原因</translation>
     </message>
     <message>
         <source>Why</source>
@@ -4604,6 +4624,10 @@
     <message>
         <source>set</source>
         <translation>写入</translation>
+    </message>
+    <message>
+        <source>settings kept</source>
+        <translation>参数保持不变</translation>
     </message>
     <message>
         <source>several records</source>

@@ -39,7 +39,7 @@ from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
 from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
-from app.safety.journal import DURABLE_LIMIT_S, Entry, Journal, Outcome
+from app.safety.journal import DURABLE_LIMIT_S, NOTE, Entry, Journal, Outcome
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command, Request
 from protocol.events import Contradiction, Unanswered
@@ -210,6 +210,8 @@ class WriteContext:
     keep_as_found: Callable[[Mapping[str, Value], int | None], "Future[Any] | None"] | None = None
     # Called with each result in the session's thread. The report decides: a result may be taken back later.
     on_written: Callable[[Written], None] | None = None
+    # Who writes, and why, as a person said it.
+    note: str = ""
 
 
 def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
@@ -346,7 +348,8 @@ class _Writing:
                 yield self.progress._replace(doing=WAITING)
             yield Pause(view.flags.free_at(request) - view.now)
             view = yield Inspect()
-        entry = context.journal.begin(Act.WRITE, request.encode(), {command.key: written.target})
+        detail = {command.key: written.target} | ({NOTE: context.note} if context.note else {})
+        entry = context.journal.begin(Act.WRITE, request.encode(), detail)
         self.entries.append((written, entry))
         yield Await(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
         yield from self._check()

@@ -17,6 +17,8 @@ from protocol.translatable import marked
 
 # An intent that is not on the disk by then is taken back, and nothing is sent.
 DURABLE_LIMIT_S = 1.0
+# In the detail of an act: what a person said of it.
+NOTE = "note"
 
 
 class Outcome(Enum):

@@ -82,13 +82,19 @@ def value_text(command: Command, value: Value) -> str:
 def setting_message(key: str, value: object) -> UserMessage:
     """Return a setting with its value and unit, as somebody kept it; one that this version does not know by its key."""
     command = next((command for command in SETTINGS if command.key == key), None)
-    if command is None:
-        return UserMessage(clean(f"{key} {value}"))
+    name = UserMessage(clean(key)) if command is None else message(command.title)
+    return message("{name} {value}", name=name, value=kept_value_message(key, value))
+
+
+def kept_value_message(key: str, value: object) -> UserMessage:
+    """Return the value of such a setting with its unit."""
+    command = next((command for command in SETTINGS if command.key == key), None)
     try:
-        shown = value_message(command, fitting(field_of(command), value))
+        if command is not None:
+            return value_message(command, fitting(field_of(command), value))
     except UserError:  # another station may have written any number
-        shown = UserMessage(clean(str(value)))
-    return message("{name} {value}", name=message(command.title), value=shown)
+        pass
+    return UserMessage(clean(str(value)))
 
 
 # What the vendor's table gives as delivered. Never shown as the module's value.

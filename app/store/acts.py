@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from app.engine.target import is_simulated
 from app.safety.acts import Act
-from app.safety.journal import Entry, Outcome
+from app.safety.journal import NOTE, Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
 from app.store.fact_store import Facts, Store
 from app.store.fired import forget_unnamed, note_unnamed
@@ -45,7 +45,10 @@ def new_run() -> str:
 
 
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
-    """The intent; its id. From now on the module counts as left ACTIVE, if that is what the act may leave behind."""
+    """The intent; its id. A note in the detail is a field of its own.
+
+    From now on the module counts as left ACTIVE, if that is what the act may leave behind."""
+    plain = _plain(detail)
     intent = (DeployIntended if act is Act.DEPLOY else ActIntended)(
         act=act.value,
         port=clean(where.port),
@@ -53,7 +56,8 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         origin=where.origin,
         adapter=clean(where.adapter),
         run=where.known_as.run,
-        detail=_plain(detail),
+        note=plain.pop(NOTE, ""),
+        detail=plain,
     )
     row = facts.add(intent, where.known_as.name or None)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):

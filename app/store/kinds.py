@@ -137,7 +137,8 @@ class GuidedTestDone(Content, frozen=True, kw_only=True):
 
 
 class ActIntended(Content, frozen=True, kw_only=True):
-    """The intent of an act; it is on the disk before anything is sent. `run` names the connection."""
+    """The intent of an act; it is on the disk before anything is sent. `run` names the connection; `note`: who wrote
+    the settings, and why, where that was said."""
 
     act: Word
     port: Text
@@ -146,6 +147,7 @@ class ActIntended(Content, frozen=True, kw_only=True):
     adapter: Text = ""
     run: Word = ""
     detail: Detail = {}
+    note: Note = ""
 
 
 class DeployIntended(ActIntended, frozen=True, kw_only=True):

@@ -57,12 +57,13 @@ class Comparison:
 
 class _Wish(NamedTuple):
     """A write as a person wants it. `accepted`: the changes whose risk was accepted; `is_unlocked`: although the module
-    is ACTIVE."""
+    is ACTIVE; `note`: who writes, and why."""
 
     changes: Sequence[SettingChange]
     armed: Armed
     accepted: frozenset[SettingChange] = frozenset()
     is_unlocked: bool = False
+    note: str = ""
 
 
 class SettingsDraft(QObject):
@@ -226,10 +227,10 @@ class SettingsDraft(QObject):
         if self.job.can_run:
             self.job.run(read_everything(), self._end_reading)
 
-    def write(self, armed: Armed) -> None:
+    def write(self, armed: Armed, note: str = "") -> None:
         """Write all edits and verify each, unless something stands in a field that cannot be sent."""
         if not self.form.mistyped:
-            self._write(_Wish(self.changes, armed))
+            self._write(_Wish(self.changes, armed, note=note))
 
     def _write(self, wish: _Wish) -> None:
         """The procedure refuses what a person has to accept first; see `_ask`."""
@@ -240,6 +241,7 @@ class SettingsDraft(QObject):
                 is_unlocked=wish.is_unlocked,
                 accepted_risks=wish.accepted,
                 keep_as_found=self._module.keep_as_found(),
+                note=wish.note,
             )
             self.form.begin_write(wish.changes)
             self.job.run(write_all(wish.changes, context), partial(self._end_writing, wish))

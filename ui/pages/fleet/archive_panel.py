@@ -25,14 +25,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.module_history import HistoryEvent, module_history
+from app.archive.module_history import HistoryEvent, as_edits, module_history, settings_changed
 from app.archive.report import ModuleToday, report
 from app.modules.service import TITLES, ServiceKind, serviced
 from app.records.verification import shown_key
+from app.settings.values import setting_message
 from app.store.kinds import Serviced
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
-from app.text.messages import clean
+from app.text.messages import clean, joined
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -83,7 +84,10 @@ _HISTORY_COLUMNS: Final = (
 
 
 class ArchivePanel(QWidget):
-    """Files and the server are accessed in a background thread."""
+    """Files and the server are accessed in a background thread. `settings_wanted`: the page of the settings, which has
+    earlier ones as edits."""
+
+    settings_wanted = Signal()
 
     def __init__(self, exchange: ArchiveExchange, services: Services) -> None:
         super().__init__()
@@ -121,7 +125,10 @@ class ArchivePanel(QWidget):
             lambda event: event.row.id,
             lambda event: event.text.translated(),
             row_px=_ROW_PX,
-            is_single=True,
+        )
+        self.settings = text_label("archive_settings", "small", is_selectable=True)
+        self.use = control(
+            QPushButton(tr("Use in Settings")), "archive_use", picture=Icon.SETTINGS, slot=self._use_settings
         )
         for table in (self.modules, self.life):
             table.setWordWrap(True)
@@ -130,6 +137,7 @@ class ArchivePanel(QWidget):
         self.service.closed.connect(self._close_form)
         self._lay_out()
         self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
+        self.life.selectionModel().selectionChanged.connect(lambda _new, _old: self._compare())
         exchange.changed.connect(self._refresh)
 
     def _lay_out(self) -> None:
@@ -142,9 +150,17 @@ class ArchivePanel(QWidget):
         state.addWidget(self.state, 1)
         state.addWidget(self.carry)
         state.addWidget(self.enter_service)
+        chosen = QHBoxLayout()
+        chosen.addWidget(self.settings, 1)
+        chosen.addWidget(self.use)
+        history = named(QWidget(), "archive_history")
+        below = QVBoxLayout(history)
+        below.setContentsMargins(0, 0, 0, 0)
+        below.addLayout(chosen)
+        below.addWidget(self.life, 1)
         tables = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         tables.addWidget(self.modules)
-        tables.addWidget(self.life)
+        tables.addWidget(history)
         self.views = named(QStackedWidget(), "archive_views")
         # The tables scroll by themselves: the page need not be as high as they would like to be.
         self.views.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
@@ -224,6 +240,26 @@ class ArchivePanel(QWidget):
             return
         read = partial(_history_of, self._services, chosen[0].name)
         self._loading_history.run(lambda _running: read(), self.life.show_rows, self._fail)
+
+    def _compare(self) -> None:
+        """The settings of one entry, or what differs between two, the earlier first."""
+        told = sorted((event for event in self.life.chosen() if event.settings), key=lambda event: event.row.made_at)
+        text = tr("Choose an entry for its settings, or two with Ctrl to compare them.")
+        if len(told) == 1:
+            text = joined([setting_message(*one) for one in sorted(told[0].settings.items())]).translated()
+        elif told:
+            changes = settings_changed(told[0].settings, told[-1].settings)
+            text = joined(changes).translated() if changes else tr("The settings are the same.")
+        self.settings.setText(text)
+        self.use.setEnabled(len(told) == 1 and self._services.exchange.can_use())
+
+    def _use_settings(self) -> None:
+        """As edits; nothing is sent."""
+        for event in self.life.chosen():
+            if event.settings and self._services.exchange.can_use():
+                self._services.exchange.used.emit(as_edits(event.settings))
+                self.settings_wanted.emit()
+                return
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, UserError):

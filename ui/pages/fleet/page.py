@@ -89,6 +89,7 @@ class FleetPage(Page):
         self.board = Board(self.members, self.profile)
         self.board.chosen.connect(self._choose)
         self.archive = ArchivePanel(self.exchange, self._services)
+        self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
 
     def _lay_out(self) -> None:
         head = self.make_header(tr("Fleet"), self.lock_all)

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QStackedLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QPushButton, QStackedLayout, QToolButton, QWidget
 
+from app.procedures.act import Armed
 from app.procedures.light import Proposal
 from app.settings.fingerprint import fingerprint
 from app.settings.form import RowState
@@ -43,6 +44,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 SUFFIX: Final = ".toml"
 # For the ages.
 REFRESH_EVERY_MS: Final = 250
+MAX_NOTE: Final = 200
 _LIGHT: Final = BY_NAME["light_threshold"].key
 
 
@@ -122,6 +124,10 @@ class SettingsPage(Page):
 
     def _read(self) -> None:
         self.work.read_all()
+
+    def _write(self, armed: Armed) -> None:
+        self.work.write(armed, self.note.text())
+        self.note.clear()
 
     def _discard_all(self) -> None:
         self.work.revert()
@@ -207,6 +213,9 @@ class SettingsPage(Page):
         self.write = control(QPushButton(tr("Write")), "settings_write", tip=tr("Write and verify"), picture=Icon.DROP,
                              keys="Ctrl+Return; Ctrl+Enter", role="primary")  # fmt: skip
         self.write.setWhatsThis(tr("Sends each edited row once and reads it back; never to an ACTIVE module."))
+        self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
+        self.note.setPlaceholderText(tr("Who writes, and why"))
+        self.note.setMaxLength(MAX_NOTE)
         self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
         self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
         self.measure = control(QToolButton(), "light_threshold_measure", text=tr("Measure"),
@@ -233,7 +242,7 @@ class SettingsPage(Page):
         content.setLayout(below)
         # With large text the foot is one line all the same, and leaves room for the rows.
         at_left = () if is_text_large() else profile
-        foot = in_row(*at_left, 1, self.revert, self.write, spacing=Space.S, margins=(Space.M, Space.XS))
+        foot = in_row(*at_left, (self.note, 1), self.revert, self.write, spacing=Space.S, margins=(Space.M, Space.XS))
         if is_text_large():
             below.addLayout(in_row(*profile, 1, spacing=Space.S))
         below.addStretch()
@@ -250,7 +259,7 @@ class SettingsPage(Page):
 
     def _wire(self) -> None:
         armed, exchange = self._services.armed, self._services.exchange
-        self.write.clicked.connect(lambda: self.work.write(armed))
+        self.write.clicked.connect(lambda: self._write(armed))
         self.read.clicked.connect(self._read)
         self.revert.clicked.connect(self._discard_all)
         self.measure.clicked.connect(self._measure)

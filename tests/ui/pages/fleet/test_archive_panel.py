@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
 from app.archive.sync import sync
-from app.store.kinds import SaidNew, Serviced, TriggerRecordSeen
+from app.store.kinds import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
 from tests.app.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import open_store
@@ -97,3 +97,25 @@ def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, assemb
     assembly.window.close_now()
     files = [path for path in assembly.storage.folder.rglob("*") if path.is_file()]
     assert all(b"secret" not in path.read_bytes() for path in files)
+
+
+def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly: Assembly) -> None:
+    store = store_of(assembly.storage)
+    for count, angle in ((4, 60), (5, 65)):
+        seen = SettingsSeen(port="P", boot_count=count, settings={"attitude_threshold_deg": angle})
+        store.add(seen, "M-07").result(PATIENCE_S)
+    panel = shown(qtbot, assembly)
+    qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
+    panel.life.selectAll()
+    assert panel.settings.text() == "Attitude threshold 60° → 65°"
+    assert not panel.use.isEnabled()
+    used: list[object] = []
+    exchange = panel._services.exchange
+    exchange.used.connect(used.append)
+    panel.life.selectRow(1)
+    assert not panel.use.isEnabled(), "no module answers"
+    exchange.can_use = lambda: True
+    panel.life.selectRow(0)
+    panel.life.selectRow(1)
+    panel.use.click()
+    assert used == [{"attitude_threshold_deg": 60}]
