@@ -20,7 +20,7 @@ from selectors import EVENT_READ, DefaultSelector
 
 from app.engine.conversation import reason_message
 from app.engine.procedure import SHARED, Ask, Job, Procedure
-from app.engine.worker import Batch
+from app.engine.worker import Batch, PortState
 from app.procedures.lock import Locked, lock
 from app.safety.journal import Journal
 from app.system.clock import steady_time
@@ -147,7 +147,7 @@ class Sharing:
 
             opened.listen(self._on_batch, wake, BATCH_EVERY_S)
             try:
-                while opened.connection.trouble is None:
+                while opened.connection.state is PortState.OPEN:
                     for key, _ in selector.select(LONGEST_WAIT_S):
                         if isinstance(key.data, Reader):
                             self._hear(key.data)
@@ -160,7 +160,7 @@ class Sharing:
             finally:
                 for reader in self._readers:
                     reader.client.close()
-        raise opened.connection.trouble
+        raise opened.connection.trouble or RuntimeError("the port was closed without a reason")
 
     # Readers
 

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from app.terminal.sharing import Reader
 from protocol.catalogue import COMMANDS
 from tests.app.cli.test_schemas import faults
 from tests.module.line import Line, now
-from tests.module.module import ACTIVATION, OUTPUT, STATUS, Module
+from tests.module.module import ACTIVATION, OUTPUT, RECORDS, STATUS, Module
 from tests.module.wire import FROM_HOST, with_sum
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, Running, ran, running
@@ -27,6 +28,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 LOCK = bytes.fromhex("42 61 10 02 00 12")
 STATUS_QUERY, BOOTS_QUERY, RECORDS_QUERY = (with_sum(FROM_HOST + bytes((code, 1, 0))) for code in (0x32, 0x23, 0x35))
+LIGHT_QUERY = with_sum(FROM_HOST + bytes((0x14, 1, 1)))
 ZERO = bytes.fromhex("42 61 25 01 00 26")
 SETS = [with_sum(FROM_HOST + bytes((one.code, 2, raw))) for one in COMMANDS for raw in (0, 1, 6, 60)]
 
@@ -115,6 +117,40 @@ def test_lock_passes_at_once_and_is_told(shared: Shared) -> None:
     assert {entry.frame for entry in shared.module.log.sets()} == {LOCK}
     errors = shared.end()[2]
     assert re.fullmatch(r"(127\.0\.0\.1:\d+): LOCK\n\1: The module reports LOCKED\.\n", errors)
+
+
+def test_lock_overtakes_a_question_that_is_being_answered(shared: Shared) -> None:
+    with shared.reader() as one, shared.reader() as other:
+        ask(one, BOOTS_QUERY)
+        other.sendall(RECORDS_QUERY)
+        while not (records := shared.module.log.got(RECORDS)):
+            time.sleep(0.001)
+        ask(one, LOCK)
+        (lock, *_) = shared.module.log.got(ACTIVATION)
+    # More records are waited for during half a second.
+    assert lock.at_s - records[0].at_s < 0.4
+
+
+def test_readers_take_turns(shared: Shared) -> None:
+    """One asks all the time, and faster than it is answered."""
+    shared.module.options.delay_s = 0.01
+    ended = threading.Event()
+
+    def insist(client: socket.socket) -> None:
+        while not ended.wait(0.004):
+            client.sendall(BOOTS_QUERY + STATUS_QUERY)
+
+    with shared.reader() as insistent, shared.reader() as honest:
+        thread = threading.Thread(target=insist, args=(insistent,))
+        thread.start()
+        honest.settimeout(10.0)
+        try:
+            for _ in range(20):
+                ask(honest, LIGHT_QUERY)
+        finally:
+            ended.set()
+            thread.join()
+    assert len(shared.module.log.got(STATUS)) <= 60
 
 
 def test_each_reader_gets_its_own_answers_and_all_get_the_stream(shared: Shared) -> None:
