@@ -10,6 +10,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.safety.acts import Act
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, Module
 from tests.support.window.fakes_ui import connect, page_entries, window
@@ -134,7 +135,7 @@ class Desk:
             case PreflightPage():
                 said += [Said("preflight", subject, word) for subject, word in _preflight(page)]
             case CommandsPage():
-                said += [Said("commands", "active", _commands(page))]
+                said += [Said("commands", subject, word) for subject, word in _commands(page)]
             case FleetPage():
                 said += [Said("fleet", subject, word) for subject, word in _fleet(page)]
         return said
@@ -181,9 +182,11 @@ def _preflight(page: PreflightPage) -> Iterator[tuple[str, str | None]]:
         yield "active", "ACTIVE"
 
 
-def _commands(page: CommandsPage) -> str | None:
+def _commands(page: CommandsPage) -> Iterator[tuple[str, str | None]]:
     words = {"Ready to fire: lock it before you touch it.": "ACTIVE", "The module is LOCKED.": "LOCKED"}
-    return words.get(page.meaning.text())
+    yield "active", words.get(page.meaning.text())
+    beside, _, word = page.acts[Act.ACTIVATE].live.text().partition(": ")
+    yield "verdict", "void" if beside == "Check again" else word.partition(",")[0].rstrip("…")
 
 
 def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:

@@ -4,8 +4,9 @@ Every finding is one line that names the widget. An elided text passes if its to
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
-from PySide6.QtCore import QModelIndex, QPoint, QRect, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QFont, QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -20,10 +21,10 @@ from PySide6.QtWidgets import (
     QListView,
     QScrollBar,
     QStyle,
-    QStyledItemDelegate,
     QStyleOptionComboBox,
     QTabBar,
     QTableView,
+    QToolBar,
     QWidget,
 )
 
@@ -31,20 +32,40 @@ from tests.support.window.controls import visible_in
 from tests.support.window.painted_text import Drawn
 from tests.support.window.steps import let_lay_out
 from ui.style.painted_widget import PaintedWidget
-from ui.style.theme import Size, font
+from ui.widgets.labels import ElidedLabel
 
 _SLACK_PX = 1
 _OVER_THE_PAGE = ("connect_panel",)
 """Widgets that may lie over others."""
 
 
-def cut_off(root: QWidget) -> list[str]:
-    """Return a line for every visible widget below `root` that does not fit, once all is laid out."""
+class Text(NamedTuple):
+    """A text in sight, measured along a line or across its lines. `is_told`: a shortened one is whole elsewhere."""
+
+    text: str
+    needs_px: float
+    room_px: float
+    is_told: bool = False
+    across: str = ""
+
+    @property
+    def fits(self) -> bool:
+        return self.is_told or self.needs_px <= self.room_px + _SLACK_PX
+
+
+def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
+    """Return a line for every visible widget below `root` that does not fit, once all is laid out. What was measured
+    is added to `texts`."""
     let_lay_out(root)
     found: list[str] = []
     for widget in (root, *visible_in(root)):
         if not widget.visibleRegion().isEmpty() or _scrolls(widget):
-            found += [f"{_named(widget)}: {fault}" for fault in _faults(widget)]
+            measured = list(_texts_of(widget))
+            faults = [f"{one.text!r} needs {one.needs_px:.0f} px{one.across}, has {one.room_px:.0f}"
+                      for one in measured if not one.fits]  # fmt: skip
+            found += [f"{_named(widget)}: {fault}" for fault in (*faults, *_faults(widget))]
+            if texts is not None:
+                texts += [one.text for one in measured]
     return found
 
 
@@ -52,154 +73,132 @@ def cut_off_in_paint(drawn: list[Drawn]) -> list[str]:
     """Return a line for every painted text that is wider than its room, or elided and nowhere given in full."""
     found = []
     for one in drawn:
-        is_cell = isinstance(one.widget.parentWidget(), QAbstractItemView)  # its tooltip is the model's: see _in_cells
         whole = one.text.rstrip("…").rstrip()
         is_whole = isinstance(one.widget, QLabel) and one.text == one.widget.text()  # "Checking…"
         if one.room_px is not None and one.needs_px > one.room_px + _SLACK_PX:
             found.append(f"{_named(one.widget)}: {one.text!r} needs {one.needs_px:.0f} px, has {one.room_px:.0f}")
-        elif one.text.endswith("…") and not (is_whole or is_cell or _is_told(one.widget, whole)):
+        elif one.text.endswith("…") and not (is_whole or _is_told(one.widget, whole)):
             found.append(f"{_named(one.widget)}: {one.text!r} is elided, and given nowhere in full")
     return found
 
 
-def _faults(widget: QWidget) -> Iterator[str]:
+def _texts_of(widget: QWidget) -> Iterator[Text]:
     match widget:
-        case QLabel():
+        case QLabel() if widget.text() and widget.pixmap().isNull():
             yield from _in_label(widget)
-        case QAbstractButton():
+        case QAbstractButton() if not isinstance(widget.parent(), QHeaderView | QTableView | QTabBar | QToolBar):
             yield from _in_button(widget)
         case QComboBox():
-            yield from _in_combo(widget)
-        case QAbstractSpinBox():
-            yield from _too_narrow(widget.lineEdit().displayText(), widget.lineEdit())
-        case QLineEdit() if not isinstance(widget.parent(), QAbstractSpinBox | QComboBox):
-            yield from _too_narrow(widget.placeholderText(), widget)
+            yield _in_combo(widget)
+        case QLineEdit() if not isinstance(widget.parent(), QComboBox):
+            is_number = isinstance(widget.parent(), QAbstractSpinBox)
+            text = widget.displayText() if is_number else widget.placeholderText()
+            room_px = widget.contentsRect().width() - widget.textMargins().left() - widget.textMargins().right()
+            yield _along(text, widget.fontMetrics(), room_px, is_told=_is_told(widget, text))
         case QTabBar():
-            yield from _in_tabs(widget)
-        case QHeaderView():
+            for index in range(widget.count()):
+                yield _along(widget.tabText(index), widget.fontMetrics(), widget.tabRect(index).width())
+        case QHeaderView() if widget.orientation() is Qt.Orientation.Horizontal:
             yield from _in_header(widget)
         case QGroupBox():
-            if widget.fontMetrics().horizontalAdvance(widget.title()) > widget.width():
-                yield f"title {widget.title()!r} is cut off"
-        case QListView():
+            yield _along(widget.title(), widget.fontMetrics(), widget.width())
+        case QListView() if _has_model(widget):
             yield from _in_rows(widget)
-        case QTableView():
+        case QTableView() if _has_model(widget):
             yield from _in_cells(widget)
-        case PaintedWidget():
-            least = widget.minimumSizeHint()
-            if widget.width() < least.width() - _SLACK_PX or widget.height() < least.height() - _SLACK_PX:
-                yield f"has {widget.width()}x{widget.height()}, wants {least.width()}x{least.height()}"
+
+
+def _along(text: str, metrics: QFontMetrics, room_px: int, *, is_told: bool = False, beside_px: int = 0) -> Text:
+    """The longest line of `text` needs its length, and `beside_px` for what stands beside it."""
+    return Text(text, max(map(metrics.horizontalAdvance, text.split("\n"))) + beside_px, room_px, is_told)
+
+
+def _in_label(label: QLabel) -> Iterator[Text]:
+    """A label cuts off what has no room; only our own elided one may, if its tooltip has the whole text."""
+    text, room, metrics = label.text(), label.contentsRect(), label.fontMetrics()
+    if label.wordWrap():
+        yield Text(text, label.heightForWidth(label.width()), label.height(), across=" of height")
+        longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
+        if not _has_chinese(longest):
+            yield _along(longest, metrics, room.width())
+        return
+    high = metrics.tightBoundingRect(text).height() * (text.count("\n") + 1)
+    yield Text(text, high, label.height(), across=" of height")
+    yield _along(text, metrics, room.width(), is_told=isinstance(label, ElidedLabel) and _is_told(label, text))
+
+
+def _in_button(button: QAbstractButton) -> Iterator[Text]:
+    text, hint = button.text(), button.sizeHint() if button.text() else button.minimumSizeHint()
+    if len(text) == 1:  # "+" has room enough
+        return
+    yield Text(text, hint.width(), button.width(), _is_told(button, text))
+    yield Text(text, min(hint.height(), 22), button.height(), across=" of height")
+
+
+def _in_combo(box: QComboBox) -> Text:
+    option = QStyleOptionComboBox()
+    box.initStyleOption(option)
+    part = QStyle.SubControl.SC_ComboBoxEditField
+    room = box.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, part, box)
+    text = box.currentText()
+    return _along(text, box.fontMetrics(), room.width(), is_told=_is_told(box, text))
+
+
+def _in_header(header: QHeaderView) -> Iterator[Text]:
+    model = header.model()
+    for section in range(header.count()):
+        if not header.isSectionHidden(section):
+            text, told = (
+                str(model.headerData(section, header.orientation(), role) or "")
+                for role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
+            )
+            room_px = header.sectionSize(section) - 8
+            yield _along(text, header.fontMetrics(), room_px, is_told=bool(text) and text in told)
+
+
+def _in_rows(view: QListView) -> Iterator[Text]:
+    model, metrics = view.model(), view.fontMetrics()
+    for row in range(model.rowCount()):
+        index = model.index(row, 0)
+        text, place = str(index.data() or ""), view.visualRect(index)
+        if view.wordWrap():
+            room = QRect(0, 0, place.width(), 10_000)
+            high = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap.value, text).height()
+            yield Text(text, high, place.height(), across=" of height")
+        else:
+            icon_px = view.iconSize().width() + 8 if index.data(Qt.ItemDataRole.DecorationRole) else 0
+            is_told = text in str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
+            yield _along(text, metrics, place.width(), is_told=is_told, beside_px=icon_px)
+
+
+def _in_cells(view: QTableView) -> Iterator[Text]:
+    """Cells may be elided if the tooltip has the whole text."""
+    model = view.model()
+    for row in range(min(20, model.rowCount())):
+        for column in range(model.columnCount()):
+            index = model.index(row, column)
+            text = str(index.data() or "")
+            if view.isColumnHidden(column) or not text:
+                continue
+            own = index.data(Qt.ItemDataRole.FontRole)
+            metrics = QFontMetrics(own if isinstance(own, QFont) else view.font())
+            icon_px = view.iconSize().width() if index.data(Qt.ItemDataRole.DecorationRole) else 0
+            is_told = text in str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
+            yield _along(text, metrics, view.columnWidth(column), is_told=is_told, beside_px=icon_px)
+            yield Text(text, metrics.height(), view.rowHeight(row), across=" of height")
+
+
+def _faults(widget: QWidget) -> Iterator[str]:
+    if isinstance(widget, PaintedWidget):
+        least = widget.minimumSizeHint()
+        if widget.width() < least.width() - _SLACK_PX or widget.height() < least.height() - _SLACK_PX:
+            yield f"has {widget.width()}x{widget.height()}, wants {least.width()}x{least.height()}"
     if isinstance(widget, QAbstractScrollArea) and not isinstance(widget, QTableView):
         bar = widget.horizontalScrollBar()
         if bar.maximum() > 0:
             yield f"scrolls sideways by {bar.maximum()} px"
     yield from _beyond_parent(widget)
     yield from _overlaps(widget)
-
-
-def _in_label(label: QLabel) -> Iterator[str]:
-    text = label.text()
-    if not text or not label.pixmap().isNull():
-        return
-    room = label.contentsRect()
-    metrics = label.fontMetrics()
-    if label.wordWrap():
-        needed = label.heightForWidth(label.width())
-        if needed > label.height() + _SLACK_PX:
-            yield f"{text!r} needs {needed} px of height, has {label.height()}"
-        longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
-        if metrics.horizontalAdvance(longest) > room.width() + _SLACK_PX and not _has_chinese(longest):
-            yield f"the word {longest!r} is wider than {room.width()} px"
-        return
-    needed = metrics.tightBoundingRect(text).height() * (text.count("\n") + 1)
-    if needed > label.height() + _SLACK_PX:
-        yield f"{text!r} needs {needed} px of height, has {label.height()}"
-    if not _is_told(label, text):
-        wanted = max(metrics.horizontalAdvance(line) for line in text.split("\n"))
-        if wanted > room.width() + _SLACK_PX:
-            yield f"{text!r} needs {wanted} px, has {room.width()}"
-
-
-def _in_button(button: QAbstractButton) -> Iterator[str]:
-    hint = button.minimumSizeHint() if not button.text() else button.sizeHint()
-    if isinstance(button.parent(), QHeaderView | QTableView) or len(button.text()) == 1:  # "+" has room enough
-        return
-    if hint.width() > button.width() + _SLACK_PX and not _is_told(button, button.text()):
-        yield f"{button.text()!r} needs {hint.width()} px, has {button.width()}"
-    if min(hint.height(), 22) > button.height() + _SLACK_PX:
-        yield f"{button.text()!r} needs {hint.height()} px of height, has {button.height()}"
-
-
-def _in_combo(box: QComboBox) -> Iterator[str]:
-    option = QStyleOptionComboBox()
-    box.initStyleOption(option)
-    room = box.style().subControlRect(
-        QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, box
-    )
-    wanted = box.fontMetrics().horizontalAdvance(box.currentText())
-    if wanted > room.width() + _SLACK_PX and not _is_told(box, box.currentText()):
-        yield f"{box.currentText()!r} needs {wanted} px, has {room.width()}"
-
-
-def _too_narrow(text: str, edit: QLineEdit) -> Iterator[str]:
-    wanted = edit.fontMetrics().horizontalAdvance(text)
-    room = edit.contentsRect().width() - edit.textMargins().left() - edit.textMargins().right()
-    if wanted > room + _SLACK_PX and not _is_told(edit, text):
-        yield f"{text!r} needs {wanted} px, has {room}"
-
-
-def _in_tabs(bar: QTabBar) -> Iterator[str]:
-    for index in range(bar.count()):
-        if bar.fontMetrics().horizontalAdvance(bar.tabText(index)) > bar.tabRect(index).width():
-            yield f"tab {bar.tabText(index)!r} is cut off"
-
-
-def _in_header(header: QHeaderView) -> Iterator[str]:
-    model = header.model()
-    if header.orientation() is not Qt.Orientation.Horizontal:
-        return
-    for section in range(header.count()):
-        if header.isSectionHidden(section):
-            continue
-        text = str(model.headerData(section, header.orientation()) or "")
-        wanted = header.fontMetrics().horizontalAdvance(text)
-        told = str(model.headerData(section, header.orientation(), Qt.ItemDataRole.ToolTipRole) or "")
-        if wanted > header.sectionSize(section) - 8 and text not in told:
-            yield f"head {text!r} needs {wanted + 8} px, has {header.sectionSize(section)}"
-
-
-def _in_rows(view: QListView) -> Iterator[str]:
-    model = view.model()
-    for row in range(model.rowCount() if _has_model(view) else 0):
-        index = model.index(row, 0)
-        text = str(index.data() or "")
-        icon_px = view.iconSize().width() + 8 if index.data(Qt.ItemDataRole.DecorationRole) else 0
-        wanted = max(_metrics(view).horizontalAdvance(line) for line in text.split("\n")) + icon_px
-        if view.wordWrap():
-            room = QRect(0, 0, view.visualRect(index).width(), 10_000)
-            high = _metrics(view).boundingRect(room, Qt.TextFlag.TextWordWrap.value, text).height()
-            if high > view.visualRect(index).height() + _SLACK_PX:
-                yield f"row {text!r} needs {high} px of height, has {view.visualRect(index).height()}"
-        elif wanted > view.visualRect(index).width() and text not in str(index.data(Qt.ItemDataRole.ToolTipRole) or ""):
-            yield f"row {text!r} needs {wanted} px, has {view.visualRect(index).width()}"
-
-
-def _in_cells(view: QTableView) -> Iterator[str]:
-    """Cells may be elided if the tooltip has the whole text."""
-    model = view.model()
-    for row in range(min(20, model.rowCount() if _has_model(view) else 0)):
-        high = QFontMetrics(view.font()).height()
-        if view.rowHeight(row) < high - _SLACK_PX:
-            yield f"row {row} needs {high} px of height, has {view.rowHeight(row)}"
-        for column in range(model.columnCount()):
-            index = model.index(row, column)
-            text = str(index.data() or "")
-            if view.isColumnHidden(column) or not text:
-                continue
-            wanted = max(_metrics(view, index).horizontalAdvance(line) for line in text.split("\n"))
-            told = str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
-            if wanted > view.columnWidth(column) and text not in told:
-                yield f"cell {row}, {column} {text!r} needs {wanted} px, has {view.columnWidth(column)}"
 
 
 def _beyond_parent(widget: QWidget) -> Iterator[str]:
@@ -230,14 +229,6 @@ def _overlaps(parent: QWidget) -> Iterator[str]:
             common = one.geometry().intersected(other.geometry())
             if common.width() > _SLACK_PX and common.height() > _SLACK_PX:
                 yield f"{_named(one)} and {_named(other)} overlap by {common.width()}x{common.height()}"
-
-
-def _metrics(view: QAbstractItemView, index: QModelIndex | None = None) -> QFontMetrics:
-    own = None if index is None else index.data(Qt.ItemDataRole.FontRole)
-    if isinstance(own, QFont):
-        return QFontMetrics(own)
-    is_ours = type(view.itemDelegate()) is not QStyledItemDelegate  # ours use the small font
-    return QFontMetrics(font(Size.SMALL) if is_ours and isinstance(view, QTableView) else view.font())
 
 
 def _has_model(view: QAbstractItemView) -> bool:
