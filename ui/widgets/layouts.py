@@ -1,6 +1,6 @@
 """Rows, columns and scroll areas made in one call."""
 
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QFocusEvent
@@ -20,14 +20,7 @@ from PySide6.QtWidgets import (
 from ui.style.theme import is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 
-
-class Gap(NamedTuple):
-    """Empty room of a fixed width or height."""
-
-    px: int
-
-
-Item = Gap | QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
+Item = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
 """A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment."""
 Margins = int | tuple[int, int] | tuple[int, int, int, int]
 """One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
@@ -63,8 +56,6 @@ def _filled(
         layout.setSpacing(spacing)
     for item in items:
         match item:
-            case Gap(px):
-                layout.addSpacing(px)
             case int():
                 layout.addStretch(item)
             case QWidget():

@@ -55,14 +55,13 @@ class Notice(NamedTuple):
 class NoticeBar(QWidget):
     """Shows one notice whole, and leads to the others; hidden while there is none.
 
-    One that `is_fitted`, and that at the foot of the window, fits its text into the height of its place, so that
-    nothing around it moves.
+    That at the foot of the window fits its text into the height of its place, so that nothing around it moves.
     """
 
     changed = Signal()
     """Another notice is shown, or none."""
 
-    def __init__(self, *, is_foot: bool = False, is_fitted: bool = False) -> None:
+    def __init__(self, *, is_foot: bool = False) -> None:
         super().__init__()
         self.setObjectName("notice_bar")
         self.hide()
@@ -73,9 +72,8 @@ class NoticeBar(QWidget):
         self._note = ""
         self._focus = FocusBack(self)
         self.is_foot = is_foot
-        is_fitted = is_fitted or is_foot
-        self._text: QLabel = named(FittedLabel(), "notice_text") if is_fitted else text_label("notice_text")
-        if not is_fitted:
+        self._text: QLabel = named(FittedLabel(), "notice_text") if is_foot else text_label("notice_text")
+        if not is_foot:
             self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.more = control(QToolButton(), "notice_more", says=tr("More messages"), role="quiet")
@@ -93,8 +91,8 @@ class NoticeBar(QWidget):
         self._choices = QHBoxLayout()
         self._choices.setSpacing(Space.S)
         self.picture = IconLabel("notice_icon", _ICON_PX, keeps_place=True)
-        margins = (Space.M, 0 if is_fitted else Space.XS)
-        if is_text_large() and not is_fitted:
+        margins = (Space.M, 0 if is_foot else Space.XS)
+        if is_text_large() and not is_foot:
             # Beside the buttons large text would have a word a line.
             head = in_row(self.picture, (self._text, 1), self.more, self._dismiss, spacing=Space.S)
             in_column(head, in_row(1, self._choices), of=self, spacing=Space.XS, margins=margins)

@@ -43,7 +43,7 @@ from ui.forms.table_kit import TableColumn, select_row
 from ui.pages.fleet.archive_exchange import ArchiveExchange, archive_of
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import scroll_area
@@ -167,6 +167,7 @@ class ArchivePanel(QWidget):
         self.views.addWidget(tables)
         self.views.addWidget(scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
         column = QVBoxLayout(self)
+        column.setContentsMargins(0, Space.S, 0, 0)
         column.addLayout(place)
         column.addLayout(state)
         column.addWidget(self.views, 1)

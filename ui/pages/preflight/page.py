@@ -107,6 +107,8 @@ class PreflightPage(Page):
             part.setVisible(name == view)
         self.form.setVisible(view in ("checks", "guided"))
         self.tabs.setVisible(view != "profile")
+        # Large tabs have no room beside it, and below it would take a line.
+        self._title.setVisible(view == "profile" or not is_text_large())
         if view == "past":
             self.past.open()
         if view == "checks":
@@ -368,8 +370,7 @@ class PreflightPage(Page):
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
         header = self.make_header(tr("Pre-flight"), self.tabs)
-        if is_text_large():  # beside it the tabs would have to scroll, below it they would take a line
-            header.title.hide()
+        self._title = header.title
         self._of_report = (
             header.add_rare("preflight_export_any", tr("Export report…"), self.export_check),
             header.add_rare("preflight_print", tr("Print…"), self._print),
