@@ -25,8 +25,7 @@ HELD_MS = 2000
 
 
 def wait_disarmed(one: Desk, ritual: RitualWidget) -> None:
-    one.wait(0.2)
-    assert ritual.ritual.stage is Stage.IDLE
+    one.until(lambda: ritual.ritual.stage is Stage.IDLE, 1.0)
 
 
 def outcome(one: Desk) -> str:
@@ -115,6 +114,15 @@ def test_a_rehearsal_needs_no_module_that_is_ready(one: Desk) -> None:
     press(one)
     one.until(lambda: "42 61 11 02 01 14 was not sent" in outcome(one))
     assert (one.changes(), audit(one)) == ([], [])
+
+
+def test_letting_go_too_early_sends_nothing(active: Desk) -> None:
+    ritual = arm(active)
+    press(active)
+    active.wait(0.2)
+    release(active)
+    assert ritual.ritual.stage is Stage.IDLE
+    stays_quiet(active)
 
 
 def test_the_ten_seconds_run_out(active: Desk) -> None:

@@ -1,17 +1,15 @@
 """The steps of an act: which presses count, by mouse, by key and by both at once."""
 
 from itertools import product
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
-from ui.session.check import Standing
 from ui.widgets.gestures import gestures
 from ui.widgets.step_button import StepButton
 
@@ -165,36 +163,6 @@ def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monke
         assert not is_nothing_sent(bench), is_marked
         bench.wait(5.0)
         bench.reset()
-
-
-@pytest.mark.promise("d")
-def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QApplication, tmp_path: Path) -> None:
-    """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
-    with gesture_bench(qapp, tmp_path, pages=("commands", "preflight")) as bench:
-        bench.window.go_to("preflight")
-        page = bench.preflight
-        bench.go_and_click(page.run)
-        bench.until(lambda: page.work.standing is Standing.NO_GO)
-        enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
-        page.list.ensureWidgetVisible(enable)
-        bench.turn()
-        place = bench.at(enable)
-        start = bar.value()
-        away = start - 60 if start >= 60 else start + 60
-        for value in (away, start):
-            bar.setValue(value)
-            bench.wait(1.0)
-            if value == away:
-                bench.move(place)
-        assert bench.window.childAt(place) is enable
-        bench.click()
-        assert page.work.standing is Standing.NO_GO
-        bench.move(QPoint(1, 1))
-        bench.move(place)
-        bench.click()
-        assert page.work.standing is Standing.CHECKING
-        bench.wait(8.0)
-        assert [one.encode()[2:5].hex() for one in bench.sent] == ["170200", "160200"]
 
 
 @pytest.mark.promise("d")
