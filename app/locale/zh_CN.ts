@@ -804,16 +804,8 @@
         <translation>坠落 {height} m</translation>
     </message>
     <message>
-        <source>Dropped: does not read.</source>
-        <translation>已断开：不读取数据。</translation>
-    </message>
-    <message>
-        <source>Dropped: sends no frames.</source>
-        <translation>已断开：发送的不是数据帧。</translation>
-    </message>
-    <message>
-        <source>Dropped: sends too much.</source>
-        <translation>已断开：发送过多。</translation>
+        <source>Dropped: sends too much or no frames, or does not read.</source>
+        <translation>已断开：发送过多、发送的不是数据帧，或不读取数据。</translation>
     </message>
     <message>
         <source>Dropped: too many readers.</source>

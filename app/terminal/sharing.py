@@ -98,13 +98,9 @@ class Reader:
         return requests
 
     @property
-    def fault(self) -> str:
-        """Why it is dropped; empty while it is not."""
-        if self.bytes > MOST_BYTES or self.locks > MOST_LOCKS:
-            return tr("Dropped: sends too much.")
-        if self.noise > MOST_NOISE:
-            return tr("Dropped: sends no frames.")
-        return tr("Dropped: does not read.") if len(self.unread) > MOST_UNREAD else ""
+    def is_at_fault(self) -> bool:
+        sends_too_much = self.bytes > MOST_BYTES or self.locks > MOST_LOCKS or self.noise > MOST_NOISE
+        return sends_too_much or len(self.unread) > MOST_UNREAD
 
     def send(self, data: bytes = b"") -> None:
         """Send it, behind what waits. Raises OSError where the reader has left."""
@@ -199,8 +195,8 @@ class Sharing:
         except OSError:
             self._drop(reader)
         else:
-            if reader.fault:
-                self._drop(reader, reader.fault)
+            if reader.is_at_fault:
+                self._drop(reader, tr("Dropped: sends too much or no frames, or does not read."))
 
     def _drop(self, reader: Reader, why: str = "") -> None:
         if reader not in self._readers:

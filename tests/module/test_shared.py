@@ -262,10 +262,10 @@ def test_a_reader_that_does_not_read_is_dropped_and_bounded() -> None:
         ours.setblocking(False)
         reader = Reader(ours, "x")
         sent = 0
-        while not reader.fault and sent < 100 * sharing.MOST_UNREAD:
+        while not reader.is_at_fault and sent < 100 * sharing.MOST_UNREAD:
             reader.send(bytes(1000))
             sent += 1000
-        assert reader.fault == "Dropped: does not read."
+        assert reader.is_at_fault
         assert len(reader.unread) <= sharing.MOST_UNREAD + 1000
 
 
