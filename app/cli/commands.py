@@ -97,7 +97,7 @@ BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 
 def is_file_name(word: str) -> bool:
     """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
-    return word not in BY_NAME and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).is_file())
+    return word not in BY_NAME and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).exists())
 
 
 def whole_parser() -> Parser:
