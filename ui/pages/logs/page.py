@@ -166,6 +166,8 @@ class LogsPage(Page):
     def _end_loading(self, ended: Reading) -> None:
         self.result.set_notice_of_now(partial(self._ended_notice, ended))
         self.refresh_list()
+        if ended.is_restored:  # what a person chose or opened meanwhile stays so
+            return
         (wanted, is_shown), self._wanted = self._wanted, ("", False)
         names = {wanted} if wanted else set(ended.names)
         self.table.choose(lambda row: row.name in names)

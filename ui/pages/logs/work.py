@@ -89,7 +89,8 @@ class LogRow(NamedTuple):
 class Reading:
     """Files and folders to read; `names`, `total` and `done` are written by the reading thread.
 
-    `skipped`: what is already read. `settle` is called by that thread before it reads. `is_asked`: by a person.
+    `skipped`: what is already read. `settle` is called by that thread before it reads. `is_asked`: somebody waits for
+    it. `is_restored`: it is of the last start, and nobody chose it now.
     """
 
     def __init__(
@@ -100,9 +101,10 @@ class Reading:
         settle: Settle = bool,
         *,
         is_asked: bool = True,
+        is_restored: bool = False,
     ) -> None:
         self._paths, self._columns, self._skipped, self._settle = tuple(paths), columns, frozenset(skipped), settle
-        self.is_asked = is_asked
+        self.is_asked, self.is_restored = is_asked, is_restored
         # None until they are counted.
         self.total: int | None = None
         self.names: tuple[str, ...] = ()
@@ -222,7 +224,10 @@ class LogsWork(QObject):
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None, settle: Settle = bool) -> None:
         """Reads files and folders, without logs that are already there."""
         read = [log.name for log in self.logs.values() if log.summary is not None]
-        self._waiting.append(Reading(paths, columns, read, settle))
+        self._order(Reading(paths, columns, read, settle))
+
+    def _order(self, reading: Reading) -> None:
+        self._waiting.append(reading)
         if self.task.is_running and not self.loading.is_asked:
             self.poll()
             self.task.cancel()
@@ -241,7 +246,7 @@ class LogsWork(QObject):
             word, _, name = line.partition(" ")
             self.logs[name] = LogFile(name, FlightGroup.__members__.get(word, FlightGroup.UNSORTED))
         if self.logs:
-            self.open(map(Path, self.logs))
+            self._order(Reading(map(Path, self.logs), is_restored=True))
 
     def judge_recordings(self) -> None:
         """Reads the newest recordings that are not judged yet; whatever a person opens goes first."""

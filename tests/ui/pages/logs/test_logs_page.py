@@ -107,6 +107,18 @@ def tilted(name: str, tilt_deg: float, seconds: float = 2.0) -> FlightLog:
 # Reading
 
 
+def test_the_logs_of_the_last_start_take_no_choice_away(desk: Desk, tmp_path: Path) -> None:
+    """Else Delete would take all of them out of the list, and `dps-s FILE` would show no file."""
+    single, *kept = (write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3))
+    desk.page.work.restore([f"MUST {path}" for path in kept])
+    desk.page.open_file(single)
+    desk.qtbot.waitUntil(desk.page.view.isVisible)
+    desk.page.work.restore([f"MUST {path}" for path in kept])
+    desk.qtbot.waitUntil(lambda: desk.page.work.loading.is_restored and not desk.page.work.task.is_running)
+    desk.wait_proposal()
+    assert {row.name for row in desk.page.table.chosen()} <= {str(single)}
+
+
 def test_a_folder_is_read_and_a_table_asks_for_its_columns_in_one_line(desk: Desk, tmp_path: Path) -> None:
     page = desk.page
     assert page.list.empty.isVisible()
