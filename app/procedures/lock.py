@@ -96,10 +96,10 @@ def waiting_sentence(sent: int) -> str:
 class _Proof:
     """The module's answers since the first LOCK."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, may_be_another: bool) -> None:
         self.is_acknowledged = self.is_heard = False
-        # The conversation in which it was pressed has ended.
-        self.may_be_another = False
+        # The conversation in which it was pressed, or since which it is owed, has ended.
+        self.may_be_another = may_be_another
         # The number of that conversation; before the first one, of the one that begins.
         self._pressed_in: int | None = None
         self._reports: list[bool] = []
@@ -148,10 +148,13 @@ class _Proof:
         return Outcome.REFUSED if self.is_locked is False and self.is_acknowledged else Outcome.UNKNOWN
 
 
-def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
+def lock(
+    journal: Journal | None = None, repeat: LockRepeat | None = None, *, is_owed: bool = False
+) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
-    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress."""
-    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof()
+    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress.
+    `is_owed`: since a conversation that has ended, whose journal this is."""
+    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof(may_be_another=is_owed)
     before = repeat.sent
     entries: list[Entry] = []
     is_port_lost = is_replaced = False

@@ -200,7 +200,7 @@ class OpenPort:
         """In the worker's thread."""
         from app.procedures.lock import lock
 
-        self._owed = Job(lock(self._journal), outlives=True)
+        self._owed = Job(lock(self._journal, is_owed=True), outlives=True)
         return self._owed
 
     def _open_again(self) -> None:

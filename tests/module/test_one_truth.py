@@ -10,11 +10,14 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
+from app.engine.target import Target
 from app.safety.acts import Act
 from tests.module.line import Line, now
-from tests.module.module import ACTIVATION, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, Module
-from tests.support.window.fakes_ui import connect, page_entries, window
-from tests.support.window.steps import await_child, given
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, STATUS, Module
+from tests.module.wire import Question
+from tests.support.window.fakes_ui import connect, page_entries, wait_for_disk, window
+from tests.support.window.steps import await_child, given, press
 from ui.main import Assembly
 from ui.pages.commands.page import CommandsPage
 from ui.pages.fleet.board import MODULE, STATE, TRIGGERS_CELL, VERDICT
@@ -91,6 +94,16 @@ class Desk:
         module.readings.boots = boots
         self.line.modules = (module,)
         self.until(lambda: port.module.number > before and port.module.is_read)
+
+    def check(self) -> None:
+        """Enable the triggers and check, as Li with M-01."""
+        page = self.pages["preflight"]
+        assert isinstance(page, PreflightPage)
+        self.assembly.ports.name_wanted.emit("M-01")
+        self.go_to("preflight")
+        page.form.who.setText("Li")
+        page.check(is_enabling=True)
+        self.until(lambda: given(page.work.last).assessment is not None)
 
     def wrong(self, known: tuple[str, ...] = ()) -> list[str]:
         said, truth = self.said(), self.truth()
@@ -252,3 +265,74 @@ def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk:
     assert ports.module.name == "M-01"
     ports.name_wanted.emit("")
     desk.until_true()
+
+
+def test_an_activation_after_whose_frame_another_module_answers(desk: Desk) -> None:
+    """The first one is left ACTIVE, wherever it is now: that the other one was locked does not end this."""
+    port, page = desk.assembly.ports.current, desk.pages["commands"]
+    assert isinstance(page, CommandsPage)
+    first, other = desk.module, Module(now=now())
+    other.readings.boots = 77
+
+    def exchange(question: Question) -> None:
+        if question.is_set and question.code == ACTIVATION:
+            first.at_frame = None
+            desk.line.modules = (other,)
+
+    first.at_frame = exchange
+    desk.go_to("commands")
+    confirm = page.acts[Act.ACTIVATE].confirm
+    desk.until(confirm.ask.isEnabled)
+    press(desk.qtbot, confirm.ask)
+    press(desk.qtbot, confirm.go)
+    desk.until(lambda: other.log.sets(ACTIVATION) and port.module.is_read)
+    desk.until(lambda: port.lock.owed is None and desk.notices("LOCK not confirmed on"))
+    desk.until_true("active")
+    assert (first.settings[ACTIVATION], other.settings[ACTIVATION]) == (1, 0)
+    assert len(desk.notices("Activate: Sent, not confirmed: treat the module as ACTIVE.")) == 1
+    wait_for_disk(desk.assembly)
+    desk.until_true("active")
+    assert desk.notices("LOCK not confirmed on")
+
+
+def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
+    """A module that is there and no longer says whether it is ACTIVE is no GO."""
+    ports = desk.assembly.ports
+    desk.check()
+    assert given(ports.module.check).standing is Standing.READY
+    desk.go_to("fleet")
+    desk.module.settings[ACTIVATION] = 1
+    desk.until(lambda: given(ports.module.check).standing is Standing.GO)
+    desk.until_true("active", "flags")
+    desk.module.options.lost_queries = {STATUS: -1, ACTIVE: -1}
+    desk.module.options.stream_hz = 0
+    desk.qtbot.waitUntil(lambda: given(ports.module.check).standing is Standing.VOID, timeout=7000)
+    desk.until_true("flags")
+
+
+def test_a_module_that_was_switched_off_says_nothing_of_another_port(desk: Desk) -> None:
+    port = desk.assembly.ports.current
+    port.note_shutdown()
+    dead = Module(now=now())
+    dead.be_silent(now(), 1000)
+    with Line(dead) as line:
+        desk.assembly.ports.connect_to(Target(line.port, 115200))
+        desk.until(lambda: port.state.phase not in (Phase.OPENING, Phase.ASKING))
+        assert port.state.phase is Phase.SILENT
+        port.disconnect_port()
+
+
+def test_a_module_that_is_not_shown_stays_named_beside_lock_when_it_falls_silent_after_it_fired(desk: Desk) -> None:
+    ports = desk.assembly.ports
+    others = desk.assembly.window.top_bar.lock_others
+    with Line(Module(now=now())) as line:
+        ports.name_wanted.emit("M-01")
+        port = ports.add()
+        port.connect_to(Target(line.port, 115200))
+        ports.choose(port)
+        desk.module.trigger(now(), BY_PWM)
+        desk.until(lambda: others.text() == "LOCK M-01")
+        desk.module.be_silent(now(), 1000)
+        desk.until(lambda: not ports.all[0].module.is_going)
+        assert others.isVisible()
+        assert others.text() == "LOCK M-01"

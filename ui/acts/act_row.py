@@ -1,5 +1,7 @@
 """Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
+from functools import partial
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
@@ -12,7 +14,16 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import ASKING, has_turned, motion_text, not_begun, open_conditions, outcome_notice, verdict_text
+from ui.acts.outcomes import (
+    ASKING,
+    has_turned,
+    keep_interrupted,
+    motion_text,
+    not_begun,
+    open_conditions,
+    outcome_notice,
+    verdict_text,
+)
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
@@ -97,17 +108,19 @@ class ActRow(QFrame):
         if act is Act.ACTIVATE:
             self._ports.current.lock.give_up()
         self.begun.emit()
-        self._job.run(perform(act, module.journal, permit=permit, armed=self._services.armed), self._end)
+        performing = perform(act, module.journal, permit=permit, armed=self._services.armed)
+        self._job.run(performing, partial(self._end, module))
 
-    def _end(self, job: Job[Performed]) -> None:
+    def _end(self, module: ShownModule, job: Job[Performed]) -> None:
         if job.error is not None:
-            self._job.set_notice(not_begun())
+            module.job(self.objectName()).set_notice(not_begun())
             self.ended.emit(None)
             return
         self._performed = done = job.outcome()
         if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
             self._ports.current.note_shutdown()
-        self._job.set_notice(outcome_notice(done))
+        module.job(self.objectName()).set_notice(outcome_notice(done))
+        keep_interrupted(module, done)
         self.ended.emit(done)
 
     def _dismiss(self) -> None:

@@ -6,7 +6,7 @@ from typing import Final
 from app.engine.target import sets_rate
 from app.fleet.card import Need
 from app.procedures.act import Performed
-from app.safety.acts import Act
+from app.safety.acts import TITLES, Act
 from app.safety.interlocks import Interlock, Refusal, inputs_at, refusals
 from app.safety.journal import Outcome
 from app.text.durations import duration
@@ -95,6 +95,12 @@ def motion_text(ports: Ports) -> str:
 
 def not_begun() -> Notice:
     return Notice(Meaning.ATTENTION, tr("Link lost. Nothing was sent."))
+
+
+def keep_interrupted(module: ShownModule, done: Performed) -> None:
+    """What left and was interrupted stays as a notice of the port: the next conversation shows nothing of this one."""
+    if done.interrupted is not None and done.outcome is not Outcome.NOT_SENT:
+        module.keep_report(UserMessage(labelled(tr(TITLES[done.act]), done.sentence)))
 
 
 def outcome_notice(done: Performed) -> Notice:

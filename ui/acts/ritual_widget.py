@@ -23,7 +23,7 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
-from ui.acts.outcomes import ASKING, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, keep_interrupted, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
 from ui.session.running_job import RunningJob
@@ -251,13 +251,16 @@ class RitualWidget(QFrame):
             self.ritual.disarm(Input.FINISHED)
             self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY, permit)))
             return
-        journal = self._ports.module.journal
-        self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
+        module = self._ports.module
+        performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
+        self._job.run(performing, partial(self._end, module))
 
-    def _end(self, job: Job[Performed]) -> None:
+    def _end(self, module: ShownModule, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
         done = None if job.error is not None else job.outcome()
-        self._job.set_notice(not_begun() if done is None else outcome_notice(done))
+        module.job("ritual").set_notice(not_begun() if done is None else outcome_notice(done))
+        if done is not None:
+            keep_interrupted(module, done)
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._ports.clock()

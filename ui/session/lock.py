@@ -88,7 +88,7 @@ class PortLock(QObject):
 
     def make_owed(self) -> Job[Locked]:
         """The job of an owed LOCK, for the worker and in its thread."""
-        return Job(lock(self._find_journal()), outlives=True)
+        return Job(lock(self._find_journal(), is_owed=True), outlives=True)
 
     def give_up(self) -> None:
         """Stop repeating LOCK: the module is being activated on purpose, and what was confirmed before says nothing."""

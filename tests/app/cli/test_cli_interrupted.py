@@ -125,7 +125,7 @@ def test_an_activation_that_was_interrupted_is_followed_by_lock(
     assert sets(wire) == ["activation", "activation"]
     assert wire[-1][2] != BY_NAME["activation"].code, "LOCK is confirmed by reports"
     assert not bench.module.state.is_active
-    assert "LOCK was sent after the interruption. The module reports LOCKED." in printed.err
+    assert "LOCK was sent after the interruption. The module that answers now reports LOCKED." in printed.err
     assert f"Sent, not confirmed: treat the module as ACTIVE. {reason}" in printed.err
 
 
