@@ -231,11 +231,12 @@ class ModuleCheck(QObject):
             self.set_void(ENTRIES)
 
     def _follow_activation(self) -> None:
-        """Reported locked, GO becomes READY at once; reported active, READY becomes GO after reading everything."""
+        """Reported locked, GO becomes READY at once; reported active, READY becomes GO after reading everything. Not
+        reported any more, it is asked for at once: a verdict says nothing else than the top bar."""
         if self.standing not in PASSED or self._filing.is_running:
             return
         reported, status = self._reported_active, self.evidence.status
-        if reported and not self.evidence.is_active:
+        if reported is None or (reported and not self.evidence.is_active):
             self.read_again()
         elif reported is False and status is not None and status.active:
             self._judge_again(replace(self.evidence, status=status._replace(active=False)))

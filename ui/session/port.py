@@ -217,6 +217,7 @@ class Port(QObject):
         self._is_left_on_told = self._is_listing = False
         if target.key != self.key:
             self.last_name = ""
+            self.switched_off_at = None
         self.key = target.key
         self._return.request(Address(target.device, target.identity))
         self._former_number = max(self._former_number, self.module.number)

@@ -212,13 +212,11 @@ class LockControl:
 
     @property
     def others(self) -> list[Port]:
-        """Ports that are not shown and whose module is ACTIVE or TRIGGERED, or does not report LOCKED."""
-        now = self._ports.clock()
+        """Ports that are not shown and whose module is ACTIVE or TRIGGERED, or was when it was last heard, or does not
+        report LOCKED."""
         ports = [port for port in self._ports.all if port is not self._ports.current and port.is_requested]
         return [
-            port
-            for port in ports
-            if port.is_active or port.lock.is_unproven or port.module.view.fresh("triggered", now) is True
+            port for port in ports if port.is_active or port.lock.is_unproven or port.module.view.reported[0] is True
         ]
 
     def press_others(self) -> None:
