@@ -71,6 +71,7 @@ class Preferences:
     zoom_percent = _Entry("zoom_percent", _zoom_percent)
     """The size of text and controls."""
     is_sidebar_wide = _flag("window/sidebar", "wide", "narrow")
+    has_sounds = _flag("sounds", "on", "off")
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
     """Paths of profiles, the last used first."""
     recent_files = _Entry("files/recent", _lines, "\n".join)

@@ -53,6 +53,7 @@ class PreferencesDialog(QDialog):
         for percent in ZOOMS:
             self.zoom.addItem(f"{percent} %", percent)
         self.sidebar = named(QCheckBox(tr("Wide sidebar")), "preferences_sidebar")
+        self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
@@ -71,12 +72,14 @@ class PreferencesDialog(QDialog):
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
         close.setText(tr("Close"))
         control(close, "preferences_close", key="Esc")
-        column = in_column(form, when, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL)
+        parts = form, when, self.sidebar, self.sounds, self.buttons
+        column = in_column(*parts, of=self, spacing=Space.L, margins=Space.XL)
         column.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
         self.refresh()
         self.language.activated.connect(self._keep_language)
         self.theme.activated.connect(self._use_theme)
         self.zoom.activated.connect(self._keep_zoom)
+        self.sounds.toggled.connect(self._keep_sounds)
         self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
 
@@ -86,6 +89,7 @@ class PreferencesDialog(QDialog):
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
         self.sidebar.setChecked(preferences.is_sidebar_wide)
+        self.sounds.setChecked(preferences.has_sounds)
 
     def bring_up(self) -> None:
         self.refresh()
@@ -101,6 +105,9 @@ class PreferencesDialog(QDialog):
 
     def _keep_zoom(self, row: int) -> None:
         self._preferences.zoom_percent = self.zoom.itemData(row)
+
+    def _keep_sounds(self, is_on: bool) -> None:
+        self._preferences.has_sounds = is_on
 
     def _use_theme(self, row: int) -> None:
         self._preferences.theme = self.theme.itemData(row)
