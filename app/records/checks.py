@@ -1,7 +1,8 @@
 """Pre-flight checks in the store: kept as signed documents, listed without opening one."""
 
 from collections.abc import Iterable, Sequence
-from itertools import islice
+from datetime import datetime, timedelta
+from itertools import islice, pairwise
 from typing import NamedTuple
 
 from app.preflight.verdict import Verdict, verdict_named
@@ -15,6 +16,10 @@ from protocol.translatable import marked
 # Number of checks that the list of aircraft is made from.
 RECENT = 100
 LISTED = 200
+# A rise by this between two checks is a charge; by less than the other it is none.
+CHARGED_V = 0.1
+STEADY_V = 0.04
+WEEK = timedelta(days=7)
 
 
 def noted(word: UserMessage, note: str) -> UserMessage:
@@ -134,6 +139,28 @@ def check_line(check: Kept[PreflightCheck]) -> CheckLine:
         cell_voltage_v=content.cell_voltage_v,
         station=check.row.station,
     )
+
+
+def voltages_of(checks: Sequence[CheckLine]) -> list[tuple[datetime, float]]:
+    """The cell's voltage at each check that measured it, from the oldest on."""
+    return [
+        (datetime.fromisoformat(check.at), check.cell_voltage_v)
+        for check in reversed(measuring(checks))
+        if check.cell_voltage_v is not None
+    ]
+
+
+def weeks_since_charge(measured: Sequence[tuple[datetime, float]]) -> int | None:
+    """How many weeks before the last check the cell was charged last; None where the checks do not tell: they are so
+    far apart that a charge is not seen or its week is not known, a rise is too small to be sure, or it was less than a
+    week."""
+    for (before_at, before_v), (at, volts) in reversed(list(pairwise(measured))):
+        if volts - before_v >= CHARGED_V:
+            weeks = round((measured[-1][0] - at) / WEEK)
+            return weeks if weeks and at - before_at <= WEEK else None
+        if volts - before_v > STEADY_V or at - before_at > 2 * WEEK:
+            return None
+    return None
 
 
 def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:

@@ -1,16 +1,18 @@
 """Past checks of a module or an aircraft, with the cell voltage over them."""
 
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 from functools import partial
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidget
 
+from app.limits.out_of_limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.checks import CheckLine, aircraft_in, checks_in, measuring
+from app.records.checks import CheckLine, aircraft_in, checks_in, voltages_of, weeks_since_charge
 from app.store.fact_store import Facts, Store
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import local_time
@@ -26,6 +28,7 @@ from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, Theme, scaled
 from ui.widgets.controls import named
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
 
@@ -35,19 +38,24 @@ Read = tuple[Sequence[str], Sequence[CheckLine]]
 
 
 class VoltageTrend(StaticPlot):
-    """Equal distances between the checks, since days or minutes may lie between them."""
+    """The voltage at each check over the days, and below which the check warns."""
 
-    usual: ClassVar = QSize(240, 88)
-    least: ClassVar = QSize(160, 88)
+    usual: ClassVar = QSize(240, 108)
+    least: ClassVar = QSize(160, 108)
 
-    def __init__(self) -> None:
+    def __init__(self, in_use: LimitsInUse) -> None:
         super().__init__("trend_cell_voltage_v")
+        self._in_use = in_use
         self.values: tuple[float, ...] = ()
+        self._days: tuple[float, ...] = ()
+        self._ends: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
-    def show_values(self, values: Sequence[float]) -> None:
+    def show_measured(self, measured: Sequence[tuple[datetime, float]]) -> None:
         """From the oldest to the newest."""
-        self.values = tuple(values)
+        values = self.values = tuple(volts for _at, volts in measured)
+        self._days = tuple((at - measured[0][0]) / timedelta(days=1) for at, _volts in measured)
+        self._ends = tuple(f"{at.astimezone():%Y-%m-%d}" for at, _volts in measured)
         text = labelled(tr("Cell voltage"), tr("not measured yet"))
         if values:
             text = tr(
@@ -67,14 +75,23 @@ class VoltageTrend(StaticPlot):
         if not values:
             self.show_nothing(tr("not measured yet"))
             return
-        low, high = min(values), max(values)
+        days, limit = self._days, self._in_use.profile.limit("cell_voltage_min_v")
+        low, high = min(*values, limit), max(*values, limit)
         colour = QColor(theme.curves[0])
         edge = (high - low) / 5 or 1.0  # room for the symbols
-        self.set_range((-0.2, len(values) - 0.8), (low - edge, high + edge))
+        beside = days[-1] / 8 or 0.5  # and for the dates
+        self.set_range((-beside, days[-1] + beside), (low - edge, high + edge))
+        least = pg.mkPen(theme.tint(Meaning.ATTENTION).ink, width=theme.line_px, style=Qt.PenStyle.DashLine)
+        self.add(pg.InfiniteLine(limit, angle=0, pen=least))
         line = pg.mkPen(colour, width=theme.line_px + 0.5)
         dots = {"symbol": "o", "symbolSize": scaled(_DOT_PX), "symbolBrush": colour, "symbolPen": None}
-        self.add(pg.PlotDataItem(values, pen=line, antialias=True, **dots))
-        self.show_ticks("left", [(value, _volts(value)) for value in sorted({low, high})])
+        self.add(pg.PlotDataItem(days, values, pen=line, antialias=True, **dots))
+        labelled_at = {low, high}
+        if min(limit - low, high - limit) > (high - low) / 4:  # else its label would be on another one
+            labelled_at.add(limit)
+        self.show_ticks("left", [(value, _volts(value)) for value in sorted(labelled_at)])
+        dates = {self._ends[0]: days[0], self._ends[-1]: days[-1]}
+        self.show_ticks("bottom", [(day, date) for date, day in dates.items()])
 
 
 def _volts(value: float) -> str:
@@ -131,12 +148,13 @@ class PastChecks(QWidget):
             is_single=True,
         )
         self.table.selectionModel().selectionChanged.connect(self._enable)
-        self.trend = VoltageTrend()
+        self.trend = VoltageTrend(services.in_use)
+        self.charged = text_label("past_checks_charged", "small")
         self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
         self.export = named(QPushButton(icon(Icon.SAVE), tr("Export report…")), "past_checks_export")
         self.export.clicked.connect(self._export)
         head = in_row(self.filter, 1, self.count, spacing=Space.M)
-        foot = in_row(1, self.export)
+        foot = in_row((self.charged, 1), self.export)
         parts = (head, (self.table, 1), self.trend, foot)
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
@@ -184,9 +202,12 @@ class PastChecks(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
-        voltages = [check.cell_voltage_v for check in reversed(measuring(checks))]
-        self.trend.show_values([voltage for voltage in voltages if voltage is not None])
+        measured = voltages_of(checks)
+        self.trend.show_measured(measured)
         self.trend.setVisible(is_of_module)
+        weeks = weeks_since_charge(measured) if is_of_module else None
+        about = tr("Cell: last charge about {weeks} weeks before the last check.", weeks=weeks)
+        self.charged.setText("" if weeks is None else about)
 
     def _enable(self) -> None:
         self.export.setEnabled(any(not check.is_void for check in self.table.chosen()))
