@@ -400,6 +400,10 @@
         <translation>电芯电压</translation>
     </message>
     <message>
+        <source>Cell: last charge about {weeks} weeks before the last check.</source>
+        <translation>电芯：最近一次充电约在上次检查前 {weeks} 周。</translation>
+    </message>
+    <message>
         <source>Cells that are no numbers: {count}, the first in line {line}: “{cell}”.</source>
         <translation>不是数字的单元格：{count} 个，第一个在第 {line} 行：“{cell}”。</translation>
     </message>
@@ -2762,6 +2766,10 @@
     <message>
         <source>Somebody marked this module as new.</source>
         <translation>有人将此模块标记为新模块。</translation>
+    </message>
+    <message>
+        <source>Sound: TRIGGERED, ACTIVE, link lost while ACTIVE</source>
+        <translation>提示音：已触发、已激活、激活时通信中断</translation>
     </message>
     <message>
         <source>Source</source>

@@ -84,7 +84,7 @@ class SaveNote(QWidget):
         self._folder: Path | None = None
         self._icon = IconLabel(f"{name}_icon", _ICON_PX)
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
-        self.open = control(QToolButton(), f"{name}_open", says=tr("Open"), picture=Icon.CHEVRON_RIGHT)
+        self.open = control(QToolButton(), f"{name}_open", text=tr("Open"))
         self.folder = control(QToolButton(), f"{name}_folder", says=tr("Show in folder"), picture=Icon.FOLDER)
         self.open.clicked.connect(lambda: self._choose("open"))
         self.folder.clicked.connect(lambda: self._choose("folder"))
