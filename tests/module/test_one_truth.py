@@ -73,9 +73,15 @@ class Desk:
         self.qtbot.waitUntil(self.pages[key].isVisible)
 
     def until_true(self, *known: str) -> None:
-        """The page in sight and the top bar tell the truth soon, and then every other page, too. `known`: subjects of
+        """The page in sight and the top bar tell the truth soon. `known`: subjects of
         which the top bar has to say more than that it does not know."""
         self.qtbot.waitUntil(lambda: not self.wrong(known), timeout=4000)
+
+    def walk(self, *known: str) -> None:
+        """The same on the page in sight, and then on every other one."""
+        for key in (self.key, *PAGES):
+            self.go_to(key)
+            self.until_true(*known)
 
     def until(self, is_so: Callable[[], object]) -> None:
         self.qtbot.waitUntil(lambda: bool(is_so()))
@@ -336,3 +342,25 @@ def test_a_module_that_is_not_shown_stays_named_beside_lock_when_it_falls_silent
         desk.until(lambda: not ports.all[0].module.is_going)
         assert others.isVisible()
         assert others.text() == "LOCK M-01"
+
+
+def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> None:
+    """Each on another page, and then the top bar agrees with all of them."""
+    desk.check()
+    desk.walk("flags", "cell")
+    for key, happen, known in (
+        ("live", lambda module: setattr(module.readings, "charging", 1), ("cell", "flags")),
+        ("preflight", lambda module: setattr(module.readings, "cell", 0xB0), ("cell",)),
+        ("commands", lambda module: module.settings.update({ACTIVATION: 1}), ("active",)),
+        ("settings", lambda module: module.be_silent(now(), 1.0), ()),
+        ("fleet", lambda module: module.trigger(now(), BY_PWM), ("active", "triggered")),
+        ("live", lambda module: module.settings.update({ACTIVATION: 0}), ("active", "triggered")),
+        ("commands", lambda module: module.restart(now()), ()),
+    ):
+        desk.go_to(key)
+        happen(desk.module)
+        desk.qtbot.wait(1000)
+        desk.walk(*known)
+    desk.line.unplug()
+    desk.until(lambda: not desk.assembly.ports.module.is_going)
+    desk.walk()
