@@ -157,9 +157,16 @@ def assemble(
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
     return Assembly(
-        window, help_actions, ports, watcher, appearance, storage,
-        left_active, services.armed, load,
-    )  # fmt: skip
+        window,
+        help_actions,
+        ports,
+        watcher,
+        appearance,
+        storage,
+        left_active,
+        services.armed,
+        load,
+    )
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:

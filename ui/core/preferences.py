@@ -86,8 +86,9 @@ class Preferences:
     """Where the docks are."""
 
     def __init__(self, path: Path | None = None) -> None:
-        self.settings = QSettings(str(path or user_config_path(APPLICATION, appauthor=False) / "window.ini"),
-                                  QSettings.Format.IniFormat)  # fmt: skip
+        self.settings = QSettings(
+            str(path or user_config_path(APPLICATION, appauthor=False) / "window.ini"), QSettings.Format.IniFormat
+        )
 
     def save(self) -> None:
         self.settings.sync()

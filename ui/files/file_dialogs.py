@@ -35,10 +35,14 @@ from app.text.visible_text import visible
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.widgets.controls import ICON_PX, named, without_key
+from ui.style.theme import IconSize
+from ui.widgets.controls import named, without_key
 
-_ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
-                  "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
+_ARROWS: Final = {
+    "backButton": Icon.CHEVRON_LEFT,
+    "forwardButton": Icon.CHEVRON_RIGHT,
+    "toParentButton": Icon.CHEVRON_UP,
+}
 """Of Qt's file dialog."""
 _SHARE_OF_WIDTH: Final = 0.8
 _TITLE_BAR_PX: Final = 36
@@ -153,7 +157,7 @@ def _offer_new_folder(dialog: QFileDialog) -> None:
     row = next(row for row in rows if row.indexOf(theirs) >= 0)
     button = named(QToolButton(), "new_folder")
     button.setIcon(icon(Icon.FOLDER_NEW))
-    set_icon_size(button, ICON_PX)
+    set_icon_size(button, IconSize.TEXT)
     button.setAccessibleName(tr("New folder…"))
     button.setToolTip(tr("New folder…"))
     button.setAutoRaise(theirs.autoRaise())

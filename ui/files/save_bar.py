@@ -19,13 +19,12 @@ from ui.core.background_task import Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.job_notice import JobNotice
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import IconSize, Meaning, Size, Space, current, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_ICON_PX: Final = 16
 _FOOT_PX: Final = 28
 
 
@@ -82,7 +81,7 @@ class SaveNote(QWidget):
         self.ask_path: AskPath = ask_path
         self.job = JobNotice(self, is_of_module=is_of_module)
         self._folder: Path | None = None
-        self._icon = IconLabel(f"{name}_icon", _ICON_PX)
+        self._icon = IconLabel(f"{name}_icon", IconSize.TEXT)
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
         self.open = control(QToolButton(), f"{name}_open", text=tr("Open"))
         self.folder = control(QToolButton(), f"{name}_folder", says=tr("Show in folder"), picture=Icon.FOLDER)
@@ -110,9 +109,14 @@ class SaveNote(QWidget):
         self._ask(tr("Save picture…"), place, "*.png;;*.svg", parts)
 
     def _ask(
-        self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,
+        self,
+        title: str,
+        place: Path,
+        kinds: str,
+        make_parts: Callable[[Path], Iterable[bytes]],
+        count: int = 1,
         saved: Callable[[Path], str] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         def save(path: Path) -> None:
             self._folder = path.parent
 
@@ -165,13 +169,21 @@ class SaveBar(QWidget):
         self.note = SaveNote("live_note")
         retain_size(self.note)
         self.csv = control(
-            QToolButton(), "live_save_csv", says=tr("Save values…"), keys="Ctrl+S", picture=Icon.TABLE,
+            QToolButton(),
+            "live_save_csv",
+            says=tr("Save values…"),
+            keys="Ctrl+S",
+            picture=Icon.TABLE,
             slot=self.save_csv,
-        )  # fmt: skip
+        )
         self.png = control(
-            QToolButton(), "live_save_png", says=tr("Save picture…"), keys="Ctrl+Shift+S", picture=Icon.CAMERA,
+            QToolButton(),
+            "live_save_png",
+            says=tr("Save picture…"),
+            keys="Ctrl+Shift+S",
+            picture=Icon.CAMERA,
             slot=self.save_png,
-        )  # fmt: skip
+        )
         self.stop = control(
             QPushButton(tr("Cancel")), "live_save_cancel", picture=Icon.CROSS, slot=self.note.job.cancel_files
         )

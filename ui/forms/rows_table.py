@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHeaderView, QLineEdit, QStackedWidget, QTableView
 from app.text.i18n import tr
 from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon
-from ui.style.theme import Size, Space, font, scaled
+from ui.style.theme import IconSize, Size, Space, font, scaled
 from ui.widgets.controls import control
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import stacked
@@ -19,7 +19,6 @@ _PAD_PX: Final = 5
 """Padding at each side of a cell, in the style sheet."""
 _FRAME_PX: Final = 8
 """Frame of the style, both sides together."""
-_ICON_PX: Final = 24
 _SEARCH_PX: Final = 140
 
 
@@ -90,7 +89,7 @@ class RowsTable(QTableView, Generic[Row]):
             if column.fixed_px:
                 width = column.fixed_px
             elif column.widest is not None:
-                icon_px = 0 if column.picture is None else scaled(_ICON_PX)
+                icon_px = 0 if column.picture is None else scaled(IconSize.BUTTON)
                 text_px = body.horizontalAdvance(column.widest())
                 width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
             self._widths[place] = width

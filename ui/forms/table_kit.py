@@ -18,8 +18,7 @@ from PySide6.QtGui import QColor, QFontMetrics, QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
-from ui.style.theme import Meaning, Space, current, font, scaled
-from ui.widgets.controls import ICON_PX
+from ui.style.theme import IconSize, Meaning, Space, current, font, scaled
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
@@ -186,4 +185,4 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     rows.setDefaultSectionSize(max(row_px, QFontMetrics(font()).height() + Space.S))
     table.horizontalHeader().setHighlightSections(False)
     table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-    table.setIconSize(QSize(scaled(ICON_PX), scaled(ICON_PX)))
+    table.setIconSize(QSize(scaled(IconSize.TEXT), scaled(IconSize.TEXT)))

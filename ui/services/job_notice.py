@@ -89,9 +89,14 @@ class JobNotice(QObject):
             return None
 
     def begin(
-        self, doing: str, act: Callable[[Running], Result], then: Callable[[Result], object],
-        refused: Callable[[Exception], str], *, writes: bool = True,
-    ) -> None:  # fmt: skip
+        self,
+        doing: str,
+        act: Callable[[Running], Result],
+        then: Callable[[Result], object],
+        refused: Callable[[Exception], str],
+        *,
+        writes: bool = True,
+    ) -> None:
         """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
         the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once."""
         task = self._writing if writes else self._reading

@@ -288,9 +288,14 @@ class ModuleCheck(QObject):
         used = store if evidence.is_complete else None
         trouble = self._storage.store if store is None else None
         work = partial(
-            file_check, evidence, self.profile, self.person, store=used,
-            adapter="" if target is None else target.identity, past=past,
-        )  # fmt: skip
+            file_check,
+            evidence,
+            self.profile,
+            self.person,
+            store=used,
+            adapter="" if target is None else target.identity,
+            past=past,
+        )
         if used is None:
             self._end_filing(work(), trouble if isinstance(trouble, StoreTrouble) else None)
         else:

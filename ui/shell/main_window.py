@@ -88,10 +88,16 @@ class MainWindow(QMainWindow):
             NextStep.WHY: self._show_why,
         }
         self.attention = Attention(
-            self._ports, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
-            go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
-            is_choosing=self._is_choosing, left_active=left_active, parent=self,
-        )  # fmt: skip
+            self._ports,
+            self.notice_bar,
+            acts=acts,
+            pending_edits=services.pending_edits,
+            go_to=self.go_to,
+            shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
+            is_choosing=self._is_choosing,
+            left_active=left_active,
+            parent=self,
+        )
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
@@ -145,24 +151,39 @@ class MainWindow(QMainWindow):
             menus.of_page("export", marked("Export…"), lambda page: page.exporting),
             None,
             MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
-            MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D",
-                      when=lambda: ports.current.is_requested),
+            MenuEntry(
+                "disconnect",
+                marked("Disconnect"),
+                self.disconnect_port,
+                "Ctrl+D",
+                when=lambda: ports.current.is_requested,
+            ),
             None,
             MenuEntry("archive", marked("Archive of all stations…"), partial(self.go_to, "archive")),
             MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
             MenuEntry("quit", marked("Quit"), self.close, "Ctrl+Q"),
-        )  # fmt: skip
+        )
         menus.add(
             "module",
-            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: ports.current.is_requested,
-                      picture=Icon.LOCK),
-            MenuEntry("lock_all", marked("LOCK ALL"), lock.press_all, LOCK_ALL_KEY,
-                      when=lambda: len(ports.all) > 1, picture=Icon.LOCK),
-            MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate,
-                      when=lambda: ports.current.is_open),
-            MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4",
-                      is_checkable=True),
-        )  # fmt: skip
+            MenuEntry(
+                "lock",
+                marked("LOCK"),
+                lock.press,
+                LOCK_KEYS[0],
+                when=lambda: ports.current.is_requested,
+                picture=Icon.LOCK,
+            ),
+            MenuEntry(
+                "lock_all",
+                marked("LOCK ALL"),
+                lock.press_all,
+                LOCK_ALL_KEY,
+                when=lambda: len(ports.all) > 1,
+                picture=Icon.LOCK,
+            ),
+            MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate, when=lambda: ports.current.is_open),
+            MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4", is_checkable=True),
+        )
         menus["lock"].setShortcuts(
             [QKeySequence(key) for key in LOCK_KEYS]
         )  # `LockFilter` handles them in every window

@@ -25,7 +25,7 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.session.shown_module import ShownModule
 from ui.style.icons import icon
-from ui.style.theme import Size, Space, font, scale_in_use, scaled
+from ui.style.theme import IconSize, Size, Space, font, scale_in_use, scaled
 from ui.widgets.controls import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -196,9 +196,6 @@ WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
 _MIN_ROW_PX: Final = 32
 """Height of an icon with its name; in a window too low for all rows they scroll."""
-_ICON_PX: Final = 20
-_BETWEEN_PX: Final = 4
-"""Around an icon with its name below it."""
 
 
 class Sidebar(QListWidget):
@@ -260,8 +257,8 @@ class Sidebar(QListWidget):
         letters, size = font(), Size.BODY if self.is_wide else Size.SMALL
         letters.setPixelSize(round(size * self.scale))
         self.setFont(letters)
-        room = row if self.is_wide else row - self.fontMetrics().height() - _BETWEEN_PX
-        self.setIconSize(QSize(1, 1) * min(round(_ICON_PX * self.scale), room))
+        room = row if self.is_wide else row - self.fontMetrics().height() - Space.XS
+        self.setIconSize(QSize(1, 1) * min(round(IconSize.NOTICE * self.scale), room))
 
     def _on_current_changed(self, current: QListWidgetItem | None) -> None:
         if current is not None:

@@ -59,9 +59,12 @@ class SimulatorPanel(QWidget):
         self._name()
         self._lay_out()
         VisibilityTimer(
-            self, self._fit, tick=self.refresh, every_ms=REFRESH_MS,
+            self,
+            self._fit,
+            tick=self.refresh,
+            every_ms=REFRESH_MS,
             restyle=lambda: QTimer.singleShot(0, self, self._fit),  # after the controls have the new style
-        )  # fmt: skip
+        )
         self.use_bench(None)
 
     def use_bench(self, bench: SimulatedBench | None) -> None:

@@ -8,9 +8,8 @@ from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetricsF, QPainter, Q
 from PySide6.QtWidgets import QWidget
 
 from ui.style.accessible_roles import Spoken
-from ui.style.theme import Meaning, Theme, current
+from ui.style.theme import Meaning, Space, Theme, current
 
-_EDGE_PX = 4
 _FOOT_EDGE_PX = 2
 
 
@@ -69,7 +68,7 @@ def paint_banner(widget: QWidget, meaning: Meaning, *, is_foot: bool = False) ->
     tint = theme.tint(meaning)
     painter = QPainter(widget)
     painter.fillRect(widget.rect(), QColor(tint.wash))
-    painter.fillRect(0, 0, _EDGE_PX, widget.height(), QColor(tint.ink))
+    painter.fillRect(0, 0, Space.XS, widget.height(), QColor(tint.ink))
     if is_foot:
         painter.fillRect(0, 0, widget.width(), _FOOT_EDGE_PX, QColor(tint.ink))
     else:

@@ -56,6 +56,24 @@ class Size(IntEnum):
     HERO = 48
 
 
+class IconSize(IntEnum):
+    """Pictures, in logical pixels."""
+
+    TEXT = 16
+    STATE = 18
+    NOTICE = 20
+    BUTTON = 24
+    EMPTY = 48
+
+
+class RowHeight(IntEnum):
+    """Rows of tables, in logical pixels."""
+
+    DENSE = 24
+    LIST = 28
+    TALL = 36
+
+
 class Tint(NamedTuple):
     """One meaning's colours as #rrggbb: ``ink`` for text, icons and lines on a surface; ``fill`` with
     ``on_fill`` upon it for what is loud; ``wash`` is a quiet background for text in ``ink``."""

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QAbstractButton, QPushButton, QToolButton, QWidget
 
 from app.text.sentences import in_brackets
 from ui.style.icons import Icon, icon, set_icon_size
+from ui.style.theme import IconSize
 from ui.widgets.step_button import StepButton
 
 Named = TypeVar("Named", bound=QObject)
@@ -32,7 +33,6 @@ def set_role(widget: QWidget, role: str) -> None:
         widget.style().polish(widget)
 
 
-ICON_PX: Final = 16
 TEXT_GAP_PX: Final = 2
 """Between the icon and the text of a button, beside the 4 px of Qt."""
 _KEY: Final = "key"
@@ -75,7 +75,7 @@ def control(
         if picture is not None:
             widget.setProperty("picture", picture)
             widget.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(widget, ICON_PX, gap_px=TEXT_GAP_PX if text or isinstance(widget, QPushButton) else 0)
+            set_icon_size(widget, IconSize.TEXT, gap_px=TEXT_GAP_PX if text or isinstance(widget, QPushButton) else 0)
             if text and isinstance(widget, QToolButton):
                 widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:

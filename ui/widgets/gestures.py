@@ -205,9 +205,16 @@ class Gestures(QObject):
 
 def _as_repeat(event: QKeyEvent) -> QKeyEvent:
     return QKeyEvent(
-        event.type(), event.key(), event.modifiers(), event.nativeScanCode(), event.nativeVirtualKey(),
-        event.nativeModifiers(), event.text(), True, event.count(),
-    )  # fmt: skip
+        event.type(),
+        event.key(),
+        event.modifiers(),
+        event.nativeScanCode(),
+        event.nativeVirtualKey(),
+        event.nativeModifiers(),
+        event.text(),
+        True,
+        event.count(),
+    )
 
 
 _gestures: Gestures | None = None

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.text.sentences import join_sentences
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.style.theme import IconSize, Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import named
 from ui.widgets.layouts import in_column
 
@@ -153,16 +153,13 @@ class IconLabel(QLabel):
         return super().event(event)
 
 
-_ICON_PX: Final = 48
-
-
 class EmptyState(QWidget):
     """Without `title` and `text` the owner fills the labels."""
 
     def __init__(self, name: str, picture: Icon, title: str = "", text: str = "") -> None:
         super().__init__()
         self.setObjectName(name)
-        self._picture = IconLabel(f"{name}_icon", _ICON_PX)
+        self._picture = IconLabel(f"{name}_icon", IconSize.EMPTY)
         self._picture.show_icon(picture, is_muted=True)
         self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.title = named(QLabel(title), f"{name}_title", "title")

@@ -12,13 +12,12 @@ from app.text.i18n import tr
 from app.text.sentences import labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.painted_widget import paint_banner
-from ui.style.theme import Meaning, Space, is_text_large
+from ui.style.theme import IconSize, Meaning, Space, is_text_large
 from ui.widgets.controls import control, named, without_key
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
-_ICON_PX: Final = 20
 _LISTED_CHARACTERS: Final = 90
 
 
@@ -90,7 +89,7 @@ class NoticeBar(QWidget):
         self._buttons: list[QPushButton] = []
         self._choices = QHBoxLayout()
         self._choices.setSpacing(Space.S)
-        self.picture = IconLabel("notice_icon", _ICON_PX, keeps_place=True)
+        self.picture = IconLabel("notice_icon", IconSize.NOTICE, keeps_place=True)
         margins = (Space.M, 0 if is_foot else Space.XS)
         if is_text_large() and not is_foot:
             # Beside the buttons large text would have a word a line.

@@ -4,7 +4,7 @@ The page decides what is fresh, stale or unknown. What a label looks like is its
 """
 
 from collections.abc import Iterable
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
@@ -17,10 +17,8 @@ from app.text.i18n import tr
 from ui.style.accessible_roles import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import Freshness
-from ui.style.theme import Meaning, Size, Space, font
+from ui.style.theme import IconSize, Meaning, Size, Space, font
 from ui.widgets.labels import IconLabel
-
-_ICON_PX: Final = 18
 
 
 def _bold(size: Size = Size.BODY) -> QFontMetrics:
@@ -169,7 +167,7 @@ class StateChip(Spoken, QFrame):
         self._is_measured, self._is_stacked, self._is_captioned = is_measured, is_stacked, is_captioned
         self._shown: object = None
         self._unknown = ""
-        self._icon = IconLabel("", _ICON_PX, keeps_place=True)
+        self._icon = IconLabel("", IconSize.STATE, keeps_place=True)
         self._word_label, self._below_label = _label("word"), _label("small")
         words = QVBoxLayout()
         words.setSpacing(0)

@@ -19,7 +19,7 @@ from protocol.translatable import marked
 from ui.forms.table_kit import Index, list_rows
 from ui.pages.diagnosis.traffic_texts import colour_of, hex_of, icon_of, is_rejected, is_streamed, shown, words_of
 from ui.style.icons import Icon, icon
-from ui.style.theme import Size, Space, fixed_font, font
+from ui.style.theme import RowHeight, Size, Space, fixed_font, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
@@ -32,7 +32,6 @@ MAX_ROW_BYTES: Final = 1024
 SHOWN_BYTES: Final = 32
 # A person cannot read more.
 DRAW_EVERY_MS: Final = 160
-_ROW_PX: Final = 24
 _ANYWHERE: Final = QModelIndex()
 
 
@@ -230,9 +229,13 @@ class TrafficView(QWidget):
             QToolButton(), "traffic_copy", says=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
         )
         self.clear = control(
-            QToolButton(), "traffic_clear", says=tr("Clear"), keys="Ctrl+Shift+X", picture=Icon.ERASE,
+            QToolButton(),
+            "traffic_clear",
+            says=tr("Clear"),
+            keys="Ctrl+Shift+X",
+            picture=Icon.ERASE,
             slot=self.model.clear,
-        )  # fmt: skip
+        )
         self.filter.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
         self.pause.toggled.connect(self._pause)
@@ -246,7 +249,7 @@ class TrafficView(QWidget):
     def _make_table(self) -> QTableView:
         table = control(QTableView(), "traffic_table", says=tr("Traffic"))
         table.setModel(self.shown)
-        list_rows(table, row_px=_ROW_PX)
+        list_rows(table, row_px=RowHeight.DENSE)
         head = table.horizontalHeader()
         for column in (Column.BYTES, Column.MEANING):
             head.setSectionResizeMode(column.value, QHeaderView.ResizeMode.Stretch)

@@ -43,7 +43,7 @@ from ui.forms.table_kit import TableColumn, select_row
 from ui.pages.fleet.archive_exchange import ArchiveExchange, archive_of
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, RowHeight, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import scroll_area
@@ -53,7 +53,6 @@ SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
 # Proposed; a person decides.
 REPACKED_FOR_MONTHS: Final = 6
-_ROW_PX: Final = 26
 
 
 def _verdict(row: ModuleToday) -> str:
@@ -115,7 +114,7 @@ class ArchivePanel(QWidget):
             _MODULE_COLUMNS,
             lambda row: row.name,
             lambda row: f"{clean(row.name)}: " + (row.due_words or tr("nothing due")),
-            row_px=_ROW_PX,
+            row_px=RowHeight.LIST,
             is_single=True,
         )
         self.life = RowsTable(
@@ -124,7 +123,7 @@ class ArchivePanel(QWidget):
             _HISTORY_COLUMNS,
             lambda event: event.row.id,
             lambda event: event.text.translated(),
-            row_px=_ROW_PX,
+            row_px=RowHeight.LIST,
         )
         self.settings = text_label("archive_settings", "small", is_selectable=True)
         self.use = control(

@@ -198,9 +198,14 @@ class LivePage(Page):
             self._refresh_empty()
             return
         self.panel.show_device(
-            self.module.view, now_s, in_use=self._in_use, limits=data.at(), unproven=data.unproven.at(),
-            reports_per_s=data.reports_per_s(now_s), direction=self.module.light_direction,
-        )  # fmt: skip
+            self.module.view,
+            now_s,
+            in_use=self._in_use,
+            limits=data.at(),
+            unproven=data.unproven.at(),
+            reports_per_s=data.reports_per_s(now_s),
+            direction=self.module.light_direction,
+        )
 
     def _show_now(self) -> None:
         self.refresh()

@@ -59,9 +59,16 @@ class LivePanel(QFrame):
         VisibilityTimer(self, restyle=self._reserve)
 
     def show_device(
-        self, device: ConversationView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
-        unproven: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0, direction: LightDirection | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        device: ConversationView,
+        now_s: float,
+        *,
+        in_use: LimitsInUse,
+        limits: ModuleLimits = NO_LIMITS,
+        unproven: ModuleLimits = NO_LIMITS,
+        reports_per_s: float = 0.0,
+        direction: LightDirection | None = None,
+    ) -> None:
         """Shows all values as known at a monotonic time. Those of the limits that are `unproven` are not drawn as what
         the module acts on; whether a value is beyond a limit is said all the same."""
         tilt, flags = device.known("tilt_deg", now_s), trigger_flags(device, now_s)

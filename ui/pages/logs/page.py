@@ -35,7 +35,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, is_text_large, scaled
+from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.notice_bar import Choice, Notice
@@ -43,7 +43,6 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 _POLL_MS: Final = 200
 """For progress of reading, while the page is visible; each tenth time the recordings are listed again."""
-_ROW_PX: Final = 28
 _MAP_PX: Final = 280
 _LEAST_LIST_PX: Final = 160
 _REASONS_SHOWN: Final = 20
@@ -69,7 +68,7 @@ class LogsPage(Page):
             COLUMNS,
             lambda row: row.name,
             row_text,
-            row_px=_ROW_PX,
+            row_px=RowHeight.LIST,
             sorted_by=LogColumn.WHEN,
             searches_sentence=True,
         )

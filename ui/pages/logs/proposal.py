@@ -30,13 +30,12 @@ from ui.pages.logs.work import LogsWork
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import IconSize, Meaning, Space
 from ui.widgets.controls import named
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
 
-_ICON_PX = 20
 _LINES = 5
 
 
@@ -51,7 +50,7 @@ class ProposalBar(QFrame):
         self.ask_save: AskPath = partial(ask_path, is_extended=True)
         self._work, self._result = work, result
         self._exchange, self._remembered = services.exchange, services.preferences
-        self.picture = IconLabel("logs_proposal_icon", _ICON_PX)
+        self.picture = IconLabel("logs_proposal_icon", IconSize.NOTICE)
         self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
         self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
         self.strip = named(NoticeBar(), "logs_notice")

@@ -26,8 +26,8 @@ from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.pages.logs.work import LogRow
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import Meaning, font
-from ui.widgets.controls import ICON_PX, named
+from ui.style.theme import IconSize, Meaning, font
+from ui.widgets.controls import named
 
 READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
@@ -177,7 +177,7 @@ def limits_text(limits: TriggerLimits) -> str:
 
 def button(name: str, text: str, picture: Icon, slot: object, role: str = "") -> QPushButton:
     made = named(QPushButton(icon(picture, is_on_primary=role == "primary"), text), name, role)
-    set_icon_size(made, ICON_PX)
+    set_icon_size(made, IconSize.TEXT)
     made.clicked.connect(slot)
     return made
 

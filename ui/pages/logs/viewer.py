@@ -38,12 +38,11 @@ from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import IconSize, Meaning, Space
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 
-_ICON_PX: Final = 20
 _WINDOW_S: Final = 10.0
 _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
 """Makes the plots, which show the time of day, show the time since the log began."""
@@ -86,7 +85,7 @@ class LogView(QWidget):
         self.back = button("log_back", tr("All logs"), Icon.CHEVRON_LEFT, self.close_log)
         self.back.setToolTip("Esc")
         self.name = named(ElidedLabel(), "log_name", "title")
-        self.picture = IconLabel("log_icon", _ICON_PX)
+        self.picture = IconLabel("log_icon", IconSize.NOTICE)
         self.verdict = text_label("log_verdict", "strong", is_selectable=True)
         self.details = text_label("log_details", "small", is_selectable=True)
         self.saved = SaveNote("log_saved", is_of_module=False)

@@ -16,13 +16,12 @@ from ui.pages.preflight.remedy import Mend, Remedy, remedy
 from ui.services.context import Services
 from ui.session.check import Standing
 from ui.style.icons import Icon, StateStyle, icon
-from ui.style.theme import Meaning, Size, Space, font
+from ui.style.theme import IconSize, Meaning, Size, Space, font
 from ui.widgets.controls import ChoiceButton, named, set_role
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import ScrollArea, in_column, in_row
 from ui.widgets.step_button import StepButton
 
-_ICON_PX: Final = 18
 _STYLES: Final = {
     CheckResult.PASS: StateStyle(Icon.CHECK, Meaning.GOOD),
     CheckResult.FAIL: StateStyle(Icon.CROSS, Meaning.DANGER),
@@ -42,7 +41,7 @@ class _Row(QFrame):
     def __init__(self, name: str) -> None:
         super().__init__()
         named(self, name, "marked-row")
-        self.mark = IconLabel(f"{name}_mark", _ICON_PX, keeps_place=True)
+        self.mark = IconLabel(f"{name}_mark", IconSize.STATE, keeps_place=True)
         self.word = named(QLabel(), f"{name}_result", "small")
         # The columns of all rows begin at the same place.
         words = [tr(word) for word in (*RESULT_WORDS.values(), *MANUAL_WORDS.values())]

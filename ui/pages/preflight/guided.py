@@ -34,7 +34,7 @@ from ui.session.guided import FAILED, Guided, Stage
 from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size, themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
-from ui.style.theme import Meaning, Size, Space, current, scaled
+from ui.style.theme import IconSize, Meaning, RowHeight, Size, Space, current, scaled
 from ui.widgets.controls import named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -43,8 +43,6 @@ from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 100
-_MARK_PX: Final = 18
-_ROW_PX: Final = 28
 _STEPS: Final = Path(__file__).parent / "steps.svg"
 _MEANINGS: Final = {
     GuidedVerdict.PASSED: Meaning.GOOD,
@@ -165,7 +163,7 @@ class GuidedPanel(QWidget):
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.addItems([tr(TITLES[test.kind]) for test in GUIDED_TESTS])
-        set_icon_size(self.list, _MARK_PX)
+        set_icon_size(self.list, IconSize.STATE)
         self.title = text_label("guided_title", "title")
         self.safety, self.notice_bar = named(NoticeBar(), "guided_safety"), named(NoticeBar(), "guided_said")
         self.made_safe = named(QCheckBox(), "guided_made_safe")
@@ -180,7 +178,7 @@ class GuidedPanel(QWidget):
             _COLUMNS,
             lambda row: row.name,
             lambda row: ", ".join(column.text(row) for column in _COLUMNS),
-            row_px=_ROW_PX,
+            row_px=RowHeight.LIST,
             is_single=True,
         )
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "guided_cancel")

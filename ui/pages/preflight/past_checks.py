@@ -26,14 +26,13 @@ from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, Theme, scaled
+from ui.style.theme import Meaning, RowHeight, Space, Theme, scaled
 from ui.widgets.controls import named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
 
 _DOT_PX: Final = 7
-_ROW_PX: Final = 26
 Read = tuple[Sequence[str], Sequence[CheckLine]]
 
 
@@ -144,7 +143,7 @@ class PastChecks(QWidget):
             _COLUMNS,
             lambda check: check.id,
             lambda check: " · ".join(column.text(check) for column in _COLUMNS),
-            row_px=_ROW_PX,
+            row_px=RowHeight.LIST,
             is_single=True,
         )
         self.table.selectionModel().selectionChanged.connect(self._enable)

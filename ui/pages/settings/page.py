@@ -210,16 +210,27 @@ class SettingsPage(Page):
     # Construction
 
     def _make_buttons(self) -> None:
-        self.write = control(QPushButton(tr("Write")), "settings_write", tip=tr("Write and verify"), picture=Icon.DROP,
-                             keys="Ctrl+Return; Ctrl+Enter", role="primary")  # fmt: skip
+        self.write = control(
+            QPushButton(tr("Write")),
+            "settings_write",
+            tip=tr("Write and verify"),
+            picture=Icon.DROP,
+            keys="Ctrl+Return; Ctrl+Enter",
+            role="primary",
+        )
         self.write.setWhatsThis(tr("Sends each edited row once and reads it back; never to an ACTIVE module."))
         self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
         self.note.setPlaceholderText(tr("Who writes, and why"))
         self.note.setMaxLength(MAX_NOTE)
         self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
         self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
-        self.measure = control(QToolButton(), "light_threshold_measure", text=tr("Measure"),
-                               says=tr("Measure the light threshold"), role="narrow")  # fmt: skip
+        self.measure = control(
+            QToolButton(),
+            "light_threshold_measure",
+            text=tr("Measure"),
+            says=tr("Measure the light threshold"),
+            role="narrow",
+        )
         self.rows[_LIGHT].add_button(self.measure)
         self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O")
         self.recent = control(QPushButton(tr("Compare")), "profile_recent", tip=tr("Recent files"))

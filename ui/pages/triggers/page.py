@@ -39,14 +39,13 @@ from ui.services.page import Page, WaysBack
 from ui.session.module_field import ModuleField
 from ui.session.trigger_reading import TriggerReading
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, RowHeight, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_ROW_PX: Final = 36
 _READ_EVERY_MS: Final = 500
 """Retry interval until the module is online and idle."""
 
@@ -64,7 +63,7 @@ class TriggersPage(Page):
             COLUMNS,
             lambda row: row.seen.id,
             record_text,
-            row_px=_ROW_PX,
+            row_px=RowHeight.TALL,
             sorted_by=Column.WHEN,
             searches_sentence=True,
         )
@@ -203,9 +202,16 @@ class TriggersPage(Page):
         foot = in_row(1, self.copy, self.save_page, self.save_archive, spacing=Space.S)
         says = in_row(self.count, (self.news, 1), self.name_field, spacing=Space.M)
         in_column(
-            head, says, (self.list, 1), self.detail, self.strip, foot, of=self, spacing=Space.S,
+            head,
+            says,
+            (self.list, 1),
+            self.detail,
+            self.strip,
+            foot,
+            of=self,
+            spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),
-        )  # fmt: skip
+        )
 
     # Qt
 
