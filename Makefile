@@ -9,9 +9,11 @@ demo test check setup translations package:
 
 # Campaigns, which take minutes to hours.
 bench: setup
-	$(CAMPAIGN) tests.benchmarks $(ARGS)
-soak gestures readers: setup
-	$(CAMPAIGN) tests.$@ $(ARGS)
+	$(CAMPAIGN) tests.bench $(ARGS)
+soak gestures: setup
+	$(CAMPAIGN) tests.campaigns.$@ $(ARGS)
+readers: setup
+	$(CAMPAIGN) tests.files.readers $(ARGS)
 commands exchanges: setup
 	$(CAMPAIGN) tests.campaigns $@ $(ARGS)
 
@@ -19,11 +21,11 @@ commands exchanges: setup
 nightly: setup
 	failed=0; \
 	HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test || failed=1; \
-	$(CAMPAIGN) tests.soak --seconds 1800 || failed=1; \
-	$(CAMPAIGN) tests.gestures --every 28 || failed=1; \
-	$(CAMPAIGN) tests.gestures --sequences 200 || failed=1; \
+	$(CAMPAIGN) tests.campaigns.soak --seconds 1800 || failed=1; \
+	$(CAMPAIGN) tests.campaigns.gestures --every 28 || failed=1; \
+	$(CAMPAIGN) tests.campaigns.gestures --sequences 200 || failed=1; \
 	$(CAMPAIGN) tests.campaigns commands --runs 1500 || failed=1; \
 	$(CAMPAIGN) tests.campaigns exchanges --step 7 || failed=1; \
-	$(CAMPAIGN) tests.readers || failed=1; \
-	$(CAMPAIGN) tests.benchmarks || failed=1; \
+	$(CAMPAIGN) tests.files.readers || failed=1; \
+	$(CAMPAIGN) tests.bench || failed=1; \
 	exit $$failed

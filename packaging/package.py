@@ -1,7 +1,7 @@
 """Builds and tests all packages:  python3 packaging/bootstrap.py package
 
 Builds wheel, sdist and bundle with the notices of its parts, on Linux the .deb, on Windows the installer, on macOS the
-disk image, and SHA256SUMS, in a new dist/. Then runs tests/packages, which install, start and use them.
+disk image, and SHA256SUMS, in a new dist/. Then runs tests/system/packages, which install, start and use them.
 """
 
 import argparse
@@ -73,7 +73,7 @@ def main(arguments: list[str]) -> int:
     if chosen.only_build or chosen.only_from:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
-    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/packages"]
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/system/packages"]
     return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode
 
 

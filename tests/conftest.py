@@ -12,7 +12,7 @@ from collections.abc import Generator, Iterator
 from itertools import count
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 # Qt reads these once, when it is loaded or when the application object is made.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -74,6 +74,16 @@ def leaked_threads(before: set[threading.Thread], grace_s: float) -> list[thread
             if thread.is_alive():
                 leaked.append(thread)
     return leaked
+
+
+SLOW: Final = ("campaigns", "cli", "documents", "files/archive", "files/recordings", "module", "system", "window")
+"""Folders below tests/ whose tests open windows, start processes or install."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.relative_to(Path(__file__).parent).as_posix().startswith(SLOW):
+            item.add_marker("slow")
 
 
 @pytest.hookimpl(wrapper=True)

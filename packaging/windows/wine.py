@@ -1,8 +1,9 @@
 """Tests and builds the program for Windows on Linux, by hand:  sudo .venv/bin/python packaging/windows/wine.py WHAT
 
 `setup` prepares Windows: a Debian 13 with Wine in build/windows, with the Python for Windows and the locked packages.
-`test WORDS` runs pytest there with these words, as `tests/protocol`. `package` builds bundle and installer, and uses
-them in a fresh Windows. Needs root, as Wine runs in a chroot. An interrupted preparation continues at the next call.
+`test WORDS` runs pytest there with these words, as `tests/unit/protocol`. `package` builds bundle and installer,
+and uses them in a fresh Windows. Needs root, as Wine runs in a chroot. An interrupted preparation continues when it is
+called again.
 """
 
 import os
@@ -222,7 +223,7 @@ def run_tests(words: Sequence[str]) -> int:
 
 
 def make_package() -> int:
-    """Build the bundle by the Python for Windows and the installer by NSIS; then tests/windows use them."""
+    """Build the bundle by the Python for Windows and the installer by NSIS; then tests/system/windows use them."""
     copy_source()
     say("Building bundle and installer, then using them ...")
     shutil.rmtree(PLACE / "wheel", ignore_errors=True)
@@ -236,7 +237,7 @@ def make_package() -> int:
     done = inside(["makensis", "-DTARGET=amd64-unicode", *installer_words(bundle, SOURCE / "build/package/icons")])
     if done.returncode != 0:
         raise SetupError(f"{done.stdout}{done.stderr}\nNSIS failed.")
-    words = [sys.executable, "-m", "pytest", "-n", "0", "-o", "faulthandler_timeout=1500", "tests/windows"]
+    words = [sys.executable, "-m", "pytest", "-n", "0", "-o", "faulthandler_timeout=1500", "tests/system/windows"]
     return subprocess.run(words, cwd=ROOT, env={**os.environ, "DPS_S_UNDER_WINE": "1"}, check=False).returncode
 
 

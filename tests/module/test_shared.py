@@ -17,7 +17,7 @@ import pytest
 from app.terminal import sharing
 from app.terminal.sharing import Reader
 from protocol.catalogue import COMMANDS
-from tests.app.cli.test_schemas import faults
+from tests.cli.test_schemas import faults
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, OUTPUT, RECORDS, STATUS, Module
 from tests.module.wire import FROM_HOST, with_sum

@@ -1,0 +1,1 @@
+"""Benchmarks of speed, memory and smoothness. See `python -m tests.bench --help`."""

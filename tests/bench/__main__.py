@@ -1,0 +1,41 @@
+"""`python -m tests.bench [NAME …]` runs benchmarks and prints their results, the chief of docs/performance.md."""
+
+import argparse
+import platform
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Final
+
+from tests.bench.figures import Figure
+
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory", "logs")
+"""Each a module of this folder with its `figures`."""
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Exit code 0 whatever the figures, which depend on the machine; 1 with `--strict` if an aim was missed."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.bench",
+        description="Measure the program. Other work on the machine makes every figure worse: compare ratios.",
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}; all of them by default")
+    parser.add_argument("--strict", action="store_true", help="exit code 1 where an aim was missed")
+    args = parser.parse_args(words)
+    if unknown := set(args.names) - set(NAMES):
+        parser.error(f"no such benchmark: {', '.join(sorted(unknown))}")
+    print(f"Python {platform.python_version()}, {platform.platform()}")
+    figures: list[Figure] = []
+    for name in (one for one in NAMES if one in args.names or not args.names):
+        module = import_module(f"tests.bench.{name}")
+        about, found = " ".join((module.__doc__ or "").split()), list[Figure](module.figures())
+        rows = ["| what | measured | aim | |", "| --- | --- | --- | --- |", *(figure.row for figure in found)]
+        print(f"\n## {name}\n\n{about}\n", *rows, sep="\n", flush=True)
+        figures += found
+    missed = [figure for figure in figures if figure.is_met is False]
+    print(f"{len(missed)} of {sum(figure.is_met is not None for figure in figures)} aims missed")
+    return 1 if missed and args.strict else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""A folder of a thousand flight logs of a minute: found, read, summarised and judged in worker processes, each kind."""
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from app.flights.flight_log import FlightLog
+from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.read_log import find_logs
+from tests.bench.figures import Figure
+from tests.support.flights import log_bytes as made
+from tests.support.flights.made_flights import crash, ordinary_flight
+
+AIM_S: Final = 30.0
+DIFFERENT: Final = 10
+"""Logs that are made; the others are links to them."""
+
+
+def _table(flight: FlightLog) -> bytes:
+    """As a logger writes one: bare names, in milliseconds and m/s², with columns that nobody asks for."""
+    rows = ["timestamp,roll,pitch,yaw,acc_x,acc_y,acc_z,temperature"]
+    for at_s, tilt, force in zip(flight.time_s, flight.tilt_deg, flight.specific_force_g, strict=True):
+        x, z = 0.6 * 9.80665 * force, -0.8 * 9.80665 * force
+        rows.append(f"{at_s * 1000:.0f},{tilt:.2f},0.31,112.5,{x:.4f},0.0123,{z:.4f},31.5")
+    return "\n".join([*rows, ""]).encode()
+
+
+def _with_commas(flight: FlightLog) -> bytes:
+    return _table(flight).replace(b",", b";").replace(b".", b",")
+
+
+def _text(flight: FlightLog) -> bytes:
+    return made.dataflash_text(flight.time_s, flight.tilt_deg, flight.specific_force_g)
+
+
+def _dataflash(flight: FlightLog) -> bytes:
+    rows = made.dataflash_attitude(flight.time_s, flight.tilt_deg)
+    return made.dataflash_bytes(rows + made.dataflash_force(flight.time_s, flight.specific_force_g))
+
+
+def _ulog(flight: FlightLog) -> bytes:
+    rows = made.ulog_attitude(flight.time_s, flight.tilt_deg)
+    return made.ulog_bytes(rows + made.ulog_force(flight.time_s, flight.specific_force_g))
+
+
+KINDS: Final[dict[str, Callable[[FlightLog], bytes]]] = {
+    "CSV": _table, "CSV with decimal commas": _with_commas, "DataFlash as text": _text, "DataFlash": _dataflash,
+    "ULog": _ulog,
+}  # fmt: skip
+
+
+def figures(*, logs: int = 1000, seconds: float = 60.0) -> Iterator[Figure]:
+    for kind, write in KINDS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            for number in range(logs):
+                path = Path(folder) / f"{number:04}"
+                if number < DIFFERENT:
+                    make = crash if number % 3 == 0 else ordinary_flight
+                    path.write_bytes(write(make(str(number), np.random.default_rng(number), seconds=seconds)))
+                else:
+                    os.link(Path(folder) / f"{number % DIFFERENT:04}", path)
+            began = time.perf_counter()
+            found = list(summarise_logs(list(find_logs([Path(folder)])), LogOrder()))
+            took_s = time.perf_counter() - began
+        assert len(found) == logs
+        assert all(log.flight is not None for log in found), kind
+        processes = os.cpu_count()
+        yield Figure(f"{logs} logs, {kind}", f"{took_s:.1f} s on {processes}", f"<= {AIM_S:.0f} s", took_s <= AIM_S)

@@ -1,1 +1,0 @@
-"""Benchmarks of speed, memory and smoothness. See `python -m tests.benchmarks --help`."""

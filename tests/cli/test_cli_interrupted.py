@@ -1,0 +1,217 @@
+"""The conversation ends in the middle of a command: it says so, and sends nothing to whoever answers next."""
+
+import json
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.simulator.bench import SimulatedBench
+from app.simulator.memory import invent_records
+from protocol.catalogue import BY_NAME
+from protocol.frame import decode_request
+from tests.cli.test_schemas import faults
+from tests.support.cli_line import Program, bench_of, exchange
+from tests.support.line.frames import at_frame
+from tests.support.records.stored import audit, modules_in, open_store
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
+
+End = Callable[[SimulatedBench], object]
+ENDS: dict[str, tuple[End, str]] = {
+    "silent": (exchange, "The module was silent for a moment."),
+    "restarted": (lambda bench: bench.restart(), "The module restarted."),
+    "unplugged": (lambda bench: bench.unplug(), "The port was lost."),
+}
+"""What happens, and how the reason is said. After the silence another module answers."""
+
+
+def at(bench: SimulatedBench, name: str, act: End, *, number: int = 1) -> None:
+    """`act` happens in place of delivering the `number`-th frame of this command."""
+    at_frame(bench, number, lambda: act(bench), code=BY_NAME[name].code, is_lost=True)
+
+
+def sets(wire: list[bytes]) -> list[str]:
+    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize(
+    ("words", "name", "code"),
+    [
+        ("read", "light", 3),
+        ("history", "trigger_records", 3),
+        ("save FILE", "freefall_time", 3),
+        ("set freefall_time_s=1.4 --dry-run", "freefall_time", 3),
+        ("set freefall_time_s=1.4", "active", 3),
+        ("activate --yes", "active", 3),
+        ("zero --yes", "active", 3),
+        ("shutdown --yes", "active", 3),
+        ("preflight --enable-triggers", "cell_voltage", 1),
+    ],
+)
+@pytest.mark.promise("a")
+def test_each_command_says_why_and_sends_nothing_more(
+    words: str, name: str, code: int, end: str, port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
+) -> None:
+    act, reason = ENDS[end]
+    at(bench_of(port), name, act)
+    typed = [str(tmp_path / "a.toml") if word == "FILE" else word for word in words.split()]
+    printed = dps_s([*typed, "--port", port], code)
+    # A port that was lost is named where nothing else is to be told.
+    reasons = (reason, f"{port} was unplugged") if end == "unplugged" else (reason,)
+    assert any(one in printed.out + printed.err for one in reasons)
+    assert set(sets(wire)) <= {"freefall_trigger", "attitude_trigger"}, "the check sets them before"
+    assert not (tmp_path / "a.toml").exists()
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_what_was_read_before_the_end_is_printed_with_the_reason(end: str, port: str, dps_s: Program) -> None:
+    act, reason = ENDS[end]
+    at(bench_of(port), "light", act)
+    printed = dps_s(["read", "--port", port, "--json"], 3)
+    shown = json.loads(printed.out)
+    assert faults("read", shown) == []
+    assert (shown["status"]["acceleration_g"], shown["boot_count"], shown["light_v"]) == (1.0, None, None)
+    assert shown["errors"]["light_v"] == shown["errors"]["link"] == reason
+    assert printed.err == f"{reason}\n"
+
+
+def test_what_30_and_31_say_is_unknown_where_the_status_does_not_confirm_it(port: str, dps_s: Program) -> None:
+    at(bench_of(port), "status", lambda bench: bench.restart())
+    shown = json.loads(dps_s(["read", "--port", f"{port}?active=yes", "--json"], 3).out)
+    assert set(shown["status"].values()) == {None}
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.promise("f")
+def test_the_set_in_flight_is_unknown_and_what_was_verified_was_verified_then(
+    end: str, port: str, dps_s: Program
+) -> None:
+    act, reason = ENDS[end]
+    at(bench_of(port), "light_threshold", act, number=2)  # after the reading of all: the set itself
+    words = ["set", "freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
+    told = json.loads(dps_s([*words, "--port", port, "--json"], 1).out)
+    assert faults("set", told) == []
+    errors = {name: result["error"] for name, result in told["results"].items()}
+    assert errors["freefall_time_s"] == "verified then, before the interruption"
+    assert errors["light_threshold_v"] == f"unknown: {reason}"
+    assert errors["attitude_threshold_deg"] == f"not sent: {reason}"
+    assert not any(result["verified"] for result in told["results"].values())
+
+
+def test_a_module_that_answers_otherwise_ends_it(port: str, dps_s: Program) -> None:
+    """Another one in its place without a gap; nothing but a setting tells it."""
+    memory = bench_of(port).module.memory
+    at(bench_of(port), "boot_count", lambda _bench: setattr(memory, "boot_count", 90), number=2)
+    printed = dps_s(["read", "--port", port, "--json"], 3)
+    assert json.loads(printed.out)["errors"]["link"] == "Boot count: 37, then 90. Two modules on this line?"
+
+
+@pytest.mark.parametrize("end", ["silent", "restarted"])
+@pytest.mark.promise("l")
+def test_an_activation_that_was_interrupted_is_followed_by_lock(
+    end: str, port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    act, reason = ENDS[end]
+    bench = bench_of(port)
+    at_frame(bench, 1, lambda: None, code=BY_NAME["activation"].code)
+    at(bench, "active", act, number=2)  # the first report after the activation
+    printed = dps_s(["activate", "--port", port, "--yes"], 1)
+    assert sets(wire) == ["activation", "activation"]
+    assert wire[-1][2] != BY_NAME["activation"].code, "LOCK is confirmed by reports"
+    assert not bench.module.state.is_active
+    assert "LOCK was sent after the interruption. The module that answers now reports LOCKED." in printed.err
+    assert f"Sent, not confirmed: treat the module as ACTIVE. {reason}" in printed.err
+
+
+def test_where_nobody_answers_any_more_it_is_said_that_nothing_is_locked(port: str, dps_s: Program) -> None:
+    at(bench_of(port), "active", lambda bench: bench.change(mute=True), number=2)
+    printed = dps_s(["activate", "--port", port, "--yes"], 1)
+    assert "ACTIVE, not locked." in printed.err
+
+
+def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps_s: Program) -> None:
+    at(bench_of(port), "active", exchange)
+    said = {"The module that answers now reports LOCKED.\n": Outcome.UNKNOWN,  # of the first one nothing is known
+            "The module reports LOCKED.\n": Outcome.CONFIRMED}  # fmt: skip  # it was gone before it had begun to answer
+    printed = dps_s(["lock", "--port", port])
+    with closing(open_store()) as store:
+        (entry,) = audit(store)
+    assert (entry.act, entry.outcome) == (Act.LOCK, said[printed.out])
+
+
+@pytest.mark.parametrize(("end", "said"), [("silent", "does not answer"), ("restarted", "does not answer"),
+                                           ("unplugged", "The port was lost.")])  # fmt: skip
+@pytest.mark.promise("a")
+def test_the_baud_rate_is_not_sent_to_whoever_answers_next(
+    end: str, said: str, port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    at(bench_of(port), "active", ENDS[end][0])
+    printed = dps_s(["set", "baud_rate=57600", "--port", port], 1)
+    assert said in printed.out + printed.err
+    assert sets(wire) == []
+
+
+@pytest.mark.promise("a")
+def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: Program) -> None:
+    invent_records(bench_of(port).module.memory, 3, seed=5)
+    at(bench_of(port), "trigger_records", exchange, number=2)
+    printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
+    assert json.loads(printed.out)["error"]["code"] == "interrupted"
+    with closing(open_store()) as store:
+        assert modules_in(store) == ()
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [("history --json", 1), ("preflight --enable-triggers", 1), ("preflight --activate --yes", 1)],
+)
+@pytest.mark.promise("a")
+def test_a_name_is_refused_where_something_speaks_against_it(
+    words: str, code: int, port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    named = [*words.split(), "--port", port, "--module", "M-07"]
+    dps_s(["history", "--port", port, "--module", "M-07"])
+    bench_of(port).module.memory.boot_count = 30  # it was 37: another one
+    wire.clear()
+    printed = dps_s(named, code)
+    assert "This may be another module: boot count 30, was 37." in printed.err
+    assert "Add --same-module to do it." in printed.err
+    assert sets(wire) == []
+    dps_s(["history", "--port", port, "--module", "M-07", "--same-module"])
+
+
+@pytest.mark.parametrize("words", ["monitor --json", "record FILE"])
+@pytest.mark.usefixtures("hasty")
+def test_watching_goes_on_in_the_next_conversation(
+    words: str, port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+
+    def exchange_for_a_quiet_one(bench: SimulatedBench) -> None:
+        exchange(bench)
+        bench.module.stop_stream()
+
+    at(bench_of(port), "charging", exchange_for_a_quiet_one, number=4)
+    typed = [str(path) if word == "FILE" else word for word in words.split()]
+    printed = dps_s([*typed, "--port", port, "--seconds", "8"])
+    assert "The module was silent for a moment. Another module may answer from now on." in printed.err
+    assert sets(wire) == ["serial_output"], "the next module is polled"
+    if path.exists():
+        events = [row.rpartition(",")[2] for row in path.read_text("utf-8").splitlines()]
+        assert "silent" in events
+    else:
+        assert json.loads(printed.out.splitlines()[-1])["t_s"] > 7
+
+
+@pytest.mark.parametrize("words", ["monitor --json", "record FILE"])
+def test_watching_ends_where_nobody_answers(words: str, port: str, dps_s: Program, tmp_path: Path) -> None:
+    at(bench_of(port), "charging", lambda bench: bench.change(mute=True), number=3)
+    typed = [str(tmp_path / "a.mcap") if word == "FILE" else word for word in words.split()]
+    assert "The module does not answer." in dps_s([*typed, "--port", port], 3).err
+    assert len(list(tmp_path.glob("a*.mcap"))) == words.count("FILE")

@@ -1,0 +1,214 @@
+"""What the commands print, send and end with: as `goldens.txt` and docs/command-line.md say, and byte for byte."""
+
+import doctest
+import io
+import json
+import os
+import re
+import shlex
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from itertools import count
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import pytest
+
+import app.__main__ as program
+from app.cli import history as records
+from app.cli.schema import SCHEMAS as NAMES
+from app.procedures.history import History
+from app.simulator.bench import SimulatedBench
+from app.terminal import console
+from app.terminal.arguments import RATES
+from protocol.catalogue import BAUD_RATES
+from protocol.frame import decode_request
+from protocol.messages import TriggerRecord, decode_record
+from tests.cli import test_schemas as schemas
+from tests.cli.test_cli_program import half_width
+from tests.support.line.odd_module import EmptySlots, OddSetup
+from tests.support.thorough import some
+from tests.unit.simulator.test_simulator_servers import posix_only, pty, serving
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+
+GOLDENS: Final = Path(__file__).with_name("goldens.txt")
+PAGE: Final = Path(__file__).parents[2] / "docs" / "command-line.md"
+SHOWN_PORT: Final = "/tmp/dps-s"
+IS_WRITING: Final = os.environ.get("GOLDENS") == "write"
+_ports = count()
+_BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
+_COMMAND = re.compile(r"^\$ dps-s ", re.MULTILINE)
+_VARYING: Final = (
+    (r'("round_trip_ms": |"verified_age_s": )[\d.]+', r"\1…"),
+    (r"\d+\.\d ms\b", "… ms"),
+    (r"(Status age +)\d\.\d\d s", r"\1… s"),
+    (r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d([.+]\S*)?)?", "…"),
+    (r"[0-9A-F]{4}(-[0-9A-F]{4}){4}", "FINGERPRINT"),
+    (r"^! usage: (dps-s( [a-z]+)*).*\n(! {2,}.*\n)*", r"! usage: \1 …\n"),
+    (r"'(?=[^(\n]*\))", ""),  # of choices
+)
+"""Times, the key of the station, and what Pythons lay out each in their way."""
+
+
+class Example(NamedTuple):
+    """`line`: what is typed behind `dps-s`."""
+
+    line: str
+    said: str
+
+
+class Section(NamedTuple):
+    title: str
+    examples: tuple[Example, ...]
+
+
+def examples_in(text: str) -> tuple[Example, ...]:
+    return tuple(Example(line, said) for line, _, said in (one.partition("\n") for one in _COMMAND.split(text)[1:]))
+
+
+def sections() -> tuple[Section, ...]:
+    parts = GOLDENS.read_text(encoding="utf-8").split("=== ")[1:]
+    return tuple(Section(part.partition("\n")[0], examples_in(part)) for part in parts)
+
+
+class _Messages(io.StringIO):
+    """Standard error with each line marked, among standard output."""
+
+    def __init__(self, shown: io.StringIO) -> None:
+        super().__init__()
+        self._shown = shown
+
+    def write(self, text: str) -> int:
+        return self._shown.write(re.sub(r"^(?=.)", "! ", text, flags=re.MULTILINE))
+
+
+def say(words: list[str], *, is_marked: bool) -> str:
+    """What a terminal shows, and the exit code where it is not 0."""
+    shown = io.StringIO()
+    with redirect_stdout(shown), redirect_stderr(_Messages(shown) if is_marked else shown):
+        code = program.main(words)
+    return shown.getvalue() + (f"(exit code {code})\n" if code else "")
+
+
+def run_section(section: Section, wire: list[bytes]) -> Iterator[Example]:
+    """What is said now. What varies is replaced; JSON is held against its schema."""
+    port = f"sim://golden{next(_ports):03}"  # of one length, for the columns
+    for line, _ in section.examples:
+        words = shlex.split(line.replace("PORT", port))
+        wire.clear()
+        said = say(words, is_marked=True)
+        assert faults(words, said) == []
+        sent = [request for request in map(decode_request, wire) if not request.is_repeatable]
+        names = ", ".join(f"{request.command.name} {request.data}" for request in sent)
+        said = said.replace("\r", "\\r") + (f"(sent {names})\n" if sent else "")
+        said = said.replace(port, "PORT").replace(os.environ["HOME"], "HOME")
+        for pattern, shown in _VARYING:
+            said = re.sub(pattern, shown, said, flags=re.MULTILINE)
+        yield Example(line, said)
+
+
+def faults(words: list[str], said: str) -> list[str]:
+    """Where JSON on standard output is not alone, or not as its schema says."""
+    name = next((name for name in ("_".join(words[:2]), words[0]) if name in NAMES), None)
+    if "--json" not in words or name is None:
+        return []
+    lines = [line for line in said.splitlines() if not line.startswith(("! ", "(exit code "))]
+    return [fault for line in lines for fault in schemas.faults(name, json.loads(line))]
+
+
+def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
+    return "".join(f"$ dps-s {line}\n{said}" for line, said in examples).rstrip("\n")
+
+
+@posix_only
+@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
+@pytest.mark.parametrize("section", sections(), ids=lambda section: section.title)
+@pytest.mark.promise("d", "f")
+def test_what_is_said_and_sent(
+    section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    says, said = as_text(run_section(section, wire)), as_text(section.examples)
+    if IS_WRITING:
+        GOLDENS.write_text(GOLDENS.read_text(encoding="utf-8").replace(said, says), encoding="utf-8")
+    else:
+        assert says == said
+
+
+@posix_only
+@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
+@pytest.mark.parametrize("section", some(sections(), one_in=4), ids=lambda section: section.title)
+def test_in_chinese_the_punctuation_is_full_width(
+    section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    monkeypatch.chdir(tmp_path)
+    says = as_text(run_section(section, wire))
+    lines = [line for line in says.splitlines() if not line.startswith("$ ")]
+    assert re.search("[一-鿿]", says)
+    assert half_width("\n".join(lines)) == []
+
+
+@posix_only
+@pytest.mark.usefixtures("speaks_english", "user_files")
+def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.chdir(tmp_path)
+    link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
+    judge = doctest.OutputChecker()
+    bench = SimulatedBench(OddSetup(history=2, empty_slots=EmptySlots.NONE))
+    with serving(bench, pty(Path(link))):
+        for block in _BLOCK.findall(text):
+            found = []
+            for line, said in examples_in(block):
+                words = [link if word == SHOWN_PORT else word for word in shlex.split(line)]
+                says = say(words, is_marked=False)
+                says = says.replace(link, SHOWN_PORT)
+                is_as_said = judge.check_output(said, says, doctest.ELLIPSIS)
+                found.append(Example(line, said if is_as_said else says))
+                assert is_as_said or IS_WRITING, f"dps-s {line} says now:\n{says}"
+            text = text.replace(block, as_text(tuple(found)) + "\n")
+    if IS_WRITING:
+        PAGE.write_text(text, encoding="utf-8")
+
+
+def test_rates_are_those_of_the_catalogue() -> None:
+    assert RATES == BAUD_RATES
+
+
+RECORD = bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E")
+"""The table's worked example."""
+
+
+@pytest.fixture
+def record() -> TriggerRecord:
+    decoded = decode_record(RECORD)
+    assert isinstance(decoded, TriggerRecord)
+    return decoded
+
+
+def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
+    page = records.page_of(History((record,), 8, is_confirmed=True))
+    assert page[1] == (
+        "1           1 min 48 s      attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
+    )
+    assert page[-1] == "Empty slots: 8."
+    assert records.page_of(History((), 0, is_confirmed=True)) == ["It has never fired, or its memory was cleared."]
+    assert records.page_of(History()) == ["No answer: the records are unknown."]
+    doubtful = records.page_of(History(seen_once=(record,), is_answered=True))
+    assert doubtful[1].startswith("1 (?)")
+    assert "(?) Seen in one reading only. Read again." in doubtful
+
+
+def test_widths_count_columns() -> None:
+    assert console.display_width("倾角 7°") == 7
+    assert console.columns([("甲", "b"), ("1", "2"), ("333", "")]) == ["甲   b", "1    2", "333"]
+
+
+def test_json_of_a_broken_name_is_json() -> None:
+    raw = io.BytesIO()
+    out = io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace")
+    out.write(console.as_json({"port": "/tmp/\udcff"}))
+    out.flush()
+    assert json.loads(raw.getvalue()) == {"port": "/tmp/\udcff"}

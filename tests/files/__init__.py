@@ -1,0 +1,1 @@
+"""Tests of what the program keeps and reads: store, archive, records, recordings, flight logs."""

@@ -1,0 +1,107 @@
+"""A store that another program holds, or that does not open: the window goes on, and everything is kept afterwards."""
+
+import sqlite3
+import threading
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.target import Target
+from app.modules.names import modules
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.fact_store import Store
+from app.store.opening import Opened, open_file
+from app.store.trouble import StoreTrouble
+from app.trigger_records.history import Judgement
+from tests.support.patience import MACHINE_S
+from tests.support.records.stored import audit, records_of
+from tests.support.window.fakes_ui import simulated, window
+from tests.support.window.fakes_ui import store_of as window_store
+from tests.support.window.preflight_window import OnBench, on_bench
+from tests.window.pages.triggers.test_triggers_page import fire, name_kept, said, texts
+from ui.pages.triggers.model import Column
+
+WAITS_S = 20.0
+"""Of SQLite: so long a write waits for the program that holds the store."""
+HELD_S = 0.3
+
+
+class Turns:
+    """The longest time between two turns of the window's event loop."""
+
+    def __init__(self) -> None:
+        self.longest_s, self._last = 0.0, time.monotonic()
+        self._timer = QTimer()
+        self._timer.setInterval(5)
+        self._timer.timeout.connect(self._turn)
+        self._timer.start()
+
+    def _turn(self) -> None:
+        now = time.monotonic()
+        self.longest_s, self._last = max(self.longest_s, now - self._last), now
+
+
+def store_of(bench: OnBench) -> Store:
+    store = bench.assembly.storage.store
+    assert isinstance(store, Store)
+    return store
+
+
+@pytest.mark.promise("j")
+def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "again", "triggers") as bench:
+        fire(bench)
+        page, store = bench.triggers, store_of(bench)
+        name_kept(bench, "M-07")
+        bench.read_triggers()
+        page.table.selectRow(0)
+        store.write(lambda facts: facts.connection.execute("PRAGMA busy_timeout = 50")).result()
+        with closing(sqlite3.connect(store.path, isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            page.detail.note.setText("tipped on the table")
+            bench.click(page.detail.buttons[Judgement.BENCH_TEST])
+            bench.until(lambda: "Not kept." in said(bench))
+            assert texts(bench, 0)[Column.JUDGED] == "—"
+            other.execute("ROLLBACK")
+        bench.click(page.strip.button("judge_again"))
+        bench.until(lambda: not page.work._judging)
+        (module,) = store.read(modules)
+        (record,) = records_of(store, module.name)
+        assert (record.judgement, record.note) == (Judgement.BENCH_TEST, "tipped on the table")
+        assert said(bench) == ""
+
+
+def test_the_window_connects_and_locks_though_the_store_does_not_open(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_open = threading.Event()
+
+    def open_slowly(path: Path) -> Opened:
+        may_open.wait(WAITS_S)
+        return open_file(path)
+
+    monkeypatch.setattr("app.store.fact_store.open_file", open_slowly)
+    monkeypatch.setattr("tests.support.window.fakes_ui.Storage.open_store", lambda _storage: None)
+    with simulated("beside", active=True), window(qapp, tmp_path) as assembly:
+        port = assembly.ports.current
+        try:
+            turns = Turns()
+            assembly.window.connect_to(Target("sim://beside", 115200))
+            qtbot.waitUntil(lambda: port.module.view.reported != (None, None))
+            assert isinstance(assembly.storage.store, StoreTrouble)
+            port.lock.press()
+            qtbot.waitUntil(lambda: port.lock.confirmed is not None)
+            assert turns.longest_s < MACHINE_S
+        finally:
+            may_open.set()
+        monkeypatch.undo()
+        store = window_store(assembly.storage)
+        qtbot.waitUntil(lambda: [entry.outcome for entry in audit(store, Act.LOCK)] == [Outcome.CONFIRMED])

@@ -1,0 +1,1 @@
+"""Tests of what is installed: packages, their scripts, Windows, the desktop's screen reader."""

@@ -1,0 +1,81 @@
+"""The command line over a COM port: a pseudo-terminal with the simulated module in a Linux process behind it."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import RunningModule
+from tests.system.windows.conftest import PORT, WindowsProgram
+
+
+def test_everything_is_read(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("read", "--port", PORT, "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["errors"] == {}
+    assert said["settings"]["attitude_threshold_deg"] == 60
+
+
+def test_redirected_output_is_utf_8(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("read", "--port", PORT)
+    assert done.returncode == 0, done.stderr
+    assert "60°" in done.stdout.replace(" ", "")
+    assert "�" not in done.stdout
+    assert "…" in dps_s.run("--help").stdout
+
+
+@pytest.mark.parametrize("code_page", [437, 936])
+def test_a_console_shows_every_letter_whatever_its_code_page(dps_s: WindowsProgram, code_page: int) -> None:
+    seen = dps_s.on_a_console("ports", code_page=code_page, LANG="zh_CN.UTF-8")
+    assert f"code page: {code_page}" in seen
+    assert "串口" in seen
+
+
+def test_the_history_is_read(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("history", "--port", PORT, "--json")
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["records"]) == 3
+
+
+def test_the_stream_is_shown(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("monitor", "--port", PORT, "--seconds", "2", "--json")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) > 10
+
+
+def test_a_setting_is_written_and_proven(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("set", "freefall_time_s=1.6", "--port", PORT)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(dps_s.run("read", "--port", PORT, "--json").stdout)["settings"]["freefall_time_s"] == 1.6
+
+
+def test_the_rate_is_found(dps_s: WindowsProgram, module: RunningModule) -> None:
+    done = dps_s.run("find", "--port", PORT)
+    assert done.returncode == 0, done.stderr
+    assert "115200" in done.stdout
+
+
+def test_a_port_that_is_not_there(dps_s: WindowsProgram) -> None:
+    done = dps_s.run("read", "--port", "COM77")
+    assert done.returncode == 3
+    assert "no port COM77" in done.stderr
+
+
+def test_a_check_leaves_reports_that_are_verified(dps_s: WindowsProgram, module: RunningModule) -> None:
+    from wine import DRIVE
+
+    folder = DRIVE / "reports"
+    folder.mkdir(exist_ok=True)
+    for name in ("check.pdf", "检查 ä.pdf"):
+        done = dps_s.run("preflight", "--port", PORT, "--enable-triggers", "--report", f"C:\\reports\\{name}")
+        assert done.returncode in (0, 1), done.stderr
+        verified = dps_s.run("verify", f"C:\\reports\\{name}")
+        assert verified.returncode == 0, verified.stdout + verified.stderr
+        assert "INTACT" in verified.stdout
+    assert _embedded_fonts(folder / "check.pdf") > 0
+
+
+def _embedded_fonts(path: Path) -> int:
+    return len(re.findall(rb"/FontFile\d?", path.read_bytes()))

@@ -1,0 +1,166 @@
+"""Results of guided tests: only ever added, simulated ones apart, on the report and in the next pre-flight check."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.guided.guided_store import keep_test, last_tests
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.preflight.findings import CheckResult, Person
+from app.records.filing import file_check
+from app.records.record import read_document
+from app.records.report import report_html
+from app.records.verification import RecordState, StationNames, verify
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
+from app.settings.profiles import Profile
+from app.store.fact_store import Store
+from app.store.kinds import GuidedTestDone
+from app.system.wall_clock import age_days
+from app.text.messages import message
+from tests.files.records.test_record import signed_record
+from tests.support.records.preflight_rig import check
+from tests.support.records.stored import open_store
+
+NOW = datetime(2026, 5, 1, 12, tzinfo=UTC)
+PASSED, FAILED, UNCLEAR = GuidedVerdict.PASSED, GuidedVerdict.FAILED, GuidedVerdict.UNCLEAR
+
+
+def result(kind: GuidedKind, verdict: GuidedVerdict = PASSED) -> GuidedResult:
+    shown, tolerance = message("{angle:.0f}°", angle=61), message("{angle:.0f}°", angle=60)
+    return GuidedResult(kind, (MeasuredValue(message("Fires"), shown, tolerance, verdict, 61.0),))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(open_store(tmp_path, clock=lambda: NOW)) as one:
+        yield one
+
+
+def add(
+    store: Store, kind: GuidedKind, verdict: GuidedVerdict = PASSED, *, module: str = "M-07", sim: bool = False
+) -> None:
+    store.write(
+        lambda facts: keep_test(
+            facts,
+            result(kind, verdict),
+            module=module or None,
+            adapter="usb",
+            who="Li",
+            is_simulated=sim,
+            program="1",
+        )
+    ).result()
+
+
+def last(store: Store, *, sim: bool = False) -> dict[GuidedKind, GuidedVerdict]:
+    found = store.read(lambda facts: last_tests(facts, "M-07", counts_simulated=sim))
+    return {kind: one.verdict for kind, one in found.items()}
+
+
+def test_the_newest_result_of_each_test_counts(store: Store) -> None:
+    add(store, GuidedKind.TILT)
+    add(store, GuidedKind.TILT, FAILED)
+    add(store, GuidedKind.BAY, UNCLEAR)
+    add(store, GuidedKind.FREE_FALL, module="M-08")
+    add(store, GuidedKind.LINK, module="")
+    assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
+
+
+@pytest.mark.promise("f")
+def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
+    add(store, GuidedKind.TILT, FAILED)
+    add(store, GuidedKind.TILT, PASSED, sim=True)
+    assert last(store) == {GuidedKind.TILT: FAILED}
+    assert last(store, sim=True) == {GuidedKind.TILT: PASSED}
+
+
+def test_what_a_newer_version_wrote_is_left_out(store: Store) -> None:
+    add(store, GuidedKind.TILT)
+    store.add(GuidedTestDone(test="spin", verdict="passed"), "M-07").result()
+    assert last(store) == {GuidedKind.TILT: PASSED}
+
+
+# The profile
+
+
+def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
+    profile = parse_profile(b'name = "H6"\n[tests]\ntilt = 180\nfree_fall = 365\n')
+    assert profile.tests_within_days == {GuidedKind.TILT: 180, GuidedKind.FREE_FALL: 365}
+    assert parse_profile(profile_text(profile).encode()) == profile
+
+
+@pytest.mark.parametrize(
+    "bad",
+    ["spin = 3", "charger = 90", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"],
+)
+@pytest.mark.promise("f")
+def test_a_demand_that_makes_no_sense_is_refused_with_its_key(bad: str) -> None:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(f"[tests]\n{bad}\n".encode())
+    (said,) = refused.value.sentences
+    assert f"tests.{bad.split()[0]}" in said
+
+
+# The pre-flight check
+
+
+@pytest.mark.parametrize(
+    ("ahead", "age"), [(timedelta(hours=3), 0.0), (timedelta(days=2), None), (-timedelta(days=2), 2.0)]
+)
+def test_a_time_that_lies_ahead_is_no_age(ahead: timedelta, age: float | None) -> None:
+    assert age_days((NOW + ahead).isoformat(), NOW) == age
+    assert age_days("soon", NOW) is None
+
+
+@pytest.mark.parametrize(
+    ("port", "is_simulated", "expected"),
+    [
+        ("/dev/ttyUSB0", False, CheckResult.PASS),
+        ("/dev/ttyUSB0", True, CheckResult.FAIL),
+        ("sim://x", True, CheckResult.PASS),
+    ],
+)
+def test_the_filed_check_knows_the_tests_and_prints_them(
+    store: Store, port: str, is_simulated: bool, expected: CheckResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.records.filing.local_now", lambda: NOW + timedelta(days=3))
+    add(store, GuidedKind.TILT, sim=is_simulated)
+    evidence = check().assessment.case.evidence
+    evidence.port = port
+    profile = Profile(name="H6", tests_within_days={GuidedKind.TILT: 10})
+    filed = file_check(
+        evidence, profile, Person(who="Li", module="M-07", aircraft="A"), store=store,
+    )  # fmt: skip
+    assert filed.assessment.result("guided_tests") is expected
+    tests: Any = filed.record.tests
+    assert len(tests) == (expected is CheckResult.PASS)
+    text = report_html(filed.exported)
+    if tests:
+        assert tests[0]["who"] == "Li"
+        assert "Attitude trigger" in text
+        assert "Fires: 61° (60°)" in text
+        assert ("simulated" in text.lower()) is is_simulated
+    else:
+        assert "Attitude trigger: not tested" in text
+        assert "Fires: " not in text
+    document = read_document(filed.exported.text.encode())
+    assert verify(document, StationNames(None)).state is not RecordState.ALTERED
+
+
+@pytest.mark.parametrize(
+    ("of_record", "of_test", "day"),
+    [
+        ("2026-11-23T09:00:00+08:00", "2026-11-21T22:30:00.000+00:00", "2026-11-22"),
+        ("2026-11-23T09:00:00-08:00", "2026-11-22T06:30:00.000+00:00", "2026-11-21"),
+        ("2026-11-23T09:00:00+08:00", "9999-12-31T23:59:59.999+00:00", "9999-12-31"),
+    ],
+)
+def test_a_test_is_printed_with_the_day_that_it_was_where_the_record_was_made(
+    of_record: str, of_test: str, day: str
+) -> None:
+    tests = [{"test": "tilt", "verdict": "passed", "who": "Li", "at": of_test, "measured": []}]
+    assert f">{day}" in report_html(signed_record(at=datetime.fromisoformat(of_record), tests=tests))

@@ -1,0 +1,387 @@
+"""The guided tests on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
+
+from collections.abc import Callable
+from unittest.mock import patch
+
+import pytest
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.guided.catalogue import GUIDED_TESTS
+from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import PersonSteps, StatusWatch
+from app.safety.acts import REQUESTS, Act
+from app.text.user_error import UserError
+from tests.campaigns.gestures.gesture_bench import GestureBench
+from tests.support.hands import Hands
+from tests.support.line.frames import at_frame
+from tests.support.window.steps import given, notice_text
+from ui.acts.act_row import ActRow
+from ui.session.guided import Stage
+from ui.session.interruptions import RemainderKind
+from ui.style.theme import Meaning
+from ui.widgets.step_button import bring_into_sight
+
+KINDS = [test.kind for test in GUIDED_TESTS]
+WITHOUT_A_NAME = "Without a name the result counts for no check."
+LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
+
+
+@pytest.fixture
+def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
+    monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
+    bench.assembly.storage.open_store()
+    bench.preflight.form.who.setText("Li")
+    bench.assembly.ports.module.say_name("M-07")
+    return bench
+
+
+def confirm(bench: GestureBench) -> None:
+    """As a careful person does it: ask, then confirm, each by a press of its own."""
+    row: ActRow = bench.guided.activate
+    bench.until(row.confirm.ask.isEnabled)
+    for button in (row.confirm.ask, row.confirm.go):
+        bring_into_sight(row)
+        bench.until(button.isVisible)
+        bench.hand_s += 1.0
+        bench.go_and_click(button)
+
+
+def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> GuidedResult:
+    """From Start to the result, with hands that do what the page says."""
+    page = bench.guided
+    start(bench, kind)
+    if page.work.test.is_active:
+        confirm(bench)
+    act_as_told(bench, Hands(bench.bench, PersonSteps(), height_m=height_m))
+    outcome = page.work.outcome
+    assert isinstance(outcome, GuidedResult), outcome
+    return outcome
+
+
+def act_as_told(bench: GestureBench, hands: Hands) -> None:
+    """Until the test is over."""
+    page, ends_at = bench.guided, bench.clock.now_s + 300.0
+    while page.work.is_running:
+        assert bench.clock.now_s < ends_at, page.title.text()
+        report = page.work.report
+        if report is not None:
+            hands.hear(report)
+        hands.move(bench.clock.now_s)
+        if page.work.confirm_words and page.work.kind in (GuidedKind.BAY, GuidedKind.LINK):
+            page.primary.click()
+        bench.wait(0.1)
+
+
+def start(bench: GestureBench, kind: GuidedKind) -> None:
+    page = bench.guided
+    bench.show_guided()
+    page.choose(kind)
+    bench.wait(0.3)
+    if page.made_safe.isVisible():
+        assert not page.primary.isEnabled()
+        page.made_safe.click()
+    bench.until(page.primary.isEnabled)
+    bench.hand_s += 1.0
+    bench.go_and_click(page.primary)
+    bench.until(lambda: page.work.stage is not Stage.PREPARING)
+
+
+def activated(bench: GestureBench) -> None:
+    """In the middle of the tilt, on an active module."""
+    start(bench, GuidedKind.TILT)
+    confirm(bench)
+    bench.until(lambda: bench.guided.work.stage is Stage.MEASURING)
+    assert bench.bench.module.state.is_active
+
+
+def is_locked(bench: GestureBench) -> bool:
+    return not bench.bench.module.state.is_active
+
+
+def said(bench: GestureBench) -> str:
+    return notice_text(bench.guided.notice_bar)
+
+
+def kept(bench: GestureBench, kind: GuidedKind) -> None:
+    """Until the store's thread has told the page."""
+    bench.until(lambda: kind in bench.guided.work.last, limit_s=10_000.0)
+
+
+@pytest.mark.promise("c")
+def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> None:
+    acts = {GuidedKind.TILT: [ACTIVATE, LOCK]}
+    page = bench.guided
+    for number, kind in enumerate(KINDS, start=1):
+        bench.sent.clear()
+        bench.bench.set_world(tilt_deg=0)
+        outcome = run(bench, kind)
+        assert outcome.verdict is GuidedVerdict.PASSED, outcome
+        bench.until(lambda: not page.work.owes_lock)
+        assert is_locked(bench)
+        assert list(dict.fromkeys(bench.sent)) == acts.get(kind, [])
+        kept(bench, kind)
+        last = page.work.last[kind]
+        assert (last.verdict, last.who, last.is_simulated) == (GuidedVerdict.PASSED, "Li", True)
+        assert len(page.work.last) == number
+        assert "passed" in page.list.currentItem().text()
+        assert (page.title.text(), page.verdict.text()) == (TITLES[kind], "Passed")
+        assert page.table.isVisible()
+
+
+@pytest.mark.promise("i")
+def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_but_questions(
+    bench: GestureBench,
+) -> None:
+    page = bench.guided
+    bench.show_guided()
+    for kind in KINDS:
+        page.choose(kind)
+        assert page.safety.isVisible()
+        assert page.made_safe.isVisible() is (kind is GuidedKind.TILT)
+    page.choose(GuidedKind.TILT)
+    bench.wait(0.3)
+    assert not page.primary.isEnabled()
+    page.made_safe.click()
+    bench.until(page.primary.isEnabled)
+    page.choose(GuidedKind.BAY)
+    page.choose(GuidedKind.TILT)
+    assert not page.made_safe.isChecked()
+    for kind in KINDS:
+        start(bench, kind)
+        bench.guided.choose(next(other for other in KINDS if other is not kind))
+        assert (bench.guided.work.kind, bench.guided.work.is_running) == (kind, True)
+        assert bench.sent == []
+        bench.guided.work.cancel()
+    assert bench.guided.work.owes_lock is False
+
+
+@pytest.mark.promise("c")
+def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys_hands_is_locked(
+    bench: GestureBench,
+) -> None:
+    bench.settle_module(is_active=True)
+    bench.show_guided()
+    bench.guided.choose(GuidedKind.BAY)
+    bench.wait(0.5)
+    assert not bench.guided.primary.isEnabled()
+    assert "ACTIVE" in notice_text(bench.guided.notice_bar)
+    bench.bench.unplug()
+    bench.until(lambda: bench.guided.notice_bar.notice is None)  # the window says what was last heard
+    bench.bench.plug()
+    bench.connect()
+    bench.settle_module(is_active=False)
+    bench.guided.choose(GuidedKind.BAY)  # which test was chosen was of the conversation before
+    bench.until(bench.guided.primary.isEnabled)
+    for kind in KINDS[1:3]:
+        start(bench, kind)
+        bench.bench.module.activate(is_active=True)
+        bench.until(lambda: not bench.guided.work.is_running)
+        bench.until(lambda: is_locked(bench))
+        assert "ACTIVE" in bench.guided.verdict.text()
+        bench.until(lambda: not bench.guided.work.owes_lock)
+
+
+def _minimise(bench: GestureBench) -> None:
+    bench.window.setWindowState(Qt.WindowState.WindowMinimized)
+    bench.turn()
+    bench.window.setWindowState(Qt.WindowState.WindowNoState)
+
+
+def _error_in_the_procedure(bench: GestureBench) -> None:
+    with patch.object(StatusWatch, "_check", side_effect=RuntimeError("a mistake of ours")):
+        bench.wait(0.5)
+    assert "program error" in bench.guided.verdict.text()
+
+
+def _done(bench: GestureBench) -> None:
+    bench.bench.module.state.attitude_is_enabled = False
+    bench.bench.module.activate(is_active=True)
+    act_as_told(bench, Hands(bench.bench, PersonSteps()))
+
+
+WAYS_OUT: dict[str, Callable[[GestureBench], object]] = {
+    "cancel": lambda bench: bench.guided.cancel.click(),
+    "escape": lambda bench: QTest.keyClick(bench.window, Qt.Key.Key_Escape),
+    "another page": lambda bench: bench.window.go_to("commands"),
+    "minimised": _minimise,
+    "error": _error_in_the_procedure,
+    "nobody": lambda bench: bench.wait(6.0),
+    "done": _done,
+    "closed": lambda bench: QApplication.sendEvent(bench.window, QCloseEvent()),  # the last one
+}
+
+
+@pytest.mark.promise("c")
+def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
+    for way, leave in WAYS_OUT.items():
+        bench.sent.clear()
+        activated(bench)
+        leave(bench)
+        bench.wait(1.0)
+        assert is_locked(bench), way
+        assert LOCK in bench.sent, way
+        assert not bench.guided.work.is_running, way
+        bench.until(lambda: not bench.guided.work.owes_lock)
+        assert bench.sent.count(ACTIVATE) == 1, way
+        bench.bench.module.state.attitude_is_enabled = True
+        bench.bench.set_world(tilt_deg=0)
+
+
+@pytest.mark.promise("c")
+def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench) -> None:
+    activated(bench)
+    ports, worker = bench.assembly.ports, bench.worker
+    ports.choose(ports.add())
+    bench.worker = worker  # that of the port that was left
+    bench.wait(1.0)
+    assert LOCK in bench.sent
+    assert is_locked(bench)
+
+
+@pytest.mark.promise("c")
+def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot) -> None:
+    def fail() -> None:
+        raise RuntimeError("a mistake of ours")
+
+    with qtbot.capture_exceptions() as errors:
+        activated(bench)
+        QTimer.singleShot(0, fail)
+        qtbot.waitUntil(lambda: bool(errors))
+        bench.wait(1.0)
+    assert [str(error[1]) for error in errors] == ["a mistake of ours"]
+    assert is_locked(bench)
+    assert "program error" in bench.guided.verdict.text()
+
+
+@pytest.mark.promise("c")
+def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> None:
+    activated(bench)
+    bench.bench.change(drop=1.0, direction="both")
+    bench.wait(8.0)
+    assert isinstance(bench.guided.work.outcome, UserError)
+    assert bench.bench.module.state.is_active
+    bench.wait(10.0)
+    failed = given(bench.assembly.ports.current.lock.failed)
+    assert "treat the module as ACTIVE" in failed.sentence
+    notice = given(bench.guided.notice_bar.notice)
+    assert failed.sentence in notice.text
+
+
+@pytest.mark.promise("l")
+def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
+    activated(bench)
+    bench.guided.work.cancel()
+    reported = "The module reports LOCKED."
+    bench.until(lambda: said(bench) == reported)
+    # What was cancelled stood beside a success bar.
+    assert "cancelled" in bench.guided.verdict.text()
+    assert given(bench.guided.notice_bar.notice).meaning is not Meaning.GOOD
+    bench.bench.change(drop=1.0, direction="both")
+    bench.wait(8.0)
+    assert said(bench) != reported
+
+
+@pytest.mark.promise("c")
+def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
+    activated(bench)
+    port = bench.assembly.ports.current
+    bench.bench.unplug()
+    bench.wait(1.0)
+    assert isinstance(bench.guided.work.outcome, UserError)
+    bench.until(lambda: "LOCK not confirmed: treat the module as ACTIVE" in said(bench))
+    assert LOCK not in bench.sent
+    (report,) = port.interruptions.remainders
+    assert (report.kind, report.module) == (RemainderKind.REPORT, "M-07")
+    bench.bench.plug()
+    bench.assembly.ports.connect_to(given(port.target))
+    bench.until(lambda: is_locked(bench))
+    bench.until(lambda: port.lock.owed is None)
+    assert (port.module.name, bench.guided.work.stage) == ("", Stage.READY)
+    assert port.interruptions.remainders == (report,), "until a person closes it"
+
+
+@pytest.mark.promise("c")
+def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
+    start(bench, GuidedKind.TILT)
+    at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)
+    confirm(bench)
+    bench.wait(16.0)
+    assert isinstance(bench.guided.work.outcome, UserError)
+    assert bench.sent.count(LOCK) > 1
+    assert is_locked(bench)
+    assert bench.assembly.ports.current.lock.failed is not None
+
+
+def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:
+    """Tilted beyond the threshold it may not be activated; levelled it may, and never if it is cancelled between the
+    confirmation and the frame."""
+    start(bench, GuidedKind.TILT)
+    row = bench.guided.activate
+    bench.bench.set_world(tilt_deg=80)
+    bench.until(lambda: not row.confirm.ask.isEnabled())
+    assert "80°" in row.conditions.text()
+    bench.bench.set_world(tilt_deg=0)
+    bench.until(row.confirm.ask.isEnabled)
+    assert bench.guided.work.stage is Stage.CONFIRMING
+    assert bench.sent == []
+    confirm(bench)
+    bench.guided.work.cancel()
+    bench.wait(3.0)
+    assert ACTIVATE not in bench.sent
+    assert is_locked(bench)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "later"),
+    [("", WITHOUT_A_NAME, WITHOUT_A_NAME), ("M-07", "", "The result is that of M-07.")],
+)
+def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
+    bench: GestureBench, name: str, said: str, later: str
+) -> None:
+    say_name = bench.guided.module.say_name
+    say_name(name)
+    run(bench, GuidedKind.LINK)
+    if name:
+        kept(bench, GuidedKind.LINK)
+    bench.wait(0.3)
+    assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
+    say_name("M-08")
+    assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)
+
+
+def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: GestureBench) -> None:
+    """It looked enabled, and was dead until the pointer had left: held for hung."""
+    page = bench.guided
+    start(bench, GuidedKind.BAY)
+    bench.until(lambda: page.work.confirm_words == "Bay closed")
+    bench.click()
+    bench.double_press()
+    bench.release()
+    while page.work.stage is Stage.MEASURING and page.work.confirm_words != "Bay open":
+        assert page.work.step == 0, "as long as it measures, the bay stays closed"
+        bench.wait(0.1)
+    bench.bench.set_world(bay_is_open=True)
+    assert page.work.steps.is_waiting
+    bench.click()
+    bench.until(lambda: page.work.stage is Stage.DONE)
+    outcome = page.work.outcome
+    assert isinstance(outcome, GuidedResult)
+    assert outcome.verdict is GuidedVerdict.PASSED
+
+
+def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:
+    bar, module = bench.window.notice_bar, bench.assembly.ports.module
+    activated(bench)
+    bench.bench.set_world(tilt_deg=70)
+    bench.until(lambda: module.view.fresh("triggered", bench.clock.now_s))
+    bench.wait(1.0)
+    assert "60°" in bench.guided.live.text()
+    assert "TRIGGERED" in bench.guided.live.text()
+    assert "has triggered" not in notice_text(bar)
+    bench.guided.work.cancel()
+    bench.until(lambda: "has triggered" in notice_text(bar))  # nobody else says now what comes next

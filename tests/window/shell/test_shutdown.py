@@ -1,0 +1,261 @@
+"""Closing takes at most half a second, whatever the driver, the module and the disk do."""
+
+import errno
+import gc
+import json
+import os
+import shutil
+import sys
+import threading
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.procedure import Job, Procedure
+from app.engine.target import Target
+from app.procedures.find import find_rate
+from app.procedures.history import read_history
+from app.procedures.read import read_everything
+from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
+from tests.support.processes import ran_code
+from tests.support.terminals import CLOSING_S, Terminal
+from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
+from ui.core.preferences import Preferences
+from ui.main import PAGES, Assembly, WindowOptions, _memory
+from ui.services.storage import Storage
+
+CALLS = ("open", "reset_input_buffer", "read", "write", "close")
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+_READ_S = 0.01
+
+
+class StubbornPort:
+    """Stands in for pyserial's port. The call `sticks_in` blocks until `release`; no data ever arrives."""
+
+    def __init__(self, sticks_in: str) -> None:
+        self._sticks_in = sticks_in
+        self._may_go_on = threading.Event()
+        self.is_stuck = threading.Event()
+        """Set once the call blocks."""
+        self.baudrate = 115200
+        self.exclusive = self.dtr = self.rts = False
+        self.timeout = _READ_S
+
+    def __call__(self, _port: str, **options: Any) -> "StubbornPort":
+        """Stand in for `serial_for_url`."""
+        self.baudrate = options["baudrate"]
+        return self
+
+    def release(self) -> None:
+        self._may_go_on.set()
+
+    def _call(self, name: str) -> None:
+        if name == self._sticks_in and not self._may_go_on.is_set():
+            self.is_stuck.set()
+            self._may_go_on.wait()
+            raise serial.SerialException("the driver gave up")
+
+    def open(self) -> None:
+        self._call("open")
+
+    @property
+    def in_waiting(self) -> int:
+        self._call("in_waiting")
+        return 0
+
+    def read(self, _size: int = 1) -> bytes:
+        self._call("read")
+        self._may_go_on.wait(0 if self._may_go_on.is_set() else self.timeout)
+        return b""
+
+    def write(self, data: bytes) -> int:
+        self._call("write")
+        return len(data)
+
+    def reset_input_buffer(self) -> None:
+        self._call("reset_input_buffer")
+
+    def reset_output_buffer(self) -> None:
+        self._call("reset_output_buffer")
+
+    def cancel_read(self) -> None:
+        """Has no effect, as on a driver that hangs."""
+
+    def cancel_write(self) -> None:
+        """Has no effect, as on a driver that hangs."""
+
+    def close(self) -> None:
+        self._call("close")
+
+
+@contextmanager
+def stubborn(monkeypatch: pytest.MonkeyPatch, sticks_in: str) -> Iterator[StubbornPort]:
+    port = StubbornPort(sticks_in)
+    with monkeypatch.context() as patch:
+        patch.setattr(serial, "serial_for_url", port)
+        try:
+            yield port
+        finally:
+            port.release()
+
+
+@contextmanager
+def held(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Iterator[threading.Event]:
+    """A method that does not return before the end; the event is set once it was called."""
+    is_over, was_called = threading.Event(), threading.Event()
+    before = getattr(owner, name)
+
+    def wait(*words: Any) -> Any:
+        was_called.set()
+        is_over.wait()
+        return before(*words)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, wait)
+        try:
+            yield was_called
+        finally:
+            is_over.set()
+
+
+def close_in_time(assembly: Assembly) -> None:
+    with in_time(CLOSING_S):
+        assembly.window.close_now()
+    assert not assembly.window.isVisible()
+
+
+@pytest.mark.parametrize("sticks_in", CALLS)
+def test_a_driver_that_never_returns(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sticks_in: str
+) -> None:
+    with window(qapp, tmp_path) as assembly, stubborn(monkeypatch, sticks_in) as port:
+        assembly.ports.connect_to(Target("/dev/stubborn", 115200))
+        if sticks_in == "close":
+            qtbot.waitUntil(lambda: assembly.ports.current.is_open)
+        else:
+            qtbot.waitUntil(port.is_stuck.is_set)
+        close_in_time(assembly)
+        assert port.is_stuck.wait(PATIENCE_S)
+
+
+@POSIX_ONLY
+def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    terminal = Terminal()
+    try:
+        with window(qapp, tmp_path) as assembly:
+            assembly.ports.connect_to(Target(terminal.name, 115200))
+            qtbot.waitUntil(lambda: assembly.ports.current.is_open)
+            terminal.choke()
+            assembly.ports.current.submit(Job(read_everything()), lambda _job: None)
+            close_in_time(assembly)
+            assert assembly.ports.stop(PATIENCE_S)
+    finally:
+        terminal.hang_up()
+
+
+@pytest.mark.parametrize(
+    ("options", "procedure"),
+    [
+        ({"stream_at_boot": True, "rate": 1440}, read_everything),
+        ({"delay_ms": 900}, read_everything),
+        ({"mute": True}, find_rate),
+        ({"history": 9, "records": "spaced"}, read_history),
+        ({"garbage": 0.5, "rate": 200, "stream_at_boot": True}, find_rate),
+    ],
+    ids=["a stream at line rate", "a slow module", "finding the rate", "reading the records", "garbage"],
+)
+def test_any_procedure_in_progress(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
+    procedure: Callable[[], Procedure[object]],
+) -> None:  # fmt: skip
+    ports = ListedPorts()
+    with simulated("busy-closing", **options), window(qapp, tmp_path, listed=ports) as assembly:
+        assembly.ports.connect_to(Target("sim://busy-closing", 115200))
+        qtbot.waitUntil(lambda: assembly.ports.current.is_open)
+        ports.hold()
+        assembly.watcher.refresh()
+        assembly.ports.current.stream.is_wanted = True
+        job = Job(procedure(), outlives=procedure is find_rate)
+        assembly.ports.current.submit(job, lambda _job: None)
+        qtbot.waitUntil(lambda: job.is_started or job.is_done)
+        close_in_time(assembly)
+        assert job.wait(PATIENCE_S)
+        assert assembly.ports.stop(PATIENCE_S)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"), [(Storage, "close"), (Preferences, "save")], ids=["the store", "what is remembered"]
+)
+def test_a_disk_that_never_returns(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
+) -> None:
+    with simulated("slow-disk"), window(qapp, tmp_path) as assembly, held(monkeypatch, owner, name) as was_called:
+        connect(qtbot, assembly, "sim://slow-disk")
+        close_in_time(assembly)
+        assert was_called.is_set()
+
+
+@pytest.mark.parametrize("sticks_in", ["write", "close", "store"])
+def test_no_process_stays_behind(sticks_in: str) -> None:
+    """The thread that the driver or the store holds does not keep the program alive; nothing is printed about it."""
+    code = """if True:
+        import functools, json, sys, time
+        from tempfile import TemporaryDirectory
+        from PySide6.QtCore import QTimer
+        import serial
+        from tests.window.shell.test_shutdown import StubbornPort
+        from ui import main as application
+        from ui.services.storage import Storage
+        from ui.shell.main_window import MainWindow
+        if sys.argv[1] == "store":
+            close, remove = Storage.close, TemporaryDirectory.cleanup
+            Storage.close = lambda storage: (time.sleep(1), close(storage))
+            TemporaryDirectory.cleanup = lambda folder: (remove(folder), time.sleep(2))
+        serial.serial_for_url = StubbornPort(sys.argv[1])
+        application.assemble = functools.partial(application.assemble, entries=())
+        end = MainWindow._end
+        def timed(window):
+            began = time.monotonic()
+            end(window)
+            print(json.dumps({"took_s": time.monotonic() - began}), flush=True)
+        MainWindow._end = timed
+        raise SystemExit(application.run(application.WindowOptions(port="/dev/stubborn", offscreen_seconds=2.5)))
+    """
+    ended = ran_code(code, sticks_in)
+    said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
+    assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
+    assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
+
+
+# The parts
+
+
+def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def rmdir(path: object, **_: object) -> None:
+        raise OSError(errno.ENOTEMPTY, "a thread is still opening the store", str(path))
+
+    with _memory(WindowOptions(offscreen_seconds=1.0)) as folder:
+        assert folder is not None
+        monkeypatch.setattr(os, "rmdir", rmdir)
+    monkeypatch.undo()
+    shutil.rmtree(folder)
+
+
+def test_a_closed_window_is_freed_with_all_its_pages(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    def closed() -> "weakref.ref[object]":
+        with window(qapp, tmp_path, entries=PAGES) as assembly:
+            qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+            return weakref.ref(assembly.window)
+
+    left = closed()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    assert left() is None
