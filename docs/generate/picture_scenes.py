@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from guide_svg import IMAGES
-from picture_studio import Stuck, Studio, save
+from picture_studio import Stuck, Studio
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QScrollArea
@@ -90,7 +90,7 @@ def readme(studio: Studio) -> None:
     appearance = studio.assembly.appearance
     appearance.choose(theme)
     studio.run(0.3)
-    save(studio.grab(), studio.readme_folder / name)
+    studio.taken.append((studio.grab(), studio.readme_folder / name))
     appearance.choose(Choice.LIGHT)
     studio.run(0.3)
 
@@ -327,6 +327,7 @@ def main(language: str, home: str, folder: str = "", *pages: str) -> None:
         for scene in () if folder else SCENES:
             scene(studio)
             print(language, scene.__name__, flush=True)
+        studio.save_all()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Runs the real window, presses buttons, waits for states and takes pictures."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -36,6 +36,8 @@ class Studio:
     """For the guide."""
     readme_folder: Path
     language: str
+    taken: list[tuple[QImage, Path]] = field(default_factory=list)
+    """Written at the end by `save_all`: finding the colours takes a second, in which the conversation would end."""
 
     @property
     def window(self) -> QWidget:
@@ -78,7 +80,11 @@ class Studio:
     def take(self, name: str, widget: QWidget | None = None, *, last: QWidget | None = None) -> None:
         """A picture of a widget as it stands in the window; the whole window unless told. `last`: nothing is below."""
         QApplication.processEvents()
-        save(self.grab(widget, last), self.folder / f"{name}-{self.language}.png")
+        self.taken.append((self.grab(widget, last), self.folder / f"{name}-{self.language}.png"))
+
+    def save_all(self) -> None:
+        for image, path in self.taken:
+            save(image, path)
 
     def grab(self, widget: QWidget | None = None, last: QWidget | None = None) -> QImage:
         one = widget or self.window

@@ -108,7 +108,7 @@ class CheckRow(_Row):
         finding = judged.finding
         word = tr(RESULT_WORDS[finding.result])
         # A void result can still be read, but is dimmed and marked as void.
-        word = f"{word} · {tr('void')}" if is_void else word
+        word = f"{word}\n{tr('void')}" if is_void else word
         is_failed = judged.blocks_go and not is_void
         self.show_style(_STYLES[finding.result], word, is_failed=is_failed, is_muted=is_void)
         self.measured.setText(finding.shown.translated())
@@ -116,7 +116,7 @@ class CheckRow(_Row):
         is_fine = finding.result is CheckResult.PASS
         set_role(self.measured, "muted" if is_void else "" if is_fine else "strong")
         do = "" if is_fine else f" → {judged.do.translated()}"
-        self._show(f"{tr(self.check.why)}{do}", act, is_explained=not is_fine)
+        self._show(f"{tr(self.check.why)}{do}", act, is_explained=not is_fine, state=word.replace("\n", " · "))
 
     def _show(self, reason: str, act: Remedy | None, *, is_explained: bool, state: str = "") -> None:
         self._act = act
