@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 import numpy as np
-from PySide6.QtCore import QPoint, QRect
+from PySide6.QtCore import QEventLoop, QPoint, QRect, QTimer
 from PySide6.QtGui import QImage, qRgb
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from app.engine.target import Target
@@ -24,6 +23,13 @@ Found = TypeVar("Found", bound=QWidget)
 
 class Stuck(Exception):
     """The program did not reach the state of a picture."""
+
+
+def turn(milliseconds: int) -> None:
+    """Run the event loop as the program does; `QTest.qWait` keeps the threads of the ports waiting meanwhile."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
 
 
 @dataclass(slots=True)
@@ -62,12 +68,12 @@ class Studio:
         for _ in range(round(WAIT_S * 1000 / _TURN_MS)):
             if is_so():
                 return
-            QTest.qWait(_TURN_MS)
+            turn(_TURN_MS)
         raise Stuck(what)
 
     def run(self, seconds: float) -> None:
         """Run the event loop for a time."""
-        QTest.qWait(round(seconds * 1000))
+        turn(round(seconds * 1000))
 
     def connect(self, port: str) -> None:
         self.assembly.ports.connect_to(Target(port, 115200))
