@@ -7,7 +7,7 @@ When the conversation ends, everything that was known and everything that was be
 thrown into every job but those of the port (`app.engine.procedure`). The next one begins by itself, with nothing known.
 
 Two jobs may run: one in the foreground (what somebody asked for) and one in the background (which keeps the values
-fresh, and is made anew in each conversation). The background has the line only while the foreground does not need it.
+fresh, and is made again in each conversation). The background has the line only while the foreground does not need it.
 """
 
 import logging
@@ -67,7 +67,7 @@ class Session:
         conversations: int = 0,
         is_shared: bool = False,
     ) -> None:
-        """`background` makes the procedure that keeps the values fresh, anew in each conversation. `first` makes what
+        """`background` makes the procedure that keeps the values fresh, again in each conversation. `first` makes what
         goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before.
         `is_shared`: the port takes nothing but questions and LOCK."""
         self.line = line

@@ -135,7 +135,7 @@ class Worker:
     ) -> int:
         """Open `port`, closing the previous one; return the number of this opening, by which its batches are known.
 
-        `background` makes the procedure that keeps the values fresh; it is made anew in each conversation. `adapter`
+        `background` makes the procedure that keeps the values fresh; it is made again in each conversation. `adapter`
         identifies the adapter, for an owed LOCK; by default it is the port.
         """
         self._openings += 1

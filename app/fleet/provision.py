@@ -38,7 +38,7 @@ def provision(
     is_enabling: bool,
 ) -> Procedure[Provisioned]:
     """Write `changes` and check the module, which fills `evidence`. Raises `Interrupted`: what was written is unknown
-    then, and the module that answers next begins anew."""
+    then, and the module that answers next begins from the start."""
     try:
         before = yield from read_state()
         why = _why_not(before, find_known)

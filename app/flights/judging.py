@@ -168,7 +168,7 @@ def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
     longest_fall_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
     time_s, forces_g, is_active = forces_of(log, reading)
     steps = np.where(is_active, np.rint(forces_g * TENTH_G.per_unit), np.inf)
-    # A fall begins anew after a pause, and where the module lost its state.
+    # A fall begins again after a pause, and where the module lost its state.
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     lost = np.searchsorted(time_s, [reset.time_s for reset in log.resets])
     restarts[lost[lost < len(time_s)]] = True

@@ -30,7 +30,7 @@ TITLES: Final[Mapping[ServiceKind, str]] = {
     ServiceKind.CELL: marked("Cell"),
     ServiceKind.FIRMWARE: marked("Firmware"),
 }
-# With another one of these the module may count its starts anew.
+# With another one of these the module may count its starts from 0 again.
 COUNTS_ANEW: Final = (ServiceKind.FIRMWARE.value, ServiceKind.EJECTOR.value)
 
 

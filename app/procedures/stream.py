@@ -1,6 +1,6 @@
 """Keeps everything about the module fresh: status reports, streamed if the module streams, else polled, and the rest.
 
-Made anew in each conversation, and ends with it. The link itself notices a silence or a restart, and asks the boot
+Made again in each conversation, and ends with it. The link itself notices a silence or a restart, and asks the boot
 count every second.
 
 The serial output is left as it was found. Its state cannot be read (E8), so the procedure listens before it switches

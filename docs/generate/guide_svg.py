@@ -37,6 +37,14 @@ def shape(path: str, colour: str) -> str:
     return f'<path d="{path}" fill="{colour}"/>'
 
 
+def box(x: float, width: float, height: float, name: str) -> str:
+    """A part of the wiring: a frame with its name above."""
+    frame = (
+        f'<rect x="{x}" y="40" width="{width}" height="{height}" rx="6" fill="none" stroke="{INK}" stroke-width="2"/>'
+    )
+    return "\n".join((frame, text(x + width / 2, 28, name, is_bold=True)))
+
+
 def write(name: str, make: Callable[[str], str], languages: Mapping[str, object]) -> None:
     """The picture in each language."""
     for language in languages:

@@ -6,7 +6,7 @@ python3 docs/generate/passthrough_picture.py
 from collections.abc import Iterator
 from typing import Final
 
-from guide_svg import BLUE, INK, ORANGE, line, picture, text, write
+from guide_svg import BLUE, INK, ORANGE, box, line, picture, text, write
 
 _TEXTS: Final = {
     "en": ("Computer", "USB", "Flight controller", "UART", "Module", "Passthrough hands every byte on, both ways."),
@@ -20,8 +20,7 @@ def passthrough_svg(language: str) -> str:
 
 def _parts(computer: str, usb: str, controller: str, uart: str, module: str, below: str) -> Iterator[str]:
     for x, width, name in ((16, 110, computer), (230, 190, controller), (514, 110, module)):
-        yield f'<rect x="{x}" y="40" width="{width}" height="110" rx="6" fill="none" stroke="{INK}" stroke-width="2"/>'
-        yield text(x + width / 2, 28, name, is_bold=True)
+        yield box(x, width, 110, name)
     yield line("M126 95 H230", INK, 6)
     yield text(178, 82, usb)
     for y, colour in ((80, BLUE), (110, ORANGE)):

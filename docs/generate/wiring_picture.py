@@ -6,7 +6,7 @@ python3 docs/generate/wiring_picture.py
 from collections.abc import Iterator
 from typing import Final
 
-from guide_svg import BLUE, GREY, INK, ORANGE, line, picture, shape, text, write
+from guide_svg import BLUE, GREY, INK, ORANGE, box, line, picture, shape, text, write
 
 _TEXTS: Final = {
     "en": ("Computer", "USB", "Adapter", "Module", "leave open", "Level unknown? Set the adapter to 3.3 V."),
@@ -24,8 +24,7 @@ def wiring_svg(language: str) -> str:
 
 def _parts(computer: str, usb: str, adapter: str, module: str, left_open: str, level: str) -> Iterator[str]:
     for x, width, name in ((16, 100, computer), (210, 130, adapter), (500, 124, module)):
-        yield f'<rect x="{x}" y="40" width="{width}" height="170" rx="6" fill="none" stroke="{INK}" stroke-width="2"/>'
-        yield text(x + width / 2, 28, name, is_bold=True)
+        yield box(x, width, 170, name)
     yield line("M116 125 H210", INK, 6)
     yield text(163, 112, usb)
     for name, y in _ADAPTER_PINS:

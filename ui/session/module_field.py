@@ -1,4 +1,4 @@
-"""The field for the name of the module, which a person says anew in each conversation."""
+"""The field for the name of the module, which a person says again in each conversation."""
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent

@@ -1,4 +1,4 @@
-"""Which module is it? A person says its name anew in each conversation; what speaks against it stands beside."""
+"""Which module is it? A person says its name again in each conversation; what speaks against it stands beside."""
 
 from PySide6.QtCore import QObject, Signal
 

@@ -320,7 +320,7 @@ class ServiceForm(QWidget):
         form.addRow(buttons)
 
     def begin(self, module: str, who: str) -> None:
-        """Ask anew, for this module."""
+        """Ask again, for this module."""
         today = QDate.currentDate()
         self.module = module
         self.title.setText(tr("Service of {module}", module=clean(module)))
