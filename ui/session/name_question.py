@@ -25,6 +25,7 @@ class NameQuestion(QObject):
         """A name against which something speaks, and that a person has said once."""
         self._is_declined = False
         """A person does not want to be asked for the former name in this conversation."""
+        self._watched: ShownModule | None = None
         ports.name_wanted.connect(self.say)
         ports.shown.connect(self._on_shown)
 
@@ -79,5 +80,7 @@ class NameQuestion(QObject):
     def _on_shown(self, module: ShownModule) -> None:
         self._wanted = ""
         self._is_declined = False
-        module.changed.connect(self.changed)
+        if module is not self._watched:  # the same port may be chosen again
+            self._watched = module
+            module.changed.connect(self.changed)
         self.changed.emit()
