@@ -352,17 +352,22 @@ class _Writing:
         entry = context.journal.begin(Act.WRITE, request.encode(), detail)
         self.entries.append((written, entry))
         yield Await(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
-        yield from self._check()
-        if self.report.refusals:
-            return
-        # If it ends before the outcome is known it may have been carried out.
-        written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
-        try:
-            written.heard = reply_of((yield Ask(request)))
-        except Interrupted as error:
-            if error.is_unsent:
-                written.heard, written.fault = SetReply.NOT_SENT, WriteFault.NOT_SENT
-            raise
+        for _try in range(2):
+            yield from self._check()
+            if self.report.refusals:
+                return
+            # If it ends before the outcome is known it may have been carried out.
+            written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
+            try:
+                written.heard = reply_of((yield Ask(request)))
+            except Interrupted as error:
+                if error.is_unsent:
+                    written.heard, written.fault = SetReply.NOT_SENT, WriteFault.NOT_SENT
+                raise
+            if written.heard is not SetReply.NOT_SENT:
+                break
+            # A heartbeat came in between, which may be a restart's: who is there is asked again.
+            self.present_at = -inf
         if written.heard is SetReply.NOT_SENT:
             written.fault = WriteFault.NOT_SENT
         elif command.reads_back:

@@ -22,10 +22,11 @@ from app.safety.acts import Act
 from app.safety.consequences import risks
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
-from protocol.catalogue import BY_NAME, SETTINGS
+from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT_REPLY, SETTINGS
 from protocol.fields import Value, ValueRefused
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
 from tests.support.line.truth import settings_held
@@ -152,6 +153,17 @@ def test_each_is_told_and_logged() -> None:
     assert report.is_fine
     assert [intent[0] for intent in journal.intents] == [Act.WRITE] * 4
     assert journal.outcomes == dict.fromkeys(range(4), Outcome.CONFIRMED)
+
+
+def test_a_heartbeat_between_check_and_set_is_looked_into_and_the_set_goes_on() -> None:
+    """It may be a restart's, as of a module that was plugged in a moment ago."""
+    rig = settled_rig()
+    module = rig.bench.module
+    end = at_frame(rig.bench, 2, lambda: module.send(HEARTBEAT_REPLY, rig.clock.now_s), code=BOOT_COUNT.code)
+    written = write_one(rig, "attitude_threshold", 70)
+    end()
+    assert written.verified
+    assert sets(rig) == ["attitude_threshold"]
 
 
 @pytest.mark.parametrize("is_unlocked", [False, True])
