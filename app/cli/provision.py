@@ -198,8 +198,10 @@ class _Turns:
         check_signals()
         if self._next_name():
             self._say(tr(UNPLUG))
-            opened.bind()  # to the conversation after the one that was interrupted, if there is one
-            if opened.conversation.is_going:
+            if done is None:
+                opened.bind()  # to the conversation after the one that was interrupted, if there is one
+            # Another one may answer at once: it is the next one, and not waited for.
+            if opened.conversation.is_going and opened.conversation.number == opened.number:
                 opened.run(await_gone())
 
     def _say(self, sentence: str) -> None:
