@@ -112,7 +112,7 @@ def text_of(module: ModuleSettings, name: str) -> str:
         f"Adapter: {clean(adapter)}" if adapter else "",
         "SIMULATED MODULE" if is_simulated(module.port) else "",
         f"Boot count: {'unknown' if module.boot_count is None else module.boot_count}",
-        f"Settings code: {code.code}" if code.is_complete else "",
+        f"Settings code: {code}" if code else "",
         *(f"{key}: {why}" for key, why in module.missing.items()),
     ]
     profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=module.values)

@@ -63,7 +63,8 @@ class ModuleBatch(NamedTuple):
     @property
     def key(self) -> str:
         """The same for the same names and settings: what is done is left out."""
-        return f"{self.title} {len(self.names)} {fingerprint(self.profile.settings).code}"
+        settings = " ".join(f"{key}={value}" for key, value in sorted(self.profile.settings.items()))
+        return f"{self.title} {len(self.names)} {settings}"
 
     @property
     def enables_triggers(self) -> bool:
@@ -151,7 +152,7 @@ class BatchRun:
             batch=self.batch.key,
             name=name,
             why=None if why is None else convert(why.to_json(), MessageText),
-            code=fingerprint(settings).code or "",
+            code=fingerprint(settings) or "",
             boot_count=boot_count,
         )
         facts.add(turn, person.module)

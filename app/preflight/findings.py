@@ -62,8 +62,7 @@ class Case:
     @property
     def settings_code(self) -> str | None:
         """None where not all settings that it covers are known."""
-        computed = fingerprint(self.evidence.values)
-        return computed.code if computed.is_complete else None
+        return fingerprint(self.evidence.values)
 
     def unread(self, key: str, limit: UserMessage) -> "Finding":
         """What the check is about may well be in order."""

@@ -6,43 +6,31 @@ detects any single wrong character and nearly all swapped neighbours.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 from app.settings.values import field_of
-from protocol.catalogue import READABLE_SETTINGS, Command
+from protocol.catalogue import READABLE_SETTINGS
 from protocol.fields import Value
 
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
 HASHED_CHARACTERS = 7
 
 
-class Fingerprint(NamedTuple):
-    """`code` such as "K7QF-3M2X", None if no setting is known; `missing`: covered settings that are not known."""
-
-    code: str | None
-    missing: tuple[Command, ...] = ()
-
-    @property
-    def is_complete(self) -> bool:
-        return self.code is not None and not self.missing
-
-
-def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
-    """Return the fingerprint of settings by key. With some missing, the code differs from any complete one."""
+def fingerprint(settings: Mapping[str, Value]) -> str | None:
+    """Return the code of settings by key, such as "K7QF-3M2X"; None where one that it covers is not known."""
     import hashlib  # slow: loads OpenSSL
 
-    known = [command for command in READABLE_SETTINGS if command.key in settings]
-    missing = tuple(command for command in READABLE_SETTINGS if command.key not in settings)
-    if not known:
-        return Fingerprint(None, missing)
-    parts = [f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in known]
+    if any(command.key not in settings for command in READABLE_SETTINGS):
+        return None
+    parts = [
+        f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in READABLE_SETTINGS
+    ]
     number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
     body = ""
     for _ in range(HASHED_CHARACTERS):
         number, place = divmod(number, len(ALPHABET))
         body += ALPHABET[place]
     code = body + _check(body)
-    return Fingerprint(f"{code[:4]}-{code[4:]}", missing)
+    return f"{code[:4]}-{code[4:]}"
 
 
 def is_fingerprint(text: str) -> bool:

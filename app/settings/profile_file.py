@@ -1,4 +1,4 @@
-"""Reads and writes profile files. Whatever is wrong in one is named by its key, all at once."""
+"""Reads and writes profile files. What is wrong in one is named by its key."""
 
 import logging
 import tomllib
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import msgspec
 from msgspec import Meta
@@ -27,7 +27,7 @@ from app.settings.profiles import (
 )
 from app.settings.values import LONGEST_SHOWN, field_of, fitting
 from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
-from app.text.messages import UserMessage, clean, joined, message
+from app.text.messages import UserMessage, clean, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from app.text.visible_text import visible
@@ -41,112 +41,69 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 LARGEST_BYTES: Final = 128 * 1024
-MAX_ERRORS: Final = 20
 MAX_WHY: Final = 120  # characters of what `tomllib` says
 
 
 class ProfileRefused(UserError):
-    """The file is not a valid profile; `faults` are all that is wrong, in the order of the file."""
-
-    def __init__(self, faults: tuple[UserMessage, ...]) -> None:
-        super().__init__(joined(faults, "\n"))
-        self.faults = faults
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        return tuple(fault.translated() for fault in self.faults)
+    """The file is not a valid profile."""
 
 
-def _refused(text: str, **values: object) -> ProfileRefused:
-    return ProfileRefused((message(text, **values),))
+# Reading. A reader returns what a value says, given the value and its key, or raises `ProfileRefused`.
+
+_Reader = Callable[[object, str], Any]
 
 
-# Reading
+def _value(read: Callable[[object], Any], expected: str | UserMessage) -> _Reader:
+    """Whatever `read` takes: it raises an error for anything else than what is `expected`."""
 
+    def checked(value: object, key: str) -> Any:
+        try:
+            return read(value)
+        except (UserError, ValueError, msgspec.ValidationError):
+            raise _unexpected(key, expected) from None
 
-def read_profile(path: Path) -> Profile:
-    """Return the profile in a file; one without a name is named after the file. Raises `ProfileRefused`, also where the
-    file cannot be read."""
-    try:
-        data = _content(path)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise _refused(CANNOT_READ, file=path, why=error_text(error)) from error
-    profile = parse_profile(data)
-    return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
-
-
-def _content(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(LARGEST_BYTES + 1)
-
-
-def parse_profile(data: bytes) -> Profile:
-    """Raises `ProfileRefused`."""
-    document = _document(data)
-    faults: list[UserMessage] = []
-    items = document.pop("manual", [])
-    found = _read_table(document, _PROFILE, "", faults)
-    manual = _read_manual(items, faults)
-    if faults:
-        raise ProfileRefused(tuple(faults[:MAX_ERRORS]))
-    return Profile(
-        name=found.get("name", ""),
-        airframe=found.get("airframe", ""),
-        notes=found.get("notes", ""),
-        settings=found.get("settings", {}),
-        limits=found.get("limits", {}),
-        manual=manual,
-        approved_fingerprint=found.get("approved_fingerprint") or None,
-        is_light_inverted=found.get("light_inverted", False),
-        is_service_required=found.get("service_required", False),
-        activated_by=found.get("expectations", {}).get("activated_by", ActivatedBy.PERSON),
-        tests_within_days={GuidedKind(kind): days for kind, days in found.get("tests", {}).items()},
-    )
-
-
-def _document(data: bytes) -> dict[str, Any]:
-    if len(data) > LARGEST_BYTES:
-        raise _refused(marked("too large."))
-    try:
-        text = data.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise _refused(marked("not UTF-8 text.")) from None
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise _refused(marked("nested too deeply.")) from None
-    except ValueError as error:
-        raise _refused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
-
-
-class _Reader(NamedTuple):
-    """What the value of a key must be. `read` raises `UserError` or ValueError for anything else."""
-
-    read: Callable[[object], Any]
-    expected: str | UserMessage
+    return checked
 
 
 def _of_kind(kind: Any, expected: str) -> _Reader:
-    """Whatever msgspec takes for this kind."""
-    return _Reader(partial(msgspec.convert, type=kind), expected)
+    return _value(partial(msgspec.convert, type=kind), expected)
 
 
 def _number(kind: type[float], least: float, most: float) -> _Reader:
     return _of_kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
 
 
-def _text(longest: int, *, least: int = 0, keep: str = "") -> _Reader:
-    """Text that shows nothing else than it is."""
+def _text(longest: int, *, least: int = 0) -> _Reader:
+    kind = Annotated[str, Meta(min_length=least, max_length=longest)]
+    return _of_kind(kind, f'"…", {least} … {longest}')
 
-    def read(value: object) -> str:
-        if not isinstance(value, str) or not least <= len(value.strip()) <= len(value) <= longest:
-            raise ValueError
-        hidden = [character for character in value if visible(character, keep=keep) != character]
-        if hidden:
-            raise ValueError(f'"…", ≠ U+{ord(hidden[0]):04X}')
-        return value
 
-    return _Reader(read, f'"…", {least} … {longest}')
+def _table(readers: Mapping[str, _Reader]) -> _Reader:
+    def read(table: object, key: str) -> dict[str, Any]:
+        if not isinstance(table, dict):
+            raise _unexpected(key, "[…]")
+        found = {}
+        for name, value in table.items():
+            where = f"{key}.{clean(name, longest=LONGEST_SHOWN)}".removeprefix(".")
+            if name not in readers:
+                raise ProfileRefused(marked("“{name}” is unknown."), name=where)
+            found[name] = readers[name](value, where)
+        return found
+
+    return read
+
+
+def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
+    if not isinstance(items, list) or len(items) > MAX_ITEMS:
+        raise _unexpected(key, f"[[manual]], ≤ {MAX_ITEMS}")
+    lines = []
+    for number, item in enumerate(items, 1):
+        found = _MANUAL_LINE(item, f"{key} {number}")
+        text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH).strip()
+        if not text:
+            raise _unexpected(f"{key} {number}.text", '"…"')
+        lines.append(ManualLine(text, found.get("required", False)))
+    return tuple(lines)
 
 
 def _code(value: object) -> str:
@@ -163,73 +120,87 @@ def _setting(command: Command) -> _Reader:
         expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
     elif isinstance(field, Choice):
         expected = ", ".join(map(str, field.values.values()))
-    return _Reader(partial(fitting, field), expected)
+    return _value(partial(fitting, field), expected)
+
+
+def _unexpected(key: str, expected: str | UserMessage) -> ProfileRefused:
+    return ProfileRefused(marked("{key}: expected {expected}."), key=key, expected=expected)
 
 
 _FLAG: Final = _of_kind(bool, "true, false")
-_MANUAL: Final = {"text": _text(MAX_NAME_LENGTH, least=1), "required": _FLAG}
-_PROFILE: Final[Mapping[str, "_Reader | Mapping[str, _Reader]"]] = {
-    "format": _of_kind(Annotated[int, Meta(ge=FORMAT, le=FORMAT)], f"{FORMAT}"),
+_MANUAL_LINE: Final = _table({"text": _text(MAX_NAME_LENGTH), "required": _FLAG})
+_PROFILE: Final = _table({
+    "format": _of_kind(Literal[1], f"{FORMAT}"),
     "name": _text(MAX_NAME_LENGTH),
     "airframe": _text(MAX_NAME_LENGTH),
-    "notes": _text(MAX_NOTES_LENGTH, keep="\n\t"),
-    "approved_fingerprint": _Reader(_code, '"XXXX-XXXX"'),
+    "notes": _text(MAX_NOTES_LENGTH),
+    "approved_fingerprint": _value(_code, '"XXXX-XXXX"'),
     "light_inverted": _FLAG,
     "service_required": _FLAG,
-    "settings": {key: _setting(command) for key, command in SETTINGS_BY_KEY.items()},
-    "expectations": {"activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))},
-    "limits": {name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()},
-    "tests": {kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind},
-}
+    "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),
+    "expectations": _table({
+        "activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))
+    }),
+    "limits": _table({name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()}),
+    "tests": _table({kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind}),
+    "manual": _manual,
+})  # fmt: skip
 
 
-def _read_table(
-    table: object, readers: Mapping[str, _Reader | Mapping[str, _Reader]], path: str, faults: list[UserMessage]
-) -> dict[str, Any]:
-    """Return what is right of a table; the rest is added to `faults`."""
-    if not isinstance(table, dict):
-        faults.append(_expected(path, "[…]"))
-        return {}
-    found = {}
-    for key, value in table.items():
-        where = ".".join(filter(None, (path, clean(key, longest=LONGEST_SHOWN))))
-        reader = readers.get(key)
-        if reader is None:
-            faults.append(message(marked("“{name}” is unknown."), name=where))
-        elif isinstance(reader, Mapping):
-            found[key] = _read_table(value, reader, where, faults)
-        else:
-            try:
-                found[key] = reader.read(value)
-            except (UserError, msgspec.ValidationError):
-                faults.append(_expected(where, reader.expected))
-            except ValueError as error:
-                faults.append(_expected(where, str(error) or reader.expected))
-    return found
+def read_profile(path: Path) -> Profile:
+    """Return the profile in a file; one without a name is named after the file. Raises `ProfileRefused`, also where the
+    file cannot be read."""
+    try:
+        data = _content(path)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise ProfileRefused(CANNOT_READ, file=path, why=error_text(error)) from error
+    profile = parse_profile(data)
+    return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
 
 
-def _expected(key: str, expected: str | UserMessage) -> UserMessage:
-    return message(marked("{key}: expected {expected}."), key=key, expected=expected)
+def _content(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LARGEST_BYTES + 1)
 
 
-def _read_manual(items: object, faults: list[UserMessage]) -> tuple[ManualLine, ...]:
-    if not isinstance(items, list) or len(items) > MAX_ITEMS:
-        faults.append(_expected("manual", f"[[manual]], ≤ {MAX_ITEMS}"))
-        return ()
-    lines = []
-    for number, item in enumerate(items, 1):
-        found = _read_table(item, _MANUAL, f"manual {number}", faults)
-        if isinstance(item, dict) and "text" not in item:
-            faults.append(_expected(f"manual {number}.text", '"…"'))
-        lines.append(ManualLine(found.get("text", ""), found.get("required", False)))
-    return tuple(lines)
+def parse_profile(data: bytes) -> Profile:
+    """Return the profile in the content of a file. Its texts show what they are: see `visible`. Raises
+    `ProfileRefused`."""
+    found = _PROFILE(_document(data), "")
+    tests = found.get("tests", {})
+    return Profile(
+        name=clean(found.get("name", ""), longest=MAX_NAME_LENGTH),
+        airframe=clean(found.get("airframe", ""), longest=MAX_NAME_LENGTH),
+        notes=visible(found.get("notes", ""), keep="\n\t"),
+        settings=found.get("settings", {}),
+        limits=found.get("limits", {}),
+        manual=found.get("manual", ()),
+        approved_fingerprint=found.get("approved_fingerprint"),
+        is_light_inverted=found.get("light_inverted", False),
+        is_service_required=found.get("service_required", False),
+        activated_by=found.get("expectations", {}).get("activated_by", ActivatedBy.PERSON),
+        tests_within_days={GuidedKind(kind): days for kind, days in tests.items()},
+    )
+
+
+def _document(data: bytes) -> dict[str, Any]:
+    if len(data) > LARGEST_BYTES:
+        raise ProfileRefused(marked("too large."))
+    try:
+        return tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+    except UnicodeDecodeError:
+        raise ProfileRefused(marked("not UTF-8 text.")) from None
+    except RecursionError:
+        raise ProfileRefused(marked("nested too deeply.")) from None
+    except ValueError as error:
+        raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
 
 
 # Writing
 
 
 def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:
-    """`source`: the file that was edited; its comments and its order are kept.
+    """Write a profile. `source` is the file that was edited; its comments and its order are kept.
 
     Raises OSError, or `ProfileRefused` for a profile that could not be read again.
     """

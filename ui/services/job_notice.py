@@ -85,7 +85,7 @@ class JobNotice(QObject):
             return read_profile(path)
         except ProfileRefused as refusal:
             what = tr("{file} is not a profile", file=path.name)
-            self.notify(Meaning.ATTENTION, labelled(what, join_sentences(refusal.sentences[:3])))
+            self.notify(Meaning.ATTENTION, labelled(what, refusal.sentence))
             return None
 
     def begin(

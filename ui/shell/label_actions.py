@@ -14,7 +14,7 @@ from PySide6.QtGui import QCursor
 
 from app.modules.labels import PAPERS, Label, Paper, write_labels
 from app.modules.names import modules
-from app.settings.fingerprint import Fingerprint, fingerprint
+from app.settings.fingerprint import fingerprint
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
@@ -54,7 +54,7 @@ class LabelActions(QObject):
         from app.records.report_files import file_name
 
         module = self._services.ports.module
-        shown = Label(module.name, _now(), _code(fingerprint(module.view.settings(module.now_s))))
+        shown = Label(module.name, _now(), fingerprint(module.view.settings(module.now_s)) or "")
         find = self._labels_of_all if key == _SHEET else lambda: [shown]
         name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
         suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])
@@ -66,7 +66,7 @@ class LabelActions(QObject):
         if store is None:
             return []
         known = sorted(store.read(modules), key=lambda module: module.name)
-        return [Label(module.name, at, _code(fingerprint(module.settings))) for module in known]
+        return [Label(module.name, at, fingerprint(module.settings) or "") for module in known]
 
     def _write(self, find: Callable[[], Sequence[Label]], paper: Paper, path: Path) -> None:
         from ui.files.report_printer import print_pages
@@ -81,8 +81,3 @@ class LabelActions(QObject):
 
 def _now() -> datetime:
     return datetime.now(UTC).astimezone()
-
-
-def _code(computed: Fingerprint) -> str:
-    """Of a module of which a setting is not known there is none."""
-    return (computed.code or "") if computed.is_complete else ""

@@ -13,7 +13,6 @@ from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
 from app.records.record import Record, make_record
-from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ManualLine, Profile
 from app.text.user_error import UserError
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
@@ -21,12 +20,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
 
-APPROVED = (
-    fingerprint(
-        {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "light_threshold_v": 1.8}
-    ).code
-    or ""
-)
+APPROVED = "JFKY-2WSC"
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 Arrange = Callable[[Rig], object]
 

@@ -101,7 +101,7 @@ def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
 def test_a_demand_that_makes_no_sense_is_refused_with_its_key(bad: str) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(f"[tests]\n{bad}\n".encode())
-    (said,) = refused.value.sentences
+    said = refused.value.sentence
     assert f"tests.{bad.split()[0]}" in said
 
 

@@ -58,7 +58,7 @@ def test_beyond_a_bound_the_file_is_refused(name: str) -> None:
     for value in (bound.low - 0.05, bound.high + 0.05):
         with pytest.raises(ProfileRefused) as refused:
             parse_profile(f"[limits]\n{name} = {value!r}\n".encode())
-        assert refused.value.sentences == (f"limits.{name}: expected {bound.low:g} … {bound.high:g}.",)
+        assert refused.value.sentence == f"limits.{name}: expected {bound.low:g} … {bound.high:g}."
     for value in (bound.low, bound.high):
         parse_profile(f"[limits]\n{name} = {value!r}\n".encode())
 

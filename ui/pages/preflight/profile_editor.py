@@ -164,7 +164,7 @@ class ProfileEditor(QWidget):
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
-            return refusal.sentences
+            return (refusal.sentence,)
         return ()
 
     def _wrong_numbers(self) -> list[NumberLine]:

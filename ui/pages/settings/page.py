@@ -116,9 +116,8 @@ class SettingsPage(Page):
     def _show_code(self) -> None:
         """To be read out over the radio; a dash while any covered setting is unknown."""
         found = fingerprint(self.module.view.settings(self.module.now_s))
-        self.code.setText(labelled(tr("Settings code"), found.code if found.code and found.is_complete else "—"))
-        missing = ", ".join(tr(command.title) for command in found.missing)
-        self.code.setToolTip(tr("Unknown: {what}.", what=missing) if missing else tr("Same settings, same code"))
+        self.code.setText(labelled(tr("Settings code"), found or "—"))
+        self.code.setToolTip(tr("Same settings, same code"))
 
     # What a person does
 

@@ -19,7 +19,6 @@ from app.flights.judge import TriggerLimits
 from app.flights.many_logs import SummarisedLog
 from app.flights.summary import FirstFire, summarise
 from app.flights.thresholds import FireMap, FlightGroup
-from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from app.text.messages import message
 from protocol.messages import Source
@@ -478,9 +477,8 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
         "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25,
     }  # fmt: skip
     assert desk.notice() == f"Saved to {path}."
-    code = fingerprint({"attitude_threshold_deg": 70}).code
     path.write_text(
-        f'format = 1\nname = "H6"\nairframe = "H6"\napproved_fingerprint = "{code}"\n'
+        'format = 1\nname = "H6"\nairframe = "H6"\napproved_fingerprint = "JFKY-2WSC"\n'
         "[settings]\nattitude_threshold_deg = 70\nlight_threshold_v = 1.8\n[limits]\ncell_voltage_min_v = 3.9\n",
         encoding="utf-8",
     )
