@@ -41,6 +41,7 @@ ROOMS = (
     "app/flights",
     "app/simulator",
     "app/port_urls",
+    "app/sharing.py",
     "app/terminal",
     "app/integration.py",  # the door for programs of others
     "app/cli",

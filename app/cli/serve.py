@@ -8,20 +8,27 @@ authentication, so whoever reaches it reads, and may LOCK. Exit code 0 after Ctr
 
 import argparse
 import socket
+from collections.abc import Callable
 from contextlib import suppress
-from ipaddress import ip_address
-from typing import Literal
+from typing import Any, Literal
 
+from app.engine.procedure import Job
+from app.engine.worker import Batch, PortState
+from app.procedures.lock import Locked, lock
+from app.safety.journal import Journal
+from app.sharing import Event, Sharing, Tell, address_of, listen_at, warning_of
 from app.terminal import console
 from app.terminal.arguments import add_json, add_port, tcp_address
-from app.terminal.connection import connected
-from app.terminal.interruption import Signalled, signals_noted
+from app.terminal.connection import OpenPort, connected
+from app.terminal.interruption import Signalled, check_signals, signals_noted
 from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
-from app.terminal.sharing import Event, Sharing
-from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
+
+# How long what the module says unasked may wait for more.
+BATCH_EVERY_S = 0.02
+LONGEST_WAIT_S = 0.1
 
 
 class ServeJson(Result):
@@ -41,8 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     host, number = args.tcp
     try:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        listener = socket.create_server((host, number), family=family)
+        listener = listen_at(host, number)
     except OSError as error:
         raise console.Refused(labelled(f"{host}:{number}", error_text(error)), ErrorCode.NO_PORT) from error
 
@@ -53,13 +59,45 @@ def run(args: argparse.Namespace) -> int:
             console.write_lines([console.as_json(ServeJson(event.value, reader))])
 
     with listener, signals_noted(), opened_store() as (store, troubles), connected(args.port, args.baud) as opened:
-        at, number = listener.getsockname()[:2]
-        address = f"shared://[{at}]:{number}" if family is socket.AF_INET6 else f"shared://{at}:{number}"
+        address = address_of(listener)
         console.write_lines([console.as_json(ServeJson("listening", address)) if args.json else address])
-        if not ip_address(at).is_loopback:
-            console.notify(
-                tr("TCP has no authentication: whoever reaches {address} reads, and may LOCK.", address=address)
-            )
+        if warning := warning_of(listener):
+            console.notify(warning)
+        journal = records_on(store, troubles, args.port, origin="serve").journal
         with suppress(Signalled):
-            Sharing(opened, records_on(store, troubles, args.port, origin="serve").journal, tell).run(listener)
+            _serve(opened, listener, journal, tell)
     return console.SUCCESS
+
+
+def _serve(opened: OpenPort, listener: socket.socket, journal: Journal, tell: Tell) -> None:
+    """Until the port is lost, which raises `PortError`, or a signal comes, which raises `Signalled`."""
+    endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
+
+    def submit(job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> None:
+        endings[job] = then
+        opened.submit(job, is_urgent=is_urgent)
+
+    locking: Job[Locked] | None = None
+
+    def send_lock(then: Callable[[Locked], None]) -> None:
+        nonlocal locking
+        if locking is None or locking.is_done:
+            locking = Job(lock(journal), outlives=True)
+            submit(locking, lambda job: then(job.outcome()), is_urgent=True)
+
+    def on_batch(batch: Batch) -> None:
+        sharing.take_in(batch)
+        for job in batch.finished:
+            if job in endings:
+                endings.pop(job)(job)
+
+    sharing = Sharing(listener, submit, send_lock, tell)
+    opened.listen(on_batch, sharing.wake, BATCH_EVERY_S)
+    try:
+        while opened.connection.state is PortState.OPEN:
+            sharing.turn(LONGEST_WAIT_S)
+            check_signals()
+            opened.drain()
+    finally:
+        sharing.close()
+    raise opened.connection.trouble or RuntimeError("the port was closed without a reason")

@@ -42,3 +42,12 @@ def is_shared(port: str) -> bool:
 def sets_rate(port: str) -> bool:
     """Whether this program sets the baud rate: behind a plain socket somebody else did."""
     return not is_socket(port)
+
+
+def host_and_port(address: str) -> tuple[str, int]:
+    """Of "HOST:PORT", the host of IPv6 in brackets. Raises ValueError."""
+    host, _, port = address.strip().rpartition(":")
+    host = host.strip("[]")
+    if not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise ValueError(address)
+    return host, int(port)

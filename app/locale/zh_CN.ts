@@ -208,6 +208,10 @@
         <translation>添加每个模块的串口。</translation>
     </message>
     <message>
+        <source>Address for readers</source>
+        <translation>读取方的地址</translation>
+    </message>
+    <message>
         <source>After a real trigger the parachute is open.</source>
         <translation>真实触发后的数据是开伞后的数据。</translation>
     </message>
@@ -250,6 +254,10 @@
     <message>
         <source>An active module fires when it tips over or falls.</source>
         <translation>激活的模块在倾覆或坠落时会开伞。</translation>
+    </message>
+    <message>
+        <source>An address is HOST:PORT, such as 127.0.0.1:7001.</source>
+        <translation>地址格式为 HOST:PORT，例如 127.0.0.1:7001。</translation>
     </message>
     <message>
         <source>An ordinary flight: it must not fire.</source>
@@ -2156,6 +2164,10 @@
         <translation>其他串口或波特率</translation>
     </message>
     <message>
+        <source>Other programs on this computer may ask, and may send LOCK. TCP has no authentication.</source>
+        <translation>本机的其他程序可以查询，也可以发送锁定。TCP 没有身份验证。</translation>
+    </message>
+    <message>
         <source>Over serial only: it still fires by itself.</source>
         <translation>只禁止串口触发：模块仍会自动开伞。</translation>
     </message>
@@ -2690,6 +2702,10 @@
     <message>
         <source>Shaken for 15 s</source>
         <translation>已晃动 15 秒</translation>
+    </message>
+    <message>
+        <source>Share this port, read-only</source>
+        <translation>共享此串口（只读）</translation>
     </message>
     <message>
         <source>Shared, read-only</source>
@@ -4528,6 +4544,10 @@
     <message>
         <source>read {time} ago</source>
         <translation>{time}前读取</translation>
+    </message>
+    <message>
+        <source>readers: {count}</source>
+        <translation>读取方：{count}</translation>
     </message>
     <message>
         <source>readings differ</source>

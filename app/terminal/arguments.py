@@ -12,6 +12,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any, Final, NoReturn, Protocol
 
+from app.engine.target import host_and_port
 from app.terminal.console import Refused, did_you_mean
 from app.text.messages import UserMessage
 
@@ -93,11 +94,10 @@ def seconds(text: str) -> float:
 
 
 def tcp_address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    host = host.strip("[]")
-    if not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise expected("HOST:PORT")
-    return host, int(port)
+    try:
+        return host_and_port(text)
+    except ValueError as error:
+        raise expected("HOST:PORT") from error
 
 
 def day(text: str) -> date:

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import pytest
 
-from app.terminal import sharing
-from app.terminal.sharing import Reader
+from app import sharing
+from app.sharing import Reader
 from protocol.catalogue import COMMANDS
 from tests.cli.test_schemas import faults
 from tests.module.line import Line, now

@@ -38,6 +38,7 @@ from ui.services.storage import Storage
 from ui.session.interruptions import Interruptions, Remainder, RemainderKind
 from ui.session.lock import PortLock
 from ui.session.recording import RecordingState, SessionRecording
+from ui.session.sharing import PortSharing
 from ui.session.shown_module import ShownModule
 
 _log = logging.getLogger(__name__)
@@ -145,6 +146,7 @@ class Port(QObject):
         self.bridge.batch.connect(self._on_batch)
         make_worker = make_worker or self._make_worker
         self._worker = make_worker(self.bridge.deliver, self.lock.make_owed)
+        self.sharing = PortSharing(self)
         self.view = self._derive_view()
         self._watcher.listed.connect(self._on_ports)
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
@@ -267,6 +269,7 @@ class Port(QObject):
         """Close the port and end the worker, within `deadline_s`; whether it ended."""
         self._return.request(None)
         self._follow_up.stop()
+        self.sharing.stop()
         self.bridge.close()
         return self._worker.stop(deadline_s)
 

@@ -19,6 +19,7 @@ from app.text.sentences import join_names, labelled
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
+from ui.pages.diagnosis.sharing import SharingCard
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
@@ -80,7 +81,8 @@ class WhyPanel(QWidget):
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)
         self.checked: dict[str, QLabel] = {}
         self._ticks: dict[str, IconLabel] = {}
-        in_column(card, self._make_list(), 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self.sharing = SharingCard(services)
+        in_column(card, self._make_list(), self.sharing, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._ports.changed.connect(timer.refresh_seen)
         self.begin_again()

@@ -1,7 +1,7 @@
-"""Shares an open port over TCP with readers that may only ask.
+"""Shares an open port over TCP with readers that may only ask, for `dps-s serve` and for the window.
 
     a question    asked in its turn, one reader after the other; all that wait for the same are answered by it
-    LOCK          sent at once by the usual procedure, whatever else is asked
+    LOCK          sent at once by the owner of the port, as its own, whatever else is asked
     all else      refused: it never reaches the port
 
 What the module says unasked goes to every reader. When the conversation with the module ends nothing is passed on for
@@ -16,16 +16,15 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from enum import Enum
+from ipaddress import ip_address
 from selectors import EVENT_READ, DefaultSelector
+from typing import Any
 
-from app.engine.conversation import reason_message
+from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, Ask, Job, Procedure
-from app.engine.worker import Batch, PortState
-from app.procedures.lock import Locked, lock
-from app.safety.journal import Journal
+from app.engine.worker import Batch
+from app.procedures.lock import Locked
 from app.system.clock import steady_time
-from app.terminal.connection import OpenPort
-from app.terminal.interruption import check_signals
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from protocol.catalogue import HEARTBEAT_REPLY, LOCK, Request
@@ -37,9 +36,6 @@ from protocol.timing import LONGEST_SILENCE_S
 
 MOST_READERS = 16
 QUIET_S = LONGEST_SILENCE_S + 0.3
-# How long what the module says unasked may wait for more.
-BATCH_EVERY_S = 0.02
-LONGEST_WAIT_S = 0.1
 CHUNK = 4096
 # In a second: a serial line at 115200 baud carries less, and LOCK is repeated ten times.
 MOST_BYTES = 12_000
@@ -62,6 +58,10 @@ class Event(Enum):
     LOCKED = "locked"
     NOT_LOCKED = "not_locked"
     ENDED = "ended"  # the conversation with the module
+
+
+# Given what happened, a reader's address or "", and a sentence or "".
+Tell = Callable[[Event, str, str], None]
 
 
 class Reader:
@@ -110,73 +110,100 @@ class Reader:
                 del self.unread[: self.client.send(self.unread)]
 
 
-class Sharing:
-    """See the module's docstring. It runs in one thread."""
+def listen_at(host: str, port: int) -> socket.socket:
+    """What readers connect to; port 0 is a free one. Raises OSError."""
+    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
 
-    def __init__(self, opened: OpenPort, journal: Journal, tell: Callable[[Event, str, str], None]) -> None:
-        self._opened = opened
-        self._journal = journal
+
+def address_of(listener: socket.socket) -> str:
+    """What a reader opens."""
+    host, port = listener.getsockname()[:2]
+    return f"shared://[{host}]:{port}" if ":" in host else f"shared://{host}:{port}"
+
+
+def warning_of(listener: socket.socket) -> str:
+    """What a person must know where others than this computer reach it, else ""."""
+    if ip_address(listener.getsockname()[0]).is_loopback:
+        return ""
+    address = address_of(listener)
+    return tr("TCP has no authentication: whoever reaches {address} reads, and may LOCK.", address=address)
+
+
+class Sharing:
+    """See the module's docstring. But for `wake` it belongs to one thread, which calls `turn` again and again and
+    `take_in` with each batch of the port; a batch with a job that ended follows what that job is given."""
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        submit: Callable[[Job[Any], Callable[[Job[Any]], None]], object],
+        lock: Callable[[Callable[[Locked], None]], object],
+        tell: Tell,
+    ) -> None:
+        """`submit` runs a job on the port and calls back when it has ended; `lock` sends LOCK, unless it is
+        being sent, and calls back when that has come to an end."""
+        self._submit = submit
+        self._lock = lock
         self._tell = tell
         self._selector = DefaultSelector()
-        self._readers: list[Reader] = []  # who was asked for last comes last
+        self.readers: list[Reader] = []  # who was asked for last comes last
+        self._conversation: ConversationView | None = None  # None before the first batch
         self._quiet_until = 0.0
-        # The question that is asked now, and the LOCK that is sent now, each with its readers.
+        # The question that is asked now, with its readers, and the readers whose LOCK is being sent.
         self._question: Request | None = None
-        self._asking: Job[tuple[Message, ...]] | None = None
         self._askers: list[Reader] = []
-        self._locking: Job[Locked] | None = None
         self._lockers: list[Reader] = []
+        self._listener = listener
+        self._woken, self._waking = socket.socketpair()
+        for one in (listener, self._woken, self._waking):
+            one.setblocking(False)
+        self._selector.register(listener, EVENT_READ, self._accept)
+        self._selector.register(self._woken, EVENT_READ, lambda: self._woken.recv(CHUNK))
 
-    def run(self, listener: socket.socket) -> None:
-        """Serve until the port is lost, which raises `PortError`, or a signal comes, which raises `Signalled`."""
-        opened, selector = self._opened, self._selector
-        woken, waking = socket.socketpair()
-        with woken, waking, selector:
-            for one in (listener, woken, waking):
-                one.setblocking(False)
-            selector.register(listener, EVENT_READ, self._accept)
-            selector.register(woken, EVENT_READ, lambda _woken: woken.recv(CHUNK))
+    def turn(self, longest_s: float) -> None:
+        """Do what is due, and wait at most `longest_s` for readers."""
+        self._ask_next()
+        self._send_to_all(b"")
+        for key, _ in self._selector.select(longest_s):
+            if isinstance(key.data, Reader):
+                self._hear(key.data)
+            else:
+                key.data()
 
-            def wake() -> None:
-                with suppress(OSError):  # it will wake up already, or is closed
-                    waking.send(b"\0")
+    def wake(self) -> None:
+        """End the waiting of `turn`; from any thread."""
+        with suppress(OSError):  # it will wake up already, or is closed
+            self._waking.send(b"\0")
 
-            opened.listen(self._on_batch, wake, BATCH_EVERY_S)
-            try:
-                while opened.connection.state is PortState.OPEN:
-                    for key, _ in selector.select(LONGEST_WAIT_S):
-                        if isinstance(key.data, Reader):
-                            self._hear(key.data)
-                        else:
-                            key.data(key.fileobj)
-                    check_signals()
-                    opened.drain()
-                    self._ask_next()
-                    self._send_to_all(b"")
-            finally:
-                for reader in self._readers:
-                    reader.client.close()
-        raise opened.connection.trouble or RuntimeError("the port was closed without a reason")
+    def close(self) -> None:
+        """Hang up."""
+        for reader in self.readers:
+            reader.client.close()
+        self.readers.clear()
+        self._askers.clear()
+        self._selector.close()
+        for one in (self._listener, self._woken, self._waking):
+            one.close()
 
     # Readers
 
-    def _accept(self, listener: socket.socket) -> None:
+    def _accept(self) -> None:
         with suppress(OSError):  # it has gone again
-            client, address = listener.accept()
+            client, address = self._listener.accept()
             client.setblocking(False)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             reader = Reader(client, f"{address[0]}:{address[1]}")
-            self._readers.append(reader)
+            self.readers.append(reader)
             self._selector.register(client, EVENT_READ, reader)
             self._tell(Event.JOINED, reader.name, "")
-            if len(self._readers) > MOST_READERS:
+            if len(self.readers) > MOST_READERS:
                 self._drop(reader, tr("Dropped: too many readers."))
 
     def _hear(self, reader: Reader) -> None:
         with self._watched(reader), suppress(BlockingIOError):
             for request in reader.receive():
                 if request == LOCK:
-                    self._lock(reader)
+                    self._lock_for(reader)
                 elif not request.command.can_be_asked or request.is_set:
                     self._refuse(reader, request)
                 elif request not in reader.questions and not (reader in self._askers and request == self._question):
@@ -199,15 +226,15 @@ class Sharing:
                 self._drop(reader, tr("Dropped: sends too much or no frames, or does not read."))
 
     def _drop(self, reader: Reader, why: str = "") -> None:
-        if reader not in self._readers:
+        if reader not in self.readers:
             return
-        self._readers.remove(reader)
+        self.readers.remove(reader)
         self._selector.unregister(reader.client)
         reader.client.close()
         self._tell(Event.DROPPED if why else Event.LEFT, reader.name, why)
 
     def _send_to_all(self, data: bytes) -> None:
-        self._send(self._readers, data)
+        self._send(self.readers, data)
 
     def _send(self, readers: Sequence[Reader], data: bytes) -> None:
         for reader in tuple(readers):
@@ -216,36 +243,8 @@ class Sharing:
 
     # The module
 
-    def _ask_next(self) -> None:
-        conversation = self._opened.conversation
-        if not conversation.is_going or self._is_quiet:
-            for reader in self._readers:
-                reader.questions.clear()
-        waiting = [reader for reader in self._readers if reader.questions]
-        if self._asking is not None or not waiting:
-            return
-        self._question = waiting[0].questions[0]
-        self._askers = [reader for reader in waiting if reader.questions[0] == self._question]
-        for reader in self._askers:
-            reader.questions.popleft()
-        self._readers.sort(key=lambda reader: reader in self._askers)
-        self._asking = Job(_ask(self._question), conversation=conversation.number)
-        self._opened.submit(self._asking)
-
-    def _lock(self, reader: Reader) -> None:
-        """One that is being sent already is repeated by itself."""
-        if reader not in self._lockers:
-            self._lockers.append(reader)
-            self._tell(Event.LOCK, reader.name, "LOCK")
-        if self._locking is None:
-            self._locking = Job(lock(self._journal), outlives=True)
-            self._opened.submit(self._locking, is_urgent=True)
-
-    @property
-    def _is_quiet(self) -> bool:
-        return steady_time() < self._quiet_until
-
-    def _on_batch(self, batch: Batch) -> None:
+    def take_in(self, batch: Batch) -> None:
+        self._conversation = batch.conversation
         for event in batch.events:
             if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
                 self._quiet_until = steady_time() + QUIET_S
@@ -253,13 +252,38 @@ class Sharing:
                 self._tell(Event.ENDED, "", reason_message(event.reason, event.contradiction).translated())
             elif isinstance(event, Received) and event.role in _UNASKED:
                 self._pass_on(event)
-        for job in batch.finished:
-            if job is self._asking:
-                if job.error is None:
-                    self._send(self._askers, b"".join(map(frame_of, job.outcome())))
-                self._asking, self._askers, self._question = None, [], None
-            elif job is self._locking:
-                self._on_locked(job.outcome())
+
+    def _ask_next(self) -> None:
+        conversation = self._conversation
+        if conversation is None:
+            return
+        if not conversation.is_going or self._is_quiet:
+            for reader in self.readers:
+                reader.questions.clear()
+        waiting = [reader for reader in self.readers if reader.questions]
+        if self._question is not None or not waiting:
+            return
+        self._question = waiting[0].questions[0]
+        self._askers = [reader for reader in waiting if reader.questions[0] == self._question]
+        for reader in self._askers:
+            reader.questions.popleft()
+        self.readers.sort(key=lambda reader: reader in self._askers)
+        self._submit(Job(_ask(self._question), conversation=conversation.number), self._on_answered)
+
+    def _on_answered(self, job: Job[tuple[Message, ...]]) -> None:
+        if job.error is None:
+            self._send(self._askers, b"".join(map(frame_of, job.outcome())))
+        self._askers, self._question = [], None
+
+    def _lock_for(self, reader: Reader) -> None:
+        if reader not in self._lockers:
+            self._lockers.append(reader)
+            self._tell(Event.LOCK, reader.name, "LOCK")
+        self._lock(self._on_locked)
+
+    @property
+    def _is_quiet(self) -> bool:
+        return steady_time() < self._quiet_until
 
     def _pass_on(self, event: Received) -> None:
         is_restart = isinstance(event.message, Heartbeat)  # told at once, also while it is quiet
@@ -273,7 +297,7 @@ class Sharing:
         self._tell(Event.LOCKED if done.is_locked else Event.NOT_LOCKED, names, done.sentence)
         if done.is_acknowledged:
             self._send(self._lockers, encode_reply(LOCK.command.code, LOCK.data))
-        self._locking, self._lockers = None, []
+        self._lockers = []
 
 
 def _ask(request: Request) -> Procedure[tuple[Message, ...]]:
