@@ -10,10 +10,9 @@ from pathlib import Path
 
 from msgspec import field
 
-from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.excerpt import HEAD, csv_parts
-from app.recordings.export import export as write_file
-from app.recordings.library import RecordingEntry, RecordingLibrary
+from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, size_text, when_text
+from app.recordings.recording import export as write_file
 from app.recordings.recording import open_recording
 from app.terminal import console
 from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_verbosity, add_yes, expected

@@ -5,7 +5,7 @@ Times are seconds of the program's clock.
 
 import csv
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from heapq import merge
 from io import StringIO
 from itertools import islice
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
-from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits, charging_at
+from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
 from app.samples.ring_buffers import Readable, Seconds, Window
 from app.samples.step_function import MAX_STEPS, StepFunction
 
@@ -43,9 +43,9 @@ class Excerpt(NamedTuple):
     """Of the same reports."""
     cell: Window
     light: Window
+    charging: Window
+    """Whether there was external power, also from `CHARGING_HOLDS_S` before the span."""
     markers: tuple[Marker, ...]
-    charging: Window | None = None
-    """Readings of the charger, where they were kept; else the markers tell."""
     is_whole: bool = True
     """False where the span includes times that are no longer kept sample by sample."""
 
@@ -101,12 +101,17 @@ class Measured(LimitSteps):
     acceleration: Readable
     cell: Readable
     light: Readable
-    charging: Readable | None = None
+    charging: Readable
     markers: Collection[Marker]
 
     @abstractmethod
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """The data of a span, both ends included, and at its start the marks before it that hold on."""
+
+    def charging_at(self, time_s: float) -> bool | None:
+        """Whether there was external power; None: unknown."""
+        states = self.charging.window(time_s - CHARGING_HOLDS_S, time_s).value
+        return bool(states[-1]) if len(states) else None
 
     def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
         """As views of the series. `flags`: one for each sample of tilt in the span."""
@@ -115,8 +120,8 @@ class Measured(LimitSteps):
         )
         within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
         markers = (*_held_at(start_s, self.markers), *within)
-        charging = None if self.charging is None else self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
-        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, charging, is_whole)
+        charging = self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, charging, markers, is_whole)
 
 
 def _held_at(start_s: float, markers: Iterable[Marker]) -> list[Marker]:
@@ -142,37 +147,21 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
     """
     yield f"{HEAD}\r\n".encode()
     first_s = excerpt.first_s if first_s is None else first_s
-    charging = _charging(excerpt)
+    charging = Readable(*excerpt.charging)
     rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
     while batch := list(islice(rows, ROWS_AT_ONCE)):
         stamps = time_cells(np.array([at for at, _ in batch]) + wall_offset_s)
         text = StringIO()
         lines = csv.writer(text)
         for stamp, (at, cells) in zip(stamps, batch, strict=True):
-            lines.writerow((stamp, f"{at - first_s:.3f}", *cells[:4], charging(at), *cells[4:]))
+            last = charging.window(at - CHARGING_HOLDS_S, at).value[-1:].tolist()
+            is_charging = _FLAGS[last[0] != 0] if last else ""
+            lines.writerow((stamp, f"{at - first_s:.3f}", *cells[:4], is_charging, *cells[4:]))
         yield text.getvalue().encode()
 
 
 def part_count(excerpt: Excerpt) -> int:
     return excerpt.row_count // ROWS_AT_ONCE + 2
-
-
-def _charging(excerpt: Excerpt) -> Callable[[float], str]:
-    """Whether there was external power at a time: "true", "false", or "" where nobody knows."""
-    if excerpt.charging is not None:
-        times, states = excerpt.charging.time_s, excerpt.charging.value.astype(np.bool_).tolist()
-        ends = times + CHARGING_HOLDS_S
-    else:
-        edges = [-inf, *(marker.time_s for marker in excerpt.markers)]
-        times, states = np.array(edges), [charging_at(excerpt.markers, edge) for edge in edges]
-        ends = np.full(len(edges), inf)
-
-    def at(time_s: float) -> str:
-        last = int(np.searchsorted(times, time_s, side="right")) - 1
-        is_known = last >= 0 and time_s <= ends[last] and states[last] is not None
-        return _FLAGS[states[last]] if is_known else ""
-
-    return at
 
 
 def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:

@@ -1,6 +1,7 @@
-"""Library of recordings: list, pin, delete, prune."""
+"""Library of recordings: list, describe, pin, delete, prune."""
 
 import errno
+import math
 import re
 import threading
 from collections.abc import Iterator
@@ -13,8 +14,10 @@ from app.engine.target import is_simulated
 from app.recordings.session_file import SUFFIX, read_head
 from app.system.files import lock, private_opener
 from app.system.folders import data_folder
+from app.text.durations import stopwatch
+from app.text.i18n import tr
 from app.text.messages import UserMessage, message
-from app.text.sentences import error_text
+from app.text.sentences import error_text, join_names
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -102,26 +105,18 @@ class RecordingLibrary:
             mark.unlink(missing_ok=True)
         return entry._replace(is_pinned=is_pinned)
 
-    def prune(self, max_bytes: int | None = None) -> tuple[Path, ...]:
-        """Deletes the oldest recordings beyond the limit, and returns them. Pinned ones stay and do not count, running
-        ones stay. What cannot be deleted is left for the next time."""
-        limit = self.max_bytes if max_bytes is None else max_bytes
+    def prune(self) -> None:
+        """Deletes the oldest recordings beyond the limit. Pinned ones stay and do not count, running ones stay. What
+        cannot be deleted is left for the next time."""
         total = 0
-        gone: list[Path] = []
         with self._pruning:
             for path, is_pinned in self._newest_first():
                 if is_pinned:
                     continue
                 with suppress(OSError):
                     total += path.stat().st_size
-                    if total > limit and not is_held(path):
+                    if total > self.max_bytes and not is_held(path):
                         path.unlink()
-                        gone.append(path)
-        return tuple(gone)
-
-    def free_space(self) -> None:
-        """Where the disk is nearly full: deletes the oldest fifth."""
-        self.prune(self.max_bytes * 4 // 5)
 
     def _newest_first(self) -> list[tuple[Path, bool]]:
         """All recordings, and whether each is pinned."""
@@ -193,3 +188,42 @@ def stopped_message(error: Exception, folder: Path) -> UserMessage:
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
         return message(marked("Not recording: the disk is full. Free some space, then connect again."))
     return message(marked("Not recording to {folder}: {why}."), folder=folder, why=error_text(error))
+
+
+# Texts
+
+
+def when_text(entry: RecordingEntry) -> str:
+    """Start in local time."""
+    return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M:%S}"
+
+
+def size_text(size_bytes: float) -> str:
+    """Size in powers of 1024: "12 kB", "3.4 MB"."""
+    if size_bytes < 1024**2:
+        return f"{math.ceil(size_bytes / 1024)} kB"
+    if size_bytes < 1024**3:
+        megabytes = size_bytes / 1024**2
+        return f"{megabytes:.{0 if megabytes >= 100 else 1}f} MB"
+    return f"{size_bytes / 1024**3:.1f} GB"
+
+
+def remarks(entry: RecordingEntry) -> str:
+    if entry.trouble is not None:
+        return tr("cannot be read")
+    words = (
+        (tr("being recorded"), entry.is_running),
+        (tr("triggered"), entry.was_triggered),
+        (tr("cut off"), entry.was_cut_off),
+        (tr("simulated"), entry.is_simulated),
+    )
+    return " · ".join(word for word, holds in words if holds)
+
+
+def entry_text(entry: RecordingEntry) -> str:
+    """Description of a recording, for the tooltip and screen readers."""
+    if entry.trouble is not None:
+        return entry.trouble.translated()
+    words = [when_text(entry), entry.module, entry.port, stopwatch(entry.duration_s), size_text(entry.size_bytes)]
+    words += [remarks(entry), tr("pinned") if entry.is_pinned else ""]
+    return join_names(filter(None, words))

@@ -4,7 +4,7 @@ A mark at each end of a conversation says why; what follows may be another modul
 the conversation in which it was said up to the next such mark.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Final, NamedTuple
 
@@ -142,24 +142,6 @@ class MarkerTracker:
         if before is not None and before is not self._is_charging:
             kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
             self._mark(known.at, kind)
-
-
-def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
-    """Whether there was external power at `time_s`; None: unknown. `markers` must be in order of time."""
-    is_charging: bool | None = None
-    for marker in markers:
-        is_past = marker.time_s <= time_s
-        if marker.kind in (MarkerKind.CHARGER_CONNECTED, MarkerKind.CHARGER_REMOVED):
-            is_connected = marker.kind is MarkerKind.CHARGER_CONNECTED
-            if is_past:
-                is_charging = is_connected
-            else:  # a mark means that the state before was the opposite
-                return not is_connected if is_charging is None else is_charging
-        elif marker.kind in STATE_LOST:
-            if not is_past:
-                break
-            is_charging = None
-    return is_charging
 
 
 # Limits

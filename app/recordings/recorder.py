@@ -6,6 +6,7 @@ or missing disk never delays the link. What does not fit is counted and noted in
 
 import errno
 import logging
+import math
 import shutil
 import threading
 import time
@@ -16,13 +17,15 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
+import msgspec
+
 from app import version
+from app.captures.traffic import Way, entries_of
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary, stopped_message
-from app.recordings.markers import Marker, MarkerKind, MarkerTracker
-from app.recordings.session_file import Opening
-from app.recordings.writer import SessionWriter
+from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, MarkerTracker, limits_of
+from app.recordings.session_file import POLLED, RX, STATUS, TX, Opening, RecordedReport, SessionWriter
 from app.system.clock import Clock, steady_time
 from app.text.messages import UserMessage
 
@@ -84,8 +87,13 @@ class Recorder:
         self._port: _Port | None = None
         self._writer: SessionWriter | None = None
         self._tracker = MarkerTracker()
+        # Before the first byte.
         self._markers: list[Marker] = []
         self._named: tuple[str, ConversationView] | None = None
+        self._line_ns = 0
+        # What the file tells of already.
+        self._polled_s: dict[str, float] = {}
+        self._limits = NO_LIMITS
         self._synced_at = 0.0
         self._noted = 0  # of `dropped`, those that the recording tells of
 
@@ -208,22 +216,52 @@ class Recorder:
             firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
                 return
-            self._writer = self._open(self._port, min(self._port.begun_at, *firsts))
+            self._open(self._port, min(self._port.begun_at, *firsts))
             if self._named is not None and self._named[1].number == batch.conversation.number:
                 self._name(*self._named)
-        self._writer.put(batch, self._markers)
+        if self._writer is not None:
+            self._write(self._writer, batch)
+
+    def _write(self, writer: SessionWriter, batch: Batch) -> None:
+        for entry in entries_of(batch.events, 0.0):
+            # Strictly ascending times tell the order of both directions.
+            self._line_ns = max(self._line_ns + 1, writer.wall_ns(entry.at_s))
+            writer.add(RX if entry.way is Way.IN else TX, self._line_ns, entry.raw)
+        for sample in batch.samples:
+            report = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
+            writer.add(STATUS, writer.wall_ns(sample.at), msgspec.json.encode(report))
+        if batch.samples:
+            was_triggered = writer.state.was_triggered or any(sample.triggered for sample in batch.samples)
+            writer.advance(reports=writer.state.reports + len(batch.samples), was_triggered=was_triggered)
+        for marker in self._markers:
+            writer.note(marker.time_s, marker.kind.value, port=marker.text)
         self._markers = []
+        for key in POLLED:
+            known = batch.conversation.values.get(key)
+            if known is not None and known.at > self._polled_s[key]:
+                self._polled_s[key] = known.at
+                writer.note(known.at, "reading", **{key: float(known.value)})
+        limits = limits_of(batch.conversation, batch.at)
+        if limits != self._limits:
+            self._limits = limits
+            writer.note(batch.at, "limits", **limits._asdict())
 
     def _name(self, module: str, conversation: ConversationView) -> None:
         self._named = (module, conversation)
-        if self._writer is not None:
-            self._writer.name_module(module, conversation.began_at)
+        writer = self._writer
+        if writer is not None:
+            # A name holds from the beginning of its conversation on.
+            writer.note(max(conversation.began_at, writer.opening.start_s), MarkerKind.NAMED.value, module=module)
+            writer.advance(modules=tuple(dict.fromkeys((*writer.state.modules, module))))
 
-    def _open(self, port: _Port, start_s: float) -> SessionWriter:
+    def _open(self, port: _Port, start_s: float) -> None:
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune()
         self._check_disk()
         self._synced_at = self._clock()
+        # Values polled before the beginning are in the previous recording.
+        self._polled_s = dict.fromkeys(POLLED, math.nextafter(start_s, -math.inf))
+        self._line_ns, self._limits = 0, NO_LIMITS
         opening = Opening(
             started_at=datetime.fromtimestamp(start_s + self._wall_clock() - self._clock(), UTC),
             start_s=start_s,
@@ -231,7 +269,7 @@ class Recorder:
             baud_rate=port.baud_rate,
             program=f"DPS-S Configurator {version()}",
         )
-        return SessionWriter(self.library.new_path(opening.started_at), opening)
+        self._writer = SessionWriter(self.library.new_path(opening.started_at), opening)
 
     def _maintain(self) -> None:
         """Flushes, syncs, checks the disk, and goes on in the next file after a day."""
@@ -250,8 +288,6 @@ class Recorder:
             self._port = port
 
     def _check_disk(self) -> None:
-        if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
-            self.library.free_space()
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 

@@ -1,20 +1,33 @@
-"""Opens a recording for reading."""
+"""Opens a recording for reading, and exports it for other programs."""
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from datetime import datetime
+from itertools import chain
 from operator import itemgetter
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
 from app.captures.traffic import CaptureEntry, Way
-from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured
+from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
-from app.recordings.session_file import EVENTS, NANOSECONDS, RX, STATUS, TX, FileMessage, RecordedReport, SessionFile
+from app.recordings.session_file import (
+    EVENTS,
+    NANOSECONDS,
+    POLLED,
+    RX,
+    STATUS,
+    TX,
+    FileMessage,
+    RecordedReport,
+    SessionFile,
+)
 from app.samples.ring_buffers import Readable
+from app.system.files import whole_file
 from app.system.gil_yield import GilYield
 from app.text.json_objects import object_in
 from app.text.messages import UserMessage, joined, message
@@ -48,7 +61,7 @@ class Recording(Measured):
         self.wall_offset_s = file.opening.wall_offset_ns / NANOSECONDS
         # A day has millions of reports.
         times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("B")
-        self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
+        self._polled: dict[str, list[tuple[float, float]]] = {key: [] for key in POLLED}
         self._limits: list[tuple[float, ModuleLimits]] = []
         markers: list[Marker] = []
         decoder, pace = msgspec.json.Decoder(RecordedReport), GilYield()
@@ -77,6 +90,7 @@ class Recording(Measured):
         self.acceleration = Readable(self._times, np.frombuffer(acceleration, np.float32))
         self.cell = _series(self._polled["cell_voltage_v"])
         self.light = _series(self._polled["light_v"])
+        self.charging = _series(self._polled["charging"])
         last_s = file.opening.clock_s(last_ns)
         self.damaged: tuple[tuple[float, float], ...] = ()
         """From when to when data is missing: up to the end, as far as that is known."""
@@ -173,3 +187,51 @@ def _number(value: object) -> float | None:
     """A number that a reading or a limit can be, else None."""
     is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
     return float(value) if is_number else None  # type: ignore[arg-type]
+
+
+# Export
+
+Progress = Callable[[float], object]
+"""Gets 0 … 1 in the calling thread. What it raises ends the export, and the file is unchanged."""
+_BLOCK_BYTES = 1 << 20
+
+
+class Exported(NamedTuple):
+    """`damage`: what is missing in the file, because it is damaged in the recording."""
+
+    rows: int
+    damage: UserMessage | None
+
+
+def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Progress = bool) -> None:
+    """Writes a file atomically. `count`: about how many parts. Raises OSError, and what `on_progress` raises."""
+    with whole_file(path) as file:
+        for number, part in enumerate(parts):
+            on_progress(min(1.0, number / count))
+            file.write(part)
+        on_progress(1.0)
+
+
+def export(
+    entry: RecordingEntry, path: Path, *, is_table: bool, appends: bool = False, on_progress: Progress = bool
+) -> Exported:
+    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session. Raises OSError,
+    `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
+    recording = open_recording(entry)
+    if not is_table:
+        write_parts(path, _blocks(entry.path), entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
+        return Exported(len(recording.tilt), recording.damage)
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
+    if appends and path.exists() and path.stat().st_size:
+        next(rows)  # without a second head
+        before = path.read_bytes()
+        rows = chain((before, b"" if before.endswith(b"\n") else b"\r\n"), rows)
+    write_parts(path, rows, part_count(excerpt), on_progress)
+    return Exported(excerpt.row_count, recording.damage)
+
+
+def _blocks(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK_BYTES):
+            yield block

@@ -11,23 +11,27 @@ second, and a file that was cut off tells as much as one that was closed.
 """
 
 import json
+import os
 import struct
 import zlib
 from collections.abc import Iterator
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Final, NamedTuple, TypeVar
+from typing import IO, Annotated, Final, NamedTuple, TypeVar
 
 import msgspec
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, Chunk, Message, Metadata
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
+from app.system.files import lock, private_opener
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -36,11 +40,14 @@ OPENING: Final = "dps-s recording"
 STATE: Final = "dps-s state"
 VERSION: Final = 2
 RX, TX, EVENTS, STATUS = "/line/rx", "/line/tx", "/events", "/status"
+POLLED: Final = ("cell_voltage_v", "light_v", "charging")
 NANOSECONDS: Final = 1_000_000_000
 HEAD_BYTES: Final = 8192
 """In these are the opening and the state."""
 STATE_LENGTH: Final = 2000
 """Characters of the state's JSON; with more names the last ones are left out."""
+FULL_CHUNK_BYTES: Final = 1 << 22
+"""A chunk ends with `flush`; where the disk was slow, it ends earlier."""
 MAX_CHUNK_BYTES: Final = 1 << 26
 MAX_UNPACKED_BYTES: Final = 1 << 32
 """Of a file: about a day at full line rate. Nothing is read beyond."""
@@ -121,8 +128,13 @@ def metadata_record(name: str, head: Opening | State) -> bytes:
             head = msgspec.structs.replace(head, modules=head.modules[:-1])
             text = _json_text(head)
         text = text.ljust(STATE_LENGTH)
+    return _records(Metadata(name, {"json": text, "crc32": _checksum(text)}))
+
+
+def _records(*records: McapRecord) -> bytes:
     builder = RecordBuilder()
-    Metadata(name, {"json": text, "crc32": _checksum(text)}).write(builder)
+    for record in records:
+        record.write(builder)
     raw: bytes = builder.end()  # type: ignore[no-untyped-call]
     return raw
 
@@ -173,7 +185,118 @@ def read_head(path: Path) -> tuple[Opening, State]:
     return opening, State(end_s=opening.start_s)
 
 
-# What was recorded
+# Writing
+
+_CHANNELS: Final = {topic: number for number, topic in enumerate((RX, TX, EVENTS, STATUS), 1)}
+# A message: its kind, its size, channel, sequence, the times at which it was recorded and published.
+_MESSAGE: Final = struct.Struct("<BQHIQQ")
+_RECORD_HEAD: Final = 9
+
+
+def _channel_records() -> bytes:
+    """The description of all topics, for other programs, at the begin of the first chunk."""
+    schemas = {
+        EVENTS: {"type": "object", "properties": {"event": {"type": "string"}}, "required": ["event"]},
+        STATUS: msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"],
+    }
+    records: list[McapRecord] = []
+    for topic, number in _CHANNELS.items():
+        schema = schemas.get(topic)
+        if schema is None:
+            records.append(Channel(number, topic, "bytes", {}, 0))
+        else:
+            name = f"dps-s{topic.replace('/', '.')}"
+            records.append(Schema(number, msgspec.json.encode(schema), SchemaEncoding.JSONSchema, name))
+            records.append(Channel(number, topic, MessageEncoding.JSON, {}, number))
+    return _records(*records)
+
+
+_CHANNEL_RECORDS: Final = _channel_records()
+
+
+class SessionWriter:
+    """Methods raise OSError where the disk fails; what was flushed before stays readable."""
+
+    def __init__(self, path: Path, opening: Opening) -> None:
+        self.path = path
+        self.opening = opening
+        self.state = State(end_s=opening.start_s)
+        self._end_s = opening.start_s
+        self._offset_ns = opening.wall_offset_ns
+        # The records of the next chunk, and their times. mcap's own writer takes four times as long for a message.
+        self._waiting = [_CHANNEL_RECORDS]
+        self._times_ns: list[int] = []
+        self._waiting_bytes = 0
+        self._file: IO[bytes] = open(path, "xb", opener=private_opener)  # noqa: SIM115
+        try:
+            lock(self._file)
+            self._file.write(MCAP0_MAGIC + _records(Header("", "DPS-S Configurator")))
+            self._file.write(metadata_record(OPENING, opening))
+            self._state_at = self._file.tell()
+            self._file.write(metadata_record(STATE, self.state))
+        except BaseException:
+            self.close()
+            raise
+
+    def add(self, topic: str, at_ns: int, data: bytes) -> None:
+        """`at_ns`: from `wall_ns`."""
+        size = _MESSAGE.size - _RECORD_HEAD + len(data)
+        self._waiting += _MESSAGE.pack(Opcode.MESSAGE, size, _CHANNELS[topic], 0, at_ns, at_ns), data
+        self._times_ns.append(at_ns)
+        self._waiting_bytes += _MESSAGE.size + len(data)
+        if self._waiting_bytes > FULL_CHUNK_BYTES:
+            self._write_chunk()
+
+    def wall_ns(self, at_s: float) -> int:
+        """Of a time of the program's clock, up to which the recording is now."""
+        self._end_s = max(self._end_s, at_s)
+        return round(at_s * NANOSECONDS) + self._offset_ns
+
+    def note(self, at_s: float, event: str, **values: object) -> None:
+        text = json.dumps({"event": event, **values}, ensure_ascii=False)
+        self.add(EVENTS, self.wall_ns(at_s), text.encode("utf-8", "backslashreplace"))
+
+    def flush(self, now_s: float, *, is_last: bool = False) -> None:
+        """Writes everything that waits, and up to where the recording is whole."""
+        self._write_chunk()
+        if is_last:
+            self._file.write(_records(DataEnd(0), Footer(0, 0, 0)) + MCAP0_MAGIC)
+        self.advance(end_s=max(self._end_s, now_s), is_ended=is_last)
+        # The state is written behind what it tells of: it never promises what is not in the file.
+        self._file.seek(self._state_at)
+        self._file.write(metadata_record(STATE, self.state))
+        self._file.seek(0, os.SEEK_END)
+        self._file.flush()
+
+    def _write_chunk(self) -> None:
+        if self._times_ns:
+            records = b"".join(self._waiting)
+            packed = zstandard.compress(records)
+            first_ns, last_ns = min(self._times_ns), max(self._times_ns)
+            self._file.write(_records(Chunk("zstd", packed, last_ns, first_ns, zlib.crc32(records), len(records))))
+            self._waiting, self._times_ns, self._waiting_bytes = [], [], 0
+
+    def advance(self, **changes: object) -> None:
+        """Of the state; it is written by `flush`."""
+        self.state = msgspec.structs.replace(self.state, **changes)
+
+    def sync(self) -> None:
+        """Waits until the data is safe from a power failure."""
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Closes the file; never raises. Idempotent."""
+        try:
+            self._file.close()
+        except OSError:
+            return  # what did not fit is lost
+
+    @property
+    def size_bytes(self) -> int:
+        return 0 if self._file.closed else self._file.tell()
+
+
+# Reading
 
 
 class SessionFile:

@@ -108,7 +108,7 @@ def test_where_the_file_cannot_be_written_the_recording_is_kept(
     def full(*_args: object, **_values: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.recordings.export.whole_file", full)
+    monkeypatch.setattr("app.recordings.recording.whole_file", full)
     assert record(port, tmp_path / "a.mcap") == 4
     (entry,) = RecordingLibrary().entries()
     assert f"kept as recording {entry.name}" in Printed(capsys).err

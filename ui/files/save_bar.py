@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt, csv_parts, part_count
-from app.recordings.export import write_parts
+from app.recordings.recording import write_parts
 from app.text.i18n import tr
 from app.text.sentences import not_written, saved_text
 from ui.core.background_task import Running

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import LimitSteps, Measured
-from app.recordings.markers import Marker, MarkerKind, charging_at
+from app.recordings.markers import Marker, MarkerKind
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
 from app.samples.ring_buffers import Readable, SeriesSample
 from app.samples.step_function import StepFunction
@@ -139,7 +139,7 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
     """Of a session or a recording, with the limits that act, and those of which that is not known."""
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
-        charging = charging_at(data.markers, time_s)
+        charging = data.charging_at(time_s)
         known: dict[str, Value] = {} if charging is None else {"charging": charging}
         return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
 

@@ -13,8 +13,8 @@ from ui.services.job_notice import JobNotice
 from ui.style.theme import Meaning
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
-    from app.recordings.export import Exported
     from app.recordings.library import RecordingEntry, RecordingLibrary
+    from app.recordings.recording import Exported
 
 Result = TypeVar("Result")
 
@@ -46,7 +46,7 @@ class RecordingJobs(JobNotice):
         """Export the recording into one file, written whole or not at all: a table, or a copy where it ends so."""
 
         def work(running: Running) -> "Exported":
-            from app.recordings.export import export
+            from app.recordings.recording import export
 
             is_table = path.suffix.lower() != ".mcap"
             return export(entry, path, is_table=is_table, on_progress=running.set_progress_or_end)

@@ -18,8 +18,8 @@ from app.flights.flight_log import FlightLog
 from app.flights.many_logs import LogOrder, summarise_log
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary
-from app.recordings.export import export
 from app.recordings.library import entry_of
+from app.recordings.recording import export
 from app.recordings.session_file import Opening
 from app.text.user_error import UserError
 from protocol.messages import Status

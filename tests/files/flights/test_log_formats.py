@@ -17,8 +17,8 @@ from app.flights.raw_log import Channel, RawLog, kept_apart, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
 from app.flights.table import JOIN_S
 from app.recordings.excerpt import HEAD
-from app.recordings.export import export
 from app.recordings.library import entry_of
+from app.recordings.recording import export
 from app.recordings.session_file import Opening
 from app.text.user_error import UserError
 from protocol.messages import Source, Status

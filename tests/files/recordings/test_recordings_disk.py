@@ -18,13 +18,11 @@ from mcap.records import Metadata
 from mcap.stream_reader import StreamReader
 
 from app.engine.transport import PortError, PortTrouble
-from app.recordings import writer
+from app.recordings import session_file
 from app.recordings.excerpt import HEAD
-from app.recordings.export import export
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import Recording
-from app.recordings.session_file import EVENTS, OPENING, RX, STATE, STATUS, TX
-from app.recordings.writer import SessionWriter
+from app.recordings.recording import Recording, export
+from app.recordings.session_file import EVENTS, OPENING, RX, STATE, STATUS, TX, SessionWriter
 from protocol.catalogue import BY_NAME
 from protocol.events import Sent
 from tests.support.records.recordings_made import (
@@ -80,7 +78,7 @@ class SmallDisk(io.BytesIO):
 
 def failing_after(monkeypatch: pytest.MonkeyPatch, count: int, error: OSError) -> None:
     """The disk fails after this many bytes of a session."""
-    monkeypatch.setattr(writer, "open", lambda path, *_, **__: SmallDisk(path, count, error), raising=False)
+    monkeypatch.setattr(session_file, "open", lambda path, *_, **__: SmallDisk(path, count, error), raising=False)
 
 
 @pytest.mark.parametrize("count", [*range(0, 5000, 401), 6000])
@@ -127,7 +125,7 @@ def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with recorder_in(tmp_path) as bench:
-        monkeypatch.setattr(SessionWriter, "put", lambda *_: 1 / 0)
+        monkeypatch.setattr(SessionWriter, "add", lambda *_: 1 / 0)
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
         monkeypatch.undo()

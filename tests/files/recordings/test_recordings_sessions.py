@@ -7,7 +7,7 @@ import pytest
 
 from app.recordings.recorder import MAX_SESSION_S, SYNC_EVERY_S
 from app.recordings.recording import RecordedTraffic
-from app.recordings.writer import SessionWriter
+from app.recordings.session_file import SessionWriter
 from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream, talk
 
 

@@ -1,17 +1,15 @@
-"""Writes session files from bytes on the line and events, without recording them."""
+"""Writes session files from bytes of the module and events, without recording them."""
 
 from collections.abc import Iterable
 from heapq import merge
 from operator import itemgetter
 from pathlib import Path
 
-from app.captures.traffic import CaptureEntry, Way
-from app.engine.conversation import ConversationView, StatusSample
-from app.engine.worker import Batch, Connection
+import msgspec
+
+from app.captures.traffic import CaptureEntry
 from app.recordings.recorder import FLUSH_EVERY_S
-from app.recordings.session_file import Opening
-from app.recordings.writer import SessionWriter
-from protocol.events import Event, Received, Rejected, Role
+from app.recordings.session_file import RX, STATUS, Opening, RecordedReport, SessionWriter
 from protocol.frame import Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
@@ -30,26 +28,20 @@ def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry],
             writer.flush(opening.start_s)
             flush_s = recorded[0] + FLUSH_EVERY_S
         if isinstance(recorded, CaptureEntry):
-            writer.put(_received(recorded, parser), ())
+            _write(writer, recorded, parser)
         else:
             writer.note(recorded[0], **recorded[1])  # type: ignore[arg-type]
-    writer.flush(opening.start_s)
     writer.flush(opening.start_s, is_last=True)
     writer.close()
 
 
-def _received(entry: CaptureEntry, parser: StreamParser) -> Batch:
-    """What the link makes of bytes of the module."""
-    assert entry.way is Way.IN
-    events, samples = list[Event](), list[StatusSample]()
+def _write(writer: SessionWriter, entry: CaptureEntry, parser: StreamParser) -> None:
+    """The bytes, and the reports in them."""
+    at_ns = writer.wall_ns(entry.at_s)
+    writer.add(RX, at_ns, entry.raw)
     for piece in parser.feed(entry.raw):
-        if not isinstance(piece, Frame):
-            events.append(Rejected(piece, entry.at_s))
-            continue
-        message = decode(piece.raw)
-        events.append(Received(piece, message, Role.STREAMED, entry.at_s))
+        message = decode(piece.raw) if isinstance(piece, Frame) else None
         if isinstance(message, Status):
-            samples.append(
-                StatusSample(entry.at_s, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
-            )
-    return Batch(entry.at_s, Connection(), ConversationView(), None, tuple(samples), tuple(events))
+            values = message.tilt_deg, message.acceleration_g, message.triggered, message.active
+            writer.add(STATUS, at_ns, msgspec.json.encode(RecordedReport(*values)))
+            writer.advance(reports=writer.state.reports + 1)

@@ -25,7 +25,6 @@ from app.limits.out_of_limits import (
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
-from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.records.filing import local_now
 from app.records.record import sign
 from app.records.report import report_html
@@ -161,20 +160,6 @@ def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
     assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
     open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
     assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
-
-
-def test_whether_a_recording_tells_of_external_power() -> None:
-    happened = [
-        Marker(0.0, MarkerKind.CONNECTED),
-        Marker(10.0, MarkerKind.CHARGER_CONNECTED),
-        Marker(20.0, MarkerKind.CHARGER_REMOVED),
-        Marker(30.0, MarkerKind.CONNECTED),
-    ]
-    assert [charging_at(happened, at) for at in (5.0, 10.0, 19.0, 20.0, 29.0, 30.0)] == [
-        False, True, True, False, False, None,
-    ]  # fmt: skip
-    assert charging_at([], 5.0) is None
-    assert charging_at(happened[3:], 5.0) is None
 
 
 def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:

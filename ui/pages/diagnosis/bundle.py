@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from app import version
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
-from app.recordings.entry_texts import size_text
+from app.recordings.library import size_text
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.sentences import error_text

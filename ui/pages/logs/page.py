@@ -17,8 +17,7 @@ from app.flights.columns import CsvColumns
 from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
 from app.flights.read_log import SUFFIXES
 from app.flights.thresholds import FlightGroup
-from app.recordings.entry_texts import entry_text, size_text, when_text
-from app.recordings.library import RecordingEntry
+from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import in_brackets, join_names, join_sentences, labelled

@@ -14,7 +14,7 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
 from app.flights.summary import FirstFire, moment_text
 from app.flights.thresholds import FlightGroup, FlightOutcome
-from app.recordings.entry_texts import entry_text
+from app.recordings.library import entry_text
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.text.durations import stopwatch
 from app.text.i18n import tr

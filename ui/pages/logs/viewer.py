@@ -19,9 +19,8 @@ from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.summary import summarise
 from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.entry_texts import entry_text
 from app.recordings.excerpt import LimitSteps, csv_parts, part_count
-from app.recordings.library import entry_of
+from app.recordings.library import entry_of, entry_text
 from app.recordings.markers import ModuleLimits
 from app.recordings.recording import Recording, open_recording
 from app.samples.ring_buffers import Readable

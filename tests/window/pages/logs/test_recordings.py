@@ -182,7 +182,7 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
         finally:
             ended.set()
 
-    monkeypatch.setattr("app.recordings.export.export", endless)
+    monkeypatch.setattr("app.recordings.recording.export", endless)
     one.page.table.selectRow(0)
     one.page.ask_path = choosing(tmp_path / "all.csv")
     one.page.exporting_action.trigger()
