@@ -1,6 +1,7 @@
 """The audit log: the intent of each act, durable before its frame leaves, and what came of it.
 
-An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`.
+An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`
+and `app.store.fired`.
 """
 
 import logging
@@ -23,20 +24,22 @@ from app.text.messages import UserMessage, clean
 _log = logging.getLogger(__name__)
 
 UNNAMED: Final = KnownAs()
-# The USB identity, or what finds it, which may take seconds.
-Adapter = str | Callable[[], str]
 _LEAVES_ACTIVE = (Act.ACTIVATE, Act.LOCK)
 # After these, confirmed, the module is locked.
 _LOCKS = (Act.LOCK, Act.SHUTDOWN)
 
 
 class Where(NamedTuple):
-    """On which connection, and by what its module is known."""
+    """On which connection, and by what its module is known. `adapter`: its USB identity."""
 
     port: str
     origin: str
     adapter: str = ""
     known_as: KnownAs = UNNAMED
+
+    def left_active(self, at: str) -> LeftActive:
+        """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
+        return LeftActive(self.known_as, self.port, self.adapter, at)
 
 
 def new_run() -> str:
@@ -47,7 +50,7 @@ def new_run() -> str:
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
     """The intent; its id. A note in the detail is a field of its own.
 
-    From now on the module counts as left ACTIVE, if that is what the act may leave behind."""
+    From now on the module counts as left ACTIVE, or as one that may have fired, if the act may leave that behind."""
     plain = _plain(detail)
     intent = (DeployIntended if act is Act.DEPLOY else ActIntended)(
         act=act.value,
@@ -60,8 +63,10 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         detail=plain,
     )
     row = facts.add(intent, where.known_as.name or None)
+    if act is Act.DEPLOY and not where.known_as.name:
+        note_unnamed(facts, port=where.port, adapter=where.adapter, intent=row.id)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):
-        left = _left_at(where, row.made_at)
+        left = where.left_active(row.made_at)
         keep_left(facts, left._replace(is_lock_unconfirmed=act is Act.LOCK), intent=row.id)
     return row.id
 
@@ -74,6 +79,8 @@ def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, 
         note_locked(facts, where.known_as.run)
     elif act in _LEAVES_ACTIVE and has_done_nothing:
         drop_intent(facts, where.known_as.run, intent)
+    elif act is Act.DEPLOY and outcome is Outcome.NOT_SENT:
+        forget_unnamed(facts, port=where.port, adapter=where.adapter, intent=intent)
 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
@@ -81,7 +88,7 @@ def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
     if is_simulated(where.port):
         return
     if is_active:
-        keep_left(facts, _left_at(where, time_text(facts.now())))
+        keep_left(facts, where.left_active(time_text(facts.now())))
     else:
         note_locked(facts, where.known_as.run)
 
@@ -95,29 +102,18 @@ def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
 
 
 class StoreJournal:
-    """The journal of one conversation, or of one command. Written by the store's own thread, which also finds the
-    `adapter`."""
+    """The journal of one conversation, or of one command, written by the store's own thread."""
 
     def __init__(
-        self,
-        store: Store,
-        *,
-        port: str,
-        origin: str,
-        adapter: Adapter = "",
-        known_as: KnownAs = UNNAMED,
-        on_trouble: Callable[[UserMessage], object] = bool,
+        self, store: Store, find_where: Callable[[], Where], *, on_trouble: Callable[[UserMessage], object] = bool
     ) -> None:
-        """`on_trouble` is called in the store's thread with the reason why an entry could not be written."""
+        """Both are called in the store's thread: `find_where`, as an adapter may take seconds to be found, and
+        `on_trouble` with the reason why an entry could not be written."""
         self._store = store
-        self._port = port
-        self._origin = origin
-        self._adapter = adapter
-        self._known_as = known_as
+        self._find_where = find_where
         self._on_trouble = on_trouble
         # The acts without an outcome.
         self._acts: dict[Entry, Act] = {}
-        self._has_noted_deploy = False
 
     @property
     def is_ready(self) -> bool:
@@ -125,14 +121,7 @@ class StoreJournal:
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
         given = dict(detail)
-
-        def write(facts: Facts) -> str:
-            where = self._where()
-            if act is Act.DEPLOY and not self._known_as.name:
-                self._has_noted_deploy = note_unnamed(facts, port=self._port, adapter=where.adapter)
-            return begin(facts, act, frame, given, where)
-
-        entry = self._store.write(write)
+        entry = self._store.write(lambda facts: begin(facts, act, frame, given, self._find_where()))
         self._acts[entry] = act
         entry.add_done_callback(self._tell)
         return entry
@@ -145,30 +134,16 @@ class StoreJournal:
             return
 
         def write(facts: Facts) -> None:
-            if entry.cancelled() or entry.exception() is not None:
-                return
-            where = self._where()
-            settle(facts, entry.result(), act, where, outcome, kept)
-            if self._has_noted_deploy and outcome is Outcome.NOT_SENT:
-                forget_unnamed(facts, port=self._port, adapter=where.adapter)
-            self._has_noted_deploy = False
+            if not entry.cancelled() and entry.exception() is None:
+                settle(facts, entry.result(), act, self._find_where(), outcome, kept)
 
         self._store.write(write).add_done_callback(self._tell)
-
-    def _where(self) -> Where:
-        adapter = self._adapter if isinstance(self._adapter, str) else self._adapter()
-        return Where(self._port, self._origin, adapter, self._known_as)
 
     def _tell(self, written: "Future[str] | Future[None]") -> None:
         error = None if written.cancelled() else written.exception()
         if isinstance(error, StoreTrouble):
             _log.warning("The audit log cannot be written: %s", error)
             self._on_trouble(error.message)
-
-
-def _left_at(where: Where, at: str) -> LeftActive:
-    """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
-    return LeftActive(where.known_as, where.port, where.adapter, at)
 
 
 def _plain(values: Mapping[str, object]) -> dict[str, Any]:

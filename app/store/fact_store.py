@@ -39,8 +39,6 @@ Clock = Callable[[], datetime]
 
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
-# For the copy of the day that is still being made then; else it is made at the next opening.
-COPY_LIMIT_S = 0.3
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 _SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
@@ -106,16 +104,15 @@ class Facts:
         return [name for (name,) in rows]
 
     def state(self, key: str) -> Any:
-        """None where it is not set, or cannot be read."""
+        """None where it is not set."""
         rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
-        return _decoded(key, rows[0][0]) if rows else None
+        return msgspec.json.decode(rows[0][0]) if rows else None
 
     def states(self, prefix: str) -> dict[str, Any]:
-        """By the rest of their keys, without those that cannot be read."""
+        """By the rest of their keys."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
         rows = self.connection.execute(query, (len(prefix), prefix))
-        decoded = {key.removeprefix(prefix): _decoded(key, value) for key, value in rows}
-        return {rest: value for rest, value in decoded.items() if value is not None}
+        return {key.removeprefix(prefix): msgspec.json.decode(value) for key, value in rows}
 
     def set_state(self, key: str, value: object) -> None:
         """None removes it. Only within `Store.write`."""
@@ -150,10 +147,7 @@ class Store:
         self._last_time = datetime.min.replace(tzinfo=UTC)
         self._lock = threading.Lock()
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
-        # Pieces of work that were not done yet.
-        self._left = 0
         self._is_closed = False
-        self._copying: threading.Thread | None = None
         self._thread: threading.Thread | None = None
         if not starts_late:
             self.start()
@@ -190,7 +184,6 @@ class Store:
             if self._is_closed:
                 future.cancel()
                 return future
-            self._left += 1
             self._work.put((work, future))
         return future
 
@@ -209,32 +202,23 @@ class Store:
         return self.read(lambda facts: facts.state(key))
 
     def copy_if_due(self) -> None:
-        """Returns at once: the day's copy is made in a thread of its own, and one at a time."""
-        if not self.opened.done() or self.opened.exception() is not None:
-            return
-        with self._lock:
-            is_copying = self._copying is not None and self._copying.is_alive()
-            if not is_copying and not self._is_closed:
-                copy = partial(copy_if_due, self.path, self._clock())
-                thread = threading.Thread(target=copy, name="dps-s copies", daemon=True)
-                thread.start()
-                self._copying = thread
+        """Returns at once: the day's copy is made in a thread of its own."""
+        if self.opened.done() and self.opened.exception() is None:
+            copy = partial(copy_if_due, self.path, self._clock())
+            threading.Thread(target=copy, name="dps-s copies", daemon=True).start()
 
-    def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
-        """Write what is left; returns how many pieces were not written within the limit. Idempotent, never raises."""
+    def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
+        """Write what is left; returns whether all of it was written within the limit. Idempotent, never raises."""
         with self._lock:
             if not self._is_closed:
                 self._is_closed = True
                 self._work.put(None)
-        if self._thread is not None:
-            self._thread.join(limit_s)
-        if self._copying is not None:
-            self._copying.join(COPY_LIMIT_S)
-        with self._lock:
-            left = self._left
-        if left:
-            _log.warning("Not written when the store was closed: %s", left)
-        return left
+        if self._thread is None:
+            return True
+        self._thread.join(limit_s)
+        if self._thread.is_alive():
+            _log.warning("The store was closed before everything was written")
+        return not self._thread.is_alive()
 
     def _make_time(self) -> datetime:
         with self._lock:
@@ -296,8 +280,6 @@ class Store:
                 if not isinstance(error, UserError):
                     _log.error("A fault of the program, and none of the store", exc_info=error)
                 future.set_exception(error)
-        with self._lock:
-            self._left -= 1
 
     def _transact(self, connection: sqlite3.Connection | None, work: Callable[[Facts], Result]) -> Result:
         """Raises `StoreTrouble`, or what `work` raises."""
@@ -316,15 +298,6 @@ class Store:
                 raise trouble_of(error, self.path) from error
             raise
         return result
-
-
-def _decoded(key: str, value: str) -> Any:
-    """None where it is damaged: damage in one state costs neither the store nor the other states."""
-    try:
-        return msgspec.json.decode(value)
-    except msgspec.DecodeError as error:
-        _log.warning("The state “%s” cannot be read: %s", key, error)
-        return None
 
 
 def _introduce(facts: Facts) -> None:

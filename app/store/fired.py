@@ -54,24 +54,24 @@ def note_triggered(facts: Facts, module: str, *, port: str, adapter: str = "") -
         note_unnamed(facts, port=port, adapter=adapter)
 
 
-def note_unnamed(facts: Facts, *, port: str, adapter: str = "") -> bool:
-    """A module without a name may have fired here. Whether that is news."""
+def note_unnamed(facts: Facts, *, port: str, adapter: str = "", intent: str = "") -> None:
+    """A module without a name may have fired here. The first time counts. `intent`: of the act that may make it so."""
     key = _UNNAMED.format(place=adapter or port)
-    if facts.state(key) is not None:
-        return False
-    facts.set_state(key, {"port": port, "at": time_text(facts.now())})
-    return True
+    if facts.state(key) is None:
+        facts.set_state(key, {"port": port, "at": time_text(facts.now()), "intent": intent})
 
 
-def forget_unnamed(facts: Facts, *, port: str, adapter: str = "") -> None:
-    """What was noted was not sent after all."""
-    facts.set_state(_UNNAMED.format(place=adapter or port), None)
+def forget_unnamed(facts: Facts, *, port: str, adapter: str, intent: str) -> None:
+    """This act was not sent after all. What another one or a report left behind stays."""
+    key = _UNNAMED.format(place=adapter or port)
+    if (facts.state(key) or {}).get("intent") == intent:
+        facts.set_state(key, None)
 
 
 def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
     """What may have fired at this port without a name: of the next one that is named there."""
     noted = filter(None, map(facts.state, _keys(port, adapter)))
-    return [Fired(str(one.get("at")), is_simulated(str(one.get("port")))) for one in noted]
+    return [Fired(one["at"], is_simulated(one["port"])) for one in noted]
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
@@ -79,7 +79,7 @@ def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> N
     for key in _keys(port, adapter):
         noted = facts.state(key)
         if noted is not None:
-            facts.add(MayHaveFired(port=clean(str(noted["port"])), seen_at=str(noted["at"])), module)
+            facts.add(MayHaveFired(port=clean(noted["port"]), seen_at=noted["at"]), module)
             facts.set_state(key, None)
 
 

@@ -1,16 +1,14 @@
 """Opens and copies the store's file; never overwrites one that it cannot read.
 
-    not there, empty     made; from the newest good copy, where there is one
-    damaged, another's   set aside under another name, and as above
-    of a development build   set aside; what it leaves ACTIVE is taken over
-    a newer version's, held, not writable    left alone: `StoreTrouble`
-
-Files are readable for this user only.
+not there, empty     made; from the newest good copy, where there is one
+damaged, another's   set aside under another name, and as above
+of a development build   set aside; what it leaves ACTIVE is taken over
+a newer version's, held, not writable    left alone: `StoreTrouble`
 """
 
-import errno
 import logging
 import os
+import shutil
 import sqlite3
 from contextlib import closing, suppress
 from datetime import UTC, datetime
@@ -18,7 +16,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.store.trouble import StoreFault, StoreTrouble
-from app.system.files import lock, private_opener, write_whole
 from app.text.messages import UserMessage, joined, message
 from protocol.translatable import marked
 
@@ -32,7 +29,6 @@ LAYOUT = 20
 BUSY_S = 5.0
 COPIES = "copies"
 COPIES_KEPT = 7
-_MAGIC = b"SQLite format 3\x00"
 _KEPT = "BEGIN SELECT RAISE(ABORT, 'facts are only ever added'); END"
 TABLES = (
     """
@@ -68,18 +64,32 @@ class _OfDevelopment(sqlite3.DatabaseError):
 def open_file(path: Path) -> Opened:
     """Raises `sqlite3.Error`, `OSError` or `StoreTrouble`."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(OSError):
+        path.parent.chmod(0o700)  # what is in it is for this user only
+    was_there = path.exists() and path.stat().st_size > 0
     try:
-        return Opened(_connect_what_is_there(path))
+        if not was_there and copies_of(path):
+            raise sqlite3.DatabaseError("empty or gone")
+        return Opened(connect(path))
     except sqlite3.OperationalError:
         raise  # a lock, a full disk or a missing permission: the file itself is not bad
-    except sqlite3.DatabaseError:
-        return _begin_again(path)
+    except sqlite3.DatabaseError as error:
+        aside = _set_aside(path)
+        copy = _restore(path)
+        parts = []
+        if was_there:
+            parts.append(message(marked("The records cannot be used and are kept as {file}."), file=aside))
+        if copy is None:
+            parts.append(message(marked("New records are started.")))
+        else:
+            text = marked("Records restored from the copy of {when}; later ones are missing.")
+            parts.append(message(text, when=copy.name.split(".")[1]))
+        return Opened(connect(path), joined(parts, " "), aside if isinstance(error, _OfDevelopment) else None)
 
 
 def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
     """The file; made where it is missing. `is_checked`: as a whole, which takes a second for 200 MB. Raises as
     `open_file`."""
-    _make_private(path)
     # As an address, so that a file may be attached as one that is only read.
     address = path.absolute().as_uri()
     connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
@@ -113,13 +123,6 @@ def make_tables(connection: sqlite3.Connection) -> None:
             connection.execute(f"PRAGMA user_version = {LAYOUT}")
 
 
-def _connect_what_is_there(path: Path) -> sqlite3.Connection:
-    """Raises as `open_file`; `sqlite3.DatabaseError` also where it is empty or gone and there is a copy."""
-    if not _has_content(path) and copies_of(path, datetime.now(UTC)):
-        raise sqlite3.DatabaseError("empty or gone")
-    return connect(path)
-
-
 def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
     """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
@@ -129,54 +132,9 @@ def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True)
     if layout > LAYOUT:
         raise StoreTrouble(StoreFault.NEWER, path, f"layout {layout}")
     if layout < LAYOUT:
-        raise _OfDevelopment
+        raise _OfDevelopment("of a development build")
     if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
         raise sqlite3.DatabaseError("damaged")
-
-
-def _has_content(path: Path) -> bool:
-    return path.exists() and path.stat().st_size > 0
-
-
-def _make_private(path: Path) -> None:
-    """Made here, as SQLite would make it by the umask; the files beside it get the rights of this one."""
-    with open(path, "ab", opener=private_opener):
-        pass
-    with suppress(OSError):
-        path.chmod(0o600)
-    with path.open("rb") as file:
-        if file.read(len(_MAGIC)) not in (b"", _MAGIC):
-            raise sqlite3.DatabaseError("no database")  # SQLite would remove its write-ahead log
-
-
-def _begin_again(path: Path) -> Opened:
-    """In place of a file that cannot be used, or is gone. Raises `StoreTrouble` where another program does the same."""
-    with path.with_suffix(".lock").open("ab") as file:
-        try:
-            lock(file)
-        except OSError as error:
-            if error.errno not in (errno.EAGAIN, errno.EACCES):
-                raise
-            raise StoreTrouble(StoreFault.BUSY, path, str(error)) from error
-        is_of_development = False
-        try:
-            return Opened(_connect_what_is_there(path))  # another program was faster
-        except sqlite3.OperationalError:
-            raise
-        except sqlite3.DatabaseError as error:
-            is_of_development = isinstance(error, _OfDevelopment)
-        was_there = _has_content(path)
-        aside = _set_aside(path)
-        copy = _restore(path)
-        parts = []
-        if was_there:
-            parts.append(message(marked("The records cannot be used and are kept as {file}."), file=aside))
-        if copy is None:
-            parts.append(message(marked("New records are started.")))
-        else:
-            text = marked("Records restored from the copy of {when}; later ones are missing.")
-            parts.append(message(text, when=copy.name.split(".")[1]))
-        return Opened(connect(path), joined(parts, " "), aside if is_of_development else None)
 
 
 def _set_aside(path: Path) -> Path:
@@ -188,49 +146,40 @@ def _set_aside(path: Path) -> Path:
     return aside
 
 
-def _restore(path: Path) -> Path | None:
-    """Which copy took the place of the file; it stays."""
-    for copy in copies_of(path, datetime.now(UTC)):
-        with closing(connect_to_read(copy)) as connection, suppress(sqlite3.DatabaseError, StoreTrouble):
-            _check(connection, copy)
-            write_whole(path, copy.read_bytes(), is_private=True)
-            return copy
-    return None
-
-
 # Copies
 
 
-def copies_of(path: Path, now: datetime) -> list[Path]:
-    """The newest first; behind them those of a clock that was ahead, which hold less."""
-    latest = _copy_name(path, now)
-    copies = (path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}")
-    return sorted(copies, key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
+def copies_of(path: Path) -> list[Path]:
+    """The newest first."""
+    return sorted((path.parent / COPIES).glob(f"{path.stem}.*{path.suffix}"), reverse=True)
 
 
 def copy_if_due(path: Path, now: datetime) -> None:
     """Once a day, in a thread of its own: an act's intent would wait for it. The newest seven are kept. A copy that
     fails is logged."""
-    target = path.parent / COPIES / _copy_name(path, now)
+    target = path.parent / COPIES / f"{path.stem}.{now.astimezone(UTC):%Y%m%d}{path.suffix}"
+    if target.exists():
+        return
     draft = target.with_suffix(".part")
     try:
+        target.parent.mkdir(exist_ok=True)
+        draft.unlink(missing_ok=True)
         with closing(connect_to_read(path)) as source:
-            # A store that knows only its own station is copied when it is opened again.
-            if target.exists() or len(source.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) < 2:
-                return
-            target.parent.mkdir(exist_ok=True)
-            draft.unlink(missing_ok=True)
-            with open(draft, "xb", opener=private_opener):
-                pass
             source.execute("VACUUM INTO ?", (str(draft),))
         with draft.open("rb+") as file:
             os.fsync(file.fileno())  # VACUUM INTO itself does not wait for the disk
         draft.replace(target)
-        for old in copies_of(path, now)[COPIES_KEPT:]:
+        for old in copies_of(path)[COPIES_KEPT:]:
             old.unlink(missing_ok=True)
     except (sqlite3.Error, OSError) as error:
         _log.warning("The store could not be copied: %s", error)
 
 
-def _copy_name(path: Path, at: datetime) -> str:
-    return f"{path.stem}.{at.astimezone(UTC):%Y%m%d}{path.suffix}"
+def _restore(path: Path) -> Path | None:
+    """Which copy took the place of the file; it stays."""
+    for copy in copies_of(path):
+        with closing(connect_to_read(copy)) as connection, suppress(sqlite3.DatabaseError, StoreTrouble):
+            _check(connection, copy)
+            shutil.copyfile(copy, path)
+            return copy
+    return None

@@ -25,21 +25,26 @@ class StreamMemory:
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store = store
         self._key = f"stream:{adapter}"
-        # It may come late, as no port waits for the store: what is noted meanwhile counts more.
-        self._read: Future[Any] | None = None if store is None else store.write(lambda facts: facts.state(self._key))
-        self._noted: Mapping[str, Any] | None = None
+        # What was left on, as it was kept, until something is noted. It may come late, as no port waits for the store.
+        self._left_on: Future[Any] = _done(None) if store is None else store.write(lambda facts: facts.state(self._key))
         self.is_taken_over = False
 
     @property
     def was_left_on(self) -> bool:
         """An earlier conversation did not switch it off."""
-        return self._left_on is not None
+        return self._state is not None
 
     @property
     def boot_count(self) -> int | None:
         """On which start of the module; None: not known."""
-        left_on = self._left_on
-        return None if left_on is None else left_on["boot_count"]
+        return None if self._state is None else self._state["boot_count"]
+
+    @property
+    def _state(self) -> Mapping[str, Any] | None:
+        kept = self._left_on
+        is_known = kept.done() and not kept.cancelled() and kept.exception() is None
+        found: Mapping[str, Any] | None = kept.result() if is_known else None
+        return found
 
     def take_over(self) -> None:
         """It streams, and this conversation switches it off; else the next one does."""
@@ -53,27 +58,23 @@ class StreamMemory:
         """The module has confirmed that it is off, or does not stream."""
         self._keep(None)
 
-    @property
-    def _left_on(self) -> Mapping[str, Any] | None:
-        read = self._read
-        if read is None or not read.done() or read.cancelled() or read.exception() is not None:
-            return self._noted
-        found: Mapping[str, Any] | None = read.result()
-        return found
-
     def _keep(self, state: Mapping[str, Any] | None) -> "Future[None]":
-        self._noted = state
-        self._read = None
-        done: Future[None] = Future()
+        self._left_on = _done(state)
+        if self._store is None:
+            return _done(None)
+        kept: Future[None] = Future()
 
         def end(written: "Future[None]") -> None:
             error = None if written.cancelled() else written.exception()
             if error is not None:
                 _log.warning("That a stream is switched on or off cannot be kept: %s", error)
-            done.set_result(None)
+            kept.set_result(None)
 
-        if self._store is None:
-            done.set_result(None)
-        else:
-            self._store.set_state(self._key, state).add_done_callback(end)
-        return done
+        self._store.set_state(self._key, state).add_done_callback(end)
+        return kept
+
+
+def _done(result: Any) -> "Future[Any]":
+    future: Future[Any] = Future()
+    future.set_result(result)
+    return future

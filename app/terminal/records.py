@@ -39,21 +39,21 @@ Result = TypeVar("Result")
 
 
 class Records(NamedTuple):
-    """The records of one connection. `find_adapter` returns its USB identity, which may take seconds."""
+    """The records of one connection. `find_where` may take seconds, for the adapter's USB identity."""
 
     journal: Journal
     store: Store
     port: str
-    find_adapter: Callable[[], str]
+    find_where: Callable[[], Where]
     known_as: KnownAs
 
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
         return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
 
-    def where(self) -> Where:
-        """For the store's thread."""
-        return Where(self.port, ORIGIN, self.find_adapter(), self.known_as)
+    def find_adapter(self) -> str:
+        """The USB identity."""
+        return self.find_where().adapter
 
     def ask(self, work: Callable[[Facts], Result]) -> Result | None:
         """None where the store is in trouble, which is said at the end, or too slow."""
@@ -78,11 +78,11 @@ def opened_store(
         ends_at = time.monotonic() + limit_s
         store.start()
         notice = notice_of(store, limit_s)
-        left = store.close(max(0.0, ends_at - time.monotonic()))
+        is_whole = store.close(max(0.0, ends_at - time.monotonic()))
         for said in dict.fromkeys([notice, *troubles]):
             if said is not None:
                 notify(said.translated())
-        if left or troubles:
+        if troubles or not is_whole:
             notify(tr("The audit log is incomplete."))
 
 
@@ -110,12 +110,9 @@ def records_on(
 ) -> Records:
     """The store's thread finds the adapter, while the port is opened. `module`: its name."""
 
-    find_adapter = cache(partial(adapter_of, port))
     known_as = KnownAs(clean(module), new_run())
-    journal = StoreJournal(
-        store, port=port, origin=origin, adapter=find_adapter, known_as=known_as, on_trouble=troubles.append
-    )
-    return Records(journal, store, port, find_adapter, known_as)
+    find_where = cache(lambda: Where(port, origin, adapter_of(port), known_as))
+    return Records(StoreJournal(store, find_where, on_trouble=troubles.append), store, port, find_where, known_as)
 
 
 def existing_store() -> Store | None:
@@ -178,7 +175,7 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
             if args.same_module or not against:
                 known_as = records.known_as._replace(name=name)
                 note_named(facts, known_as)
-                note_report(facts, records.where()._replace(known_as=known_as), is_active=False)
+                note_report(facts, records.find_where()._replace(known_as=known_as), is_active=False)
         if locked is not None and args.same_module:
             for one in _left_here(facts, args.port, name):
                 if not one.known_as.name:

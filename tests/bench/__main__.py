@@ -9,7 +9,7 @@ from typing import Final
 
 from tests.bench.figures import Figure
 
-NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory", "logs")
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory", "logs", "archive")
 """Each a module of this folder with its `figures`."""
 
 

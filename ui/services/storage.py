@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
-from app.store.acts import UNNAMED, StoreJournal
+from app.store.acts import UNNAMED, StoreJournal, Where
 from app.store.fact_store import Store
 from app.store.stream_memory import StreamMemory
 from app.store.trouble import StoreFault, StoreTrouble
@@ -97,7 +97,8 @@ class Storage(QObject):
         store = self.begun
         if target is None or store is None or (isinstance(self.store, StoreTrouble) and store.opened.done()):
             return NoJournal()
-        return StoreJournal(store, port=target.device, origin=ORIGIN, adapter=target.identity, known_as=known_as)
+        where = Where(target.device, ORIGIN, target.identity, known_as)
+        return StoreJournal(store, lambda: where)
 
     def stream_memory(self, target: Target) -> StreamMemory:
         return StreamMemory() if target.is_simulated else StreamMemory(self.begun, target.key)

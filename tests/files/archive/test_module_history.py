@@ -12,10 +12,9 @@ from app.archive.module_history import HistoryEvent, as_edits, module_history, s
 from app.safety.acts import Act
 from app.safety.journal import NOTE, Outcome
 from app.safety.left_active import KnownAs
-from app.store.acts import StoreJournal
 from app.store.fact_store import Store
 from app.store.kinds import ModuleVisited, SettingsSeen
-from tests.support.records.stored import open_store
+from tests.support.records.stored import journal_in, open_store
 
 SETTINGS: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_time_s": 1.2}
 
@@ -34,7 +33,7 @@ def read(store: Store, boot_count: int, **settings: Any) -> None:
 
 
 def write(store: Store, outcome: Outcome, *, note: str = "", **detail: Any) -> None:
-    journal = StoreJournal(store, port="P", origin="window", known_as=KnownAs("M-07"))
+    journal = journal_in(store, port="P", known_as=KnownAs("M-07"))
     entry = journal.begin(Act.WRITE, b"\x20", detail | ({NOTE: note} if note else {}))
     journal.settle(entry, outcome, {})
     entry.result()

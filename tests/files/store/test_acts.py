@@ -14,7 +14,7 @@ from app.safety.left_active import KnownAs
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import Store
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, begin, left_in, open_store, settle
+from tests.support.records.stored import audit, begin, journal_in, left_in, open_store, settle
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 PORT = "/dev/ttyUSB0"
@@ -39,7 +39,7 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
 
 def test_an_outcome_is_written_once(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        journal = StoreJournal(store, port="p", origin="window")
+        journal = journal_in(store, port="p")
         entry = journal.begin(Act.ZERO, FRAME, {})
         journal.settle(entry, Outcome.UNKNOWN, {})
         journal.settle(entry, Outcome.CONFIRMED, {})
@@ -112,7 +112,7 @@ def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path:
     folder.write_text("in the way", encoding="utf-8")
     troubles: list[object] = []
     with closing(Store(folder)) as store:
-        journal = StoreJournal(store, port=PORT, origin="window", on_trouble=troubles.append)
+        journal = StoreJournal(store, lambda: Where(PORT, "window"), on_trouble=troubles.append)
         entry = journal.begin(Act.LOCK, FRAME, {})
         journal.settle(entry, Outcome.CONFIRMED, {})
     assert entry.exception() is not None
@@ -121,7 +121,7 @@ def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path:
 
 def test_an_intent_that_was_taken_back_has_no_outcome(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        journal = StoreJournal(store, port=PORT, origin="window")
+        journal = journal_in(store, port=PORT)
         blocking = store.write(lambda _facts: entry.cancel())  # it stands behind this
         entry = journal.begin(Act.ACTIVATE, FRAME, {})
         journal.settle(entry, Outcome.NOT_SENT, {})

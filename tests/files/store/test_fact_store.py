@@ -1,6 +1,5 @@
 """The store: what it keeps, and the files that it meets instead of its own."""
 
-import os
 import sqlite3
 import stat
 import sys
@@ -15,7 +14,7 @@ import pytest
 
 from app.store.fact_store import Facts, Store
 from app.store.kinds import ActIntended, ModuleVisited, SaidNew, Serviced, SettingsSeen, StationNamed
-from app.store.opening import COPIES, FILE_NAME, LAYOUT, copies_of
+from app.store.opening import FILE_NAME, LAYOUT, copies_of, copy_if_due
 from app.store.trouble import StoreFault, StoreTrouble
 from tests.support.patience import PATIENCE_S
 
@@ -55,18 +54,6 @@ def test_what_is_added_is_there_after_the_program_ended(folder: Path) -> None:
         assert said(store) == [("M-07", True), ("M-08", False)]
         assert store.read(lambda facts: facts.states("stream:")) == {"A": {"boot_count": 3}}
         assert store.read(lambda facts: facts.modules()) == ["M-07", "M-08"]
-
-
-def test_damage_in_one_state_costs_neither_the_store_nor_the_others(folder: Path) -> None:
-    with opened(folder) as store:
-        store.set_state("stream:A", 1)
-        store.set_state("stream:B", 2)
-    with closing(sqlite3.connect(folder / FILE_NAME)) as file, file:
-        file.execute("UPDATE state SET value = '{' WHERE key IN ('station', 'stream:A')")
-    with opened(folder) as store:
-        assert notice(store) == ""
-        assert store.read(lambda facts: facts.states("stream:")) == {"B": 2}
-        assert store.state("stream:A") is None
 
 
 def test_the_station_introduces_itself_once(folder: Path) -> None:
@@ -149,7 +136,7 @@ def test_nobody_waits_for_a_file_that_another_program_holds(folder: Path) -> Non
         store = Store(folder)
         intent = store.add(INTENT)
         assert not intent.done()
-        assert store.close(0.05) == 1
+        assert not store.close(0.05)
     assert intent.result(2 * PATIENCE_S).kind == "act"
 
 
@@ -160,54 +147,41 @@ def test_a_fact_from_the_future_counts_for_nothing(folder: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
-@pytest.mark.parametrize("mask", [0o000, 0o077])
-def test_its_files_are_for_this_user_only(mask: int, folder: Path) -> None:
-    before = os.umask(mask)
-    try:
-        with opened(folder) as store:
-            store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
-            files = [file for file in folder.iterdir() if file.name.startswith(FILE_NAME)]
-            assert len(files) == 3
-            assert {stat.S_IMODE(file.stat().st_mode) for file in files} == {0o600}
-        copied(folder)
-        assert {stat.S_IMODE(file.stat().st_mode) for file in (folder / COPIES).iterdir()} == {0o600}
-    finally:
-        os.umask(before)
+def test_its_folder_is_for_this_user_only(folder: Path) -> None:
+    folder.mkdir(mode=0o777)
+    with opened(folder) as store:
+        store.opened.result(PATIENCE_S)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 # Copies, and what takes the place of a file that is damaged, gone or another's
 
 
 def copied(folder: Path, at: datetime = NOON) -> Path:
-    """Opens the store once that day, as the program does."""
-    with opened(folder, at) as store:
-        store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
-        thread = store._copying
-        assert thread is not None
-        thread.join(PATIENCE_S)
-    return copies_of(folder / FILE_NAME, at)[0]
+    """The copy of that day."""
+    path = folder / FILE_NAME
+    copy_if_due(path, at)
+    return copies_of(path)[0]
 
 
 @pytest.mark.promise("f")
 def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
-    with opened(folder) as store:
-        store.write(lambda _facts: None).result(PATIENCE_S)
-    assert copies_of(folder / FILE_NAME, NOON) == []  # of a store with nothing in it, the first of the day is no use
-    with opened(folder) as store:
+    with opened(folder, NOON - timedelta(days=1)) as store:
         store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
     for day in range(9):
         copied(folder, NOON + timedelta(days=day))
         copied(folder, NOON + timedelta(days=day, hours=1))
-    names = [copy.name for copy in copies_of(folder / FILE_NAME, NOON + timedelta(days=9))]
+    names = [copy.name for copy in copies_of(folder / FILE_NAME)]
     assert names == [f"dps-s.202601{day:02}.sqlite" for day in range(10, 3, -1)]
 
 
-def test_a_copy_of_a_clock_that_was_ahead_comes_last(folder: Path) -> None:
-    (folder / COPIES).mkdir(parents=True)
-    for day in ("20260101", "20260102", "20990101"):
-        (folder / COPIES / f"dps-s.{day}.sqlite").touch()
-    days = [copy.name.split(".")[1] for copy in copies_of(folder / FILE_NAME, NOON)]
-    assert days == ["20260102", "20260101", "20990101"]
+def test_the_store_is_copied_when_it_is_opened(folder: Path) -> None:
+    with opened(folder) as store:
+        store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
+        for thread in threading.enumerate():
+            if thread.name == "dps-s copies":
+                thread.join(PATIENCE_S)
+    assert [copy.name for copy in copies_of(folder / FILE_NAME)] == ["dps-s.20260102.sqlite"]
 
 
 def damage(path: Path) -> None:

@@ -17,12 +17,11 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
 from app.settings.profiles import NO_PROFILE
-from app.store.acts import StoreJournal
 from app.store.fact_store import Facts, Kept, Store
 from app.store.fired import claim_fired, note_triggered
 from app.store.kinds import MayHaveFired, Serviced
 from tests.support.records.preflight_rig import check
-from tests.support.records.stored import checks_of, open_store
+from tests.support.records.stored import checks_of, journal_in, open_store
 
 PORT, ADAPTER = "/dev/ttyUSB0", "0403:6001 A1"
 
@@ -47,7 +46,7 @@ class Bench:
     def deploy(self, outcome: Outcome | None, name: str = "M-07", port: str = PORT) -> None:
         """As the window does it; None: the program ended before it knew what came of it."""
         known_as = KnownAs(name, "run")
-        journal = StoreJournal(self.store, port=port, origin="window", adapter=ADAPTER, known_as=known_as)
+        journal = journal_in(self.store, port=port, adapter=ADAPTER, known_as=known_as)
         entry = journal.begin(Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {})
         entry.result(5.0)
         if outcome is not None:

@@ -66,6 +66,10 @@ def audit_in(facts: Facts, *which: Act) -> tuple[AuditEntry, ...]:
     return tuple(entries)
 
 
+def journal_in(store: Store, *, port: str, adapter: str = "", known_as: KnownAs = acts.UNNAMED) -> acts.StoreJournal:
+    return acts.StoreJournal(store, lambda: acts.Where(port, "window", adapter, known_as))
+
+
 def begin(
     store: Store,
     act: Act,

@@ -115,9 +115,9 @@ def store_of(storage: Storage) -> Store:
 
 
 def wait_for_disk(assembly: Assembly, limit_s: float = PATIENCE_S) -> None:
-    """Wait for what the store is still asked to write, if anything."""
+    """Wait for what the store is still asked to write."""
     store = assembly.storage.store
-    if isinstance(store, Store) and store._left:
+    if isinstance(store, Store):
         wait([store.write(lambda _facts: None)], limit_s)
 
 
