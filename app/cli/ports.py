@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from app.engine.ports import is_flight_controller, list_ports, scan
+from app.engine.ports import is_flight_controller, list_ports
 from app.terminal import console
 from app.terminal.arguments import add_json
 from app.terminal.results import Result
@@ -32,13 +32,11 @@ class PortsJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
-    # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
-    parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
 
 
 def run(args: argparse.Namespace) -> int:
     try:
-        ports = [PortJson.of(port) for port in (scan() if args.list_here else list_ports())]
+        ports = [PortJson.of(port) for port in list_ports()]
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.NO_PORT) from error
     if not ports and not args.json:

@@ -1,15 +1,11 @@
 """Lists the serial ports.
 
-Listing can take ten seconds where Bluetooth ports are queried one by one, and blocks every Python thread meanwhile. So
-it runs in a thread on Linux, where it only reads files, and in a separate process elsewhere; both have a deadline.
+Listing can take ten seconds where Bluetooth ports are queried one by one. So it runs in a thread with a deadline;
+pyserial asks the system through ctypes, which lets the other threads run meanwhile.
 """
 
-import json
-import subprocess
-import sys
 import threading
 from concurrent.futures import Future
-from pathlib import Path
 from typing import NamedTuple
 
 from app.text.user_error import UserError
@@ -55,26 +51,22 @@ def is_flight_controller(identity: str) -> bool:
 NOT_LISTED = marked("The system lists no serial ports. Switch Bluetooth off and try again.")
 
 
-def scan() -> list[PortInfo]:
-    """List the ports in this thread, which may take ten seconds; raise `UserError` for any failure."""
-    try:
-        # Its import fails where a library of the system is missing.
-        from serial.tools import list_ports as pyserial_ports
+def _scan() -> list[PortInfo]:
+    # Its import fails where a library of the system is missing.
+    from serial.tools import list_ports as pyserial_ports
 
-        ports = [
-            PortInfo(
-                device=str(port.device),
-                description=_text(port.product) or _text(port.description),
-                maker=_text(port.manufacturer),
-                serial_number=_text(port.serial_number),
-                vid=port.vid,
-                pid=port.pid,
-                location=_text(port.location),
-            )
-            for port in pyserial_ports.comports()
-        ]
-    except Exception as error:
-        raise UserError(NOT_LISTED) from error
+    ports = [
+        PortInfo(
+            device=str(port.device),
+            description=_text(port.product) or _text(port.description),
+            maker=_text(port.manufacturer),
+            serial_number=_text(port.serial_number),
+            vid=port.vid,
+            pid=port.pid,
+            location=_text(port.location),
+        )
+        for port in pyserial_ports.comports()
+    ]
     return sorted(ports, key=lambda port: (port.vid is None, port.device))
 
 
@@ -83,22 +75,18 @@ def _text(value: str | None) -> str:
     return "" if value is None or value == "n/a" else visible(value)
 
 
-def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
-    """List the ports, USB first; raise `UserError` after `deadline_s`. Blocks: not for the window's thread."""
-    return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
-
-
 # Held by the thread that scans, so that only one runs.
 _scanning = threading.Lock()
 
 
-def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
+def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
+    """List the ports, USB first. Raises `UserError` after `deadline_s`, and for any failure of the system."""
     listed: Future[list[PortInfo]] = Future()
 
     def scan_and_release() -> None:
         try:
-            listed.set_result(scan())
-        except UserError as error:
+            listed.set_result(_scan())
+        except Exception as error:  # noqa: BLE001  whatever the system's libraries raise
             listed.set_exception(error)
         finally:
             _scanning.release()
@@ -108,30 +96,5 @@ def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     threading.Thread(target=scan_and_release, name="dps-s ports", daemon=True).start()
     try:
         return listed.result(deadline_s)
-    except TimeoutError as error:
+    except Exception as error:
         raise UserError(NOT_LISTED) from error
-
-
-def _scan_in_process(deadline_s: float) -> list[PortInfo]:
-    try:
-        # Our own program with constant arguments.
-        listing = subprocess.run(  # noqa: S603
-            [*_own_program(), "ports", "--json", "--list-here"],
-            capture_output=True,
-            timeout=deadline_s,
-            check=True,
-            stdin=subprocess.DEVNULL,
-            cwd=Path(__file__).parents[2],  # `-m` looks there first: a package `app` on PYTHONPATH is not ours
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # on Windows: opens no console
-        )
-        return [PortInfo(**port) for port in json.loads(listing.stdout.decode(errors="replace"))["ports"]]
-    except (subprocess.SubprocessError, OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(NOT_LISTED) from error
-
-
-def _own_program() -> list[str]:
-    """The command of this program. Of a bundle's two programs on Windows only `dps-s` has a standard output."""
-    if not getattr(sys, "frozen", False):
-        return [sys.executable, "-m", "app"]
-    program = Path(sys.executable)
-    return [str(program.with_name(f"dps-s{program.suffix}"))]

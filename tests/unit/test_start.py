@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import dps_s_configurator
-from app.engine import ports
 from dps_s_configurator import frozen
 from tests.support.processes import ran
 
@@ -36,13 +35,6 @@ def test_a_package_of_that_name_on_pythonpath_is_not_taken_for_ours(name: str, t
     done = started(ENTRY, "decode", "41", PYTHONPATH=str(tmp_path))
     assert done.stderr == ""
     assert done.returncode == 4  # no frame
-
-
-def test_the_ports_are_listed_by_the_programs_own_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "app").mkdir()
-    (tmp_path / "app" / "__init__.py").write_text("raise SystemExit('foreign')\n", encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    assert ports._scan_in_process(60) == ports.scan()
 
 
 @pytest.mark.parametrize("harm", ["another __init__.py", "no ui"])

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from app.cli.commands import ENTRIES
-from app.engine import ports
 from app.flights.many_logs import FEW_LOGS
 from tests.support.flights import log_bytes as made
 from tests.system.packages.programs import ROOT, Program, check_reading, check_window, simulated
@@ -57,15 +56,6 @@ def test_it_records(program: Program, tmp_path: Path) -> None:
 def test_it_speaks_chinese(program: Program) -> None:
     done = program.run("ports", LC_ALL=None, LANG="zh_CN.UTF-8", LANGUAGE="zh_CN", PYTHONUTF8="1")
     assert "串口" in done.stdout
-
-
-def test_listing_the_ports_in_a_process_of_its_own(
-    program: Program, bundle: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "frozen", True, raising=False)
-    window = "dps-s-window.exe" if sys.platform == "win32" else "dps-s"
-    monkeypatch.setattr(sys, "executable", str(bundle / window))
-    assert ports._scan_in_process(60) == ports.scan()
 
 
 def test_flight_logs_are_read_in_processes_of_its_own(program: Program, tmp_path: Path) -> None:

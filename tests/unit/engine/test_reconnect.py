@@ -1,9 +1,6 @@
 """When and where a lost port is opened again; and how the ports are listed."""
 
-import json
-import sys
 import threading
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
@@ -137,29 +134,6 @@ class _Listed(NamedTuple):
     location: str | None = None
 
 
-@pytest.mark.parametrize(
-    ("program", "is_frozen", "command"),
-    [("/usr/bin/python3", False, ["/usr/bin/python3", "-m", "app"]), ("/opt/dps-s-gui.exe", True, ["/opt/dps-s.exe"])],
-)
-def test_the_process_that_lists_the_ports_has_a_deadline(
-    program: str, is_frozen: bool, command: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given: dict[str, object] = {}
-
-    def run(words: list[str], **options: object) -> object:
-        given.update(options, words=words)
-        return SimpleNamespace(stdout=json.dumps({"ports": [MINE._asdict()]}).encode())
-
-    monkeypatch.setattr(sys, "platform", "win32")
-    monkeypatch.setattr(sys, "executable", program)
-    monkeypatch.setattr(sys, "frozen", is_frozen, raising=False)
-    monkeypatch.setattr("subprocess.run", run)
-    assert list_ports() == [MINE]
-    assert given["words"] == [*command, "ports", "--json", "--list-here"]
-    assert (given["timeout"], given["check"], given["capture_output"]) == (3.0, True, True)
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere a process lists them")
 def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     threads: list[threading.Thread] = []
 
