@@ -14,7 +14,7 @@ from typing import NamedTuple
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_value
 from protocol.catalogue import BOOT_COUNT, HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Counters, Role
-from protocol.messages import EmptySlot, TriggerRecord
+from protocol.messages import EmptySlot, Message, TriggerRecord
 from protocol.translatable import marked
 
 # After so many passes the union of all is returned as incomplete.
@@ -46,7 +46,7 @@ class Pass(NamedTuple):
     """The replies to one query. `is_clean`: nothing was rejected, doubled or unasked meanwhile, any of which may have
     been a record."""
 
-    messages: tuple[TriggerRecord | EmptySlot, ...]
+    messages: tuple[Message, ...]  # records and empty slots
     is_clean: bool = False
 
     @property
@@ -80,9 +80,7 @@ def read_history() -> Procedure[History]:
 
 def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
     """Add the records received outside an answer that no pass has."""
-    news = tuple(
-        stray for stray in dict.fromkeys(strays) if stray not in history.all and not _is_damaged_slot(stray.raw)
-    )
+    news = tuple(stray for stray in dict.fromkeys(strays) if stray not in history.all)
     if not news:
         return history
     return history._replace(seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
@@ -93,21 +91,8 @@ def _read_once() -> Procedure[Pass]:
     outcome = yield Ask(TRIGGER_RECORDS.query())
     after: EngineView = yield Inspect()
     messages = outcome.messages if isinstance(outcome, Answered) else ()
-    seen = tuple(
-        message
-        for message in messages
-        if isinstance(message, TriggerRecord | EmptySlot) and not _is_damaged_slot(message.raw)
-    )
-    is_clean = len(seen) == len(messages) and _is_clean(after.link.counters - before.link.counters)
-    answer = Pass(seen, is_clean=is_clean)
+    answer = Pass(messages, is_clean=_is_clean(after.link.counters - before.link.counters))
     return answer._replace(is_clean=False) if answer.is_doubled else answer
-
-
-def _is_damaged_slot(raw: bytes) -> bool:
-    """Whether it is an unused slot with one flipped bit and a flipped bit in the sum: a real record differs from an
-    unused slot in many bits."""
-    differing = [sum((byte ^ fill).bit_count() for byte in raw[4:-1]) for fill in (0x00, 0xFF)]
-    return min(differing) == 1
 
 
 def _is_clean(counted: Counters) -> bool:

@@ -5,7 +5,7 @@ each of them asks the boot count last: if another module answers by then, or thi
 ends there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -92,10 +92,18 @@ def read_everything(everything: Everything | None = None) -> Procedure[Everythin
     """Ask once for everything that can be asked for. `everything`: has what was read so far, also if this ends with
     `Interrupted`."""
     read = everything or Everything()
+    yield from _ask_each(READABLE, read)
+    active = read.values.pop(ACTIVE.key, None)
+    triggered = read.values.pop(TRIGGERED.key, None)
+    read.contradictions = contradictions(active, triggered, read.status)
+    return read
+
+
+def _ask_each(commands: Sequence[Command], read: Everything) -> Procedure[None]:
     view: EngineView = yield Inspect()
     read.began_at = view.now
-    for done, command in enumerate(READABLE):
-        yield Report(done, len(READABLE), marked("Reading: {what}"), (("what", command.title),))
+    for done, command in enumerate(commands):
+        yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
             read.errors[command.key] = outcome
@@ -105,10 +113,6 @@ def read_everything(everything: Everything | None = None) -> Procedure[Everythin
             read.values[command.key] = answer.value
         elif isinstance(answer, Status):
             read.status = StatusSample(outcome.at, *answer)
-    active = read.values.pop(ACTIVE.key, None)
-    triggered = read.values.pop(TRIGGERED.key, None)
-    read.contradictions = contradictions(active, triggered, read.status)
-    return read
 
 
 # The settings
@@ -132,19 +136,11 @@ class SettingsReading(NamedTuple):
 def read_settings() -> Procedure[SettingsReading]:
     """Ask once for each setting. Two different answers to one question end the conversation, so that whoever needs two
     readings calls this twice and need not compare them."""
-    view: EngineView = yield Inspect()
-    values: dict[str, Value] = {}
-    unread: list[Command] = []
-    commands = (*READABLE_SETTINGS, BOOT_COUNT)
-    for done, command in enumerate(commands):
-        yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
-        reading = yield from ask_value(command)
-        if reading is not None:
-            values[command.key] = reading.value
-        elif command is not BOOT_COUNT:
-            unread.append(command)
-    boot_count = values.pop(BOOT_COUNT.key, None)
-    return SettingsReading(values, tuple(unread), view.now, None if boot_count is None else int(boot_count))
+    read = Everything()
+    yield from _ask_each((*READABLE_SETTINGS, BOOT_COUNT), read)
+    boot_count = read.values.pop(BOOT_COUNT.key, None)
+    unread = tuple(command for command in READABLE_SETTINGS if command.key in read.errors)
+    return SettingsReading(read.values, unread, read.began_at, None if boot_count is None else int(boot_count))
 
 
 def read_twice(command: Command) -> Procedure[Reading | None]:

@@ -7,12 +7,9 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.history import History, Pass, _read_once, _with_strays, read_history
+from app.procedures.history import read_history
 from app.simulator.memory import record_frame
-from protocol.catalogue import TRIGGER_RECORDS
-from protocol.events import Answered
-from protocol.messages import TriggerRecord, decode_record
-from tests.support.line.sim_line import Rig, engine_view, settled_rig
+from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
 
 RECORD_LIES: tuple[dict[str, Any], ...] = (
@@ -40,16 +37,6 @@ RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(
     {"records": records, "empty_slots": empty} for records in ("together", "spaced", "pieces")
     for empty in ("none", "zeros", "ones")
 )  # fmt: skip
-
-
-def record(number: int) -> TriggerRecord:
-    body = bytes((0x35, 0x01, number, 0, 108, 2, 60, 5, 160, 0, 1, 12, 200))
-    decoded = decode_record(b"Au" + body + bytes((sum(body) & 0xFF,)))
-    assert isinstance(decoded, TriggerRecord)
-    return decoded
-
-
-ONE, TWO = record(1), record(2)
 
 
 def record_faults(options: dict[str, Any]) -> list[str]:
@@ -92,29 +79,6 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
 
 
 @pytest.mark.promise("f")
-def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
-    slots = []
-    for fill, bit, place in product((0x00, 0xFF), (0, 5, 7), (2, 5, 12)):
-        body = bytearray((0x35, 0x01, *[fill] * 11))
-        body[place] ^= 1 << bit  # and the sum, which fits again
-        slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
-    assert all(isinstance(slot, TriggerRecord) for slot in slots)
-    reading, sight = _read_once(), engine_view()
-    next(reading)
-    reading.send(sight)
-    reading.send(Answered(TRIGGER_RECORDS.query(), (ONE, *slots), 1, 0.01, 0.0))
-    with pytest.raises(StopIteration) as end:
-        reading.send(sight)
-    assert end.value.value == Pass((ONE,), is_clean=False)
-    damaged = slots[0]
-    assert isinstance(damaged, TriggerRecord)
-    assert _with_strays(History((ONE,)), (damaged, TWO)).seen_once == (TWO,)
-
-
-@pytest.mark.promise("f")
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())
-
-
-A, B, C = ONE, TWO, record(3)
