@@ -293,7 +293,7 @@ class Link:
         """Whether the request in flight is sent, the boot count is asked behind it, or it is given up, and when."""
         trips, request = self.round_trips, flight.request
         if not flight.attempts:
-            return self.gap.due(request, flight.wanted_at, is_repeated=False, now=now), self._transmit
+            return self.gap.due(request, flight.wanted_at), self._transmit
         send: _Step = self._probe
         end: _Step = self._give_up
         ends_at = flight.first_at + flight.limit_s
@@ -312,7 +312,7 @@ class Link:
             if flight.is_own and not self.is_begun:
                 # Asked again, so that no late answer begins a conversation.
                 ends_at, send = flight.first_at + timing.ANSWER_S, self._transmit
-        at = self.gap.due(_BOOTS, at, is_repeated=True, now=max(now, at))
+        at = self.gap.due(_BOOTS, at)
         return (ends_at, end) if now >= ends_at or ends_at <= at else (at, send)
 
     def _next_question(self, flight: _Flight) -> tuple[float, _Step]:
@@ -414,9 +414,7 @@ class Link:
 
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
-        if role is Role.STREAMED:
-            self.gap.on_streamed(now)
-        elif role is not Role.ECHO:
+        if role not in (Role.STREAMED, Role.ECHO):
             self.gap.on_spoken(now)
         events.append(Received(frame, message, role, now))
 

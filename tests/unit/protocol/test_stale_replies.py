@@ -8,7 +8,7 @@ from protocol.frame import encode_reply
 from protocol.messages import Reading
 from protocol.stale_replies import FENCES
 from protocol.timing import LOST_IN_A_ROW, ONCE_S, QUESTION_S, Gap
-from tests.support.line.link_bench import BOOTS, RECORD, STREAMED, TRAP, Bench, named
+from tests.support.line.link_bench import BOOTS, RECORD, TRAP, Bench, named
 
 TIME, THRESHOLD, VOLTAGE = named("freefall_time"), named("attitude_threshold"), named("cell_voltage")
 FENCE = BOOTS.encode()
@@ -226,15 +226,6 @@ def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
     assert isinstance(sent, Sent)
 
 
-def test_a_set_leaves_directly_after_a_streamed_report(bench: Bench) -> None:
-    for _ in range(20):
-        bench.hear(STREAMED, after_s=0.05)
-    bench.wait(0.048)
-    assert bench.begin_to_ask(SET) == b""
-    bench.hear(STREAMED, after_s=0.004)
-    assert bench.sent_at(SET) == [bench.now]
-
-
 def ask(gap: Gap, *, attempts: int) -> None:
     for attempt in range(attempts):
         gap.sent(is_repeated=attempt > 0, now=0.0)
@@ -254,7 +245,7 @@ def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -
     assert gap.question_s == QUESTION_S
     ask(gap, attempts=1)
     gap.on_spoken(1.0)
-    assert gap.due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0 + QUESTION_S, "it stays"
+    assert gap.due(QUESTION, 1.0) == 1.0 + QUESTION_S, "it stays"
 
 
 def test_every_setting_waits_for_a_quiet_line() -> None:
@@ -263,5 +254,5 @@ def test_every_setting_waits_for_a_quiet_line() -> None:
         gap = Gap()
         gap.on_spoken(1.0)
         request = command.set(command.write.decode(min(command.write.allowed)))
-        assert gap.due(request, 1.0, is_repeated=False, now=1.0) == 1.0 + ONCE_S
-    assert Gap().due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0
+        assert gap.due(request, 1.0) == 1.0 + ONCE_S
+    assert Gap().due(QUESTION, 1.0) == 1.0
