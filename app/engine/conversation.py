@@ -194,8 +194,6 @@ class Conversation:
             BOOT_COUNT.key: Known(boot_count, How.READ, began_at),
             "baud_rate": Known(baud_rate, How.READ, began_at),
         }
-        # The last status frame, not yet among the values: at line rate the next one follows soon.
-        self._latest: Received | None = None
         # When streamed reports came, in the last seconds.
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._samples: list[StatusSample] = []
@@ -222,7 +220,6 @@ class Conversation:
         return samples
 
     def view(self, now: float, lag_s: float | None = None) -> ConversationView:
-        self._settle()
         if self.ended is not None:
             now = self.ended.at
         values = dict(self._values)
@@ -260,25 +257,17 @@ class Conversation:
             self._on_status(message, event)
 
     def _on_status(self, status: Status, event: Received) -> None:
-        if event.role is Role.STREAMED:
+        how = How.STREAMED if event.role is Role.STREAMED else How.READ
+        if how is How.STREAMED:
             self._streamed_at.append(event.at)
+            if len(self._streamed_at) > 1:  # a single one may be a late answer
+                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, event.at)
+        for key, value in zip(STATUS_KEYS, status, strict=True):
+            self._values[key] = Known(value, how, event.at)
         self._samples.append(StatusSample(event.at, *status))
         self._motion.feed(status, event.at)
-        self._latest = event
-
-    def _settle(self) -> None:
-        """Take over the last status frame into the values."""
-        event, self._latest = self._latest, None
-        if event is None or not isinstance(event.message, Status):
-            return
-        how = How.STREAMED if event.role is Role.STREAMED else How.READ
-        for key, value in zip(STATUS_KEYS, event.message, strict=True):
-            self._values[key] = Known(value, how, event.at)
-        if len(self._streamed_at) > 1:  # a single one may be a late answer
-            self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
-        self._settle()
         request = acknowledgement.request
         key = _key_changed_by(request)
         if key is None:
@@ -295,7 +284,6 @@ class Conversation:
 
     def _forget_changed(self, request: Request) -> None:
         """What a set or an act may have changed is unknown until it is read."""
-        self._settle()
         key = _key_changed_by(request)
         if key is not None and request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
             self._values.pop(key, None)

@@ -26,6 +26,7 @@ module that answers next. So no procedure asks whether the module is still the s
 import logging
 import threading
 from collections.abc import Callable, Generator
+from math import inf
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 ASK_EVERY_S = 0.05
+AWAIT_POLL_S = 0.002
 # They differ, so that they do not fall into step with a stream on a half-duplex line.
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 MAX_LOCKS = 50
@@ -181,6 +183,8 @@ class Job(Generic[Result]):
         # When an activation of this job left the computer.
         self.activated_at: float | None = None
         self.submitted_at = 0.0
+        # Answers `Inspect`; set by the session.
+        self.look: Callable[[float], EngineView]
         self.effect: Effect | None = None
         self.error: BaseException | None = None
         self._expects = expects
@@ -188,7 +192,7 @@ class Job(Generic[Result]):
         self._on_progress = on_progress
         self._result: Result | None = None
         self._is_cancelled = self._is_cancel_delivered = False
-        self._began_at = self._resume_at = 0.0
+        self._resume_at = 0.0
         self._heard: list[Received] = []
         self._done = threading.Event()
 
@@ -220,18 +224,15 @@ class Job(Generic[Result]):
         return self.effect if isinstance(self.effect, Ask) else None
 
     @property
-    def is_inspecting(self) -> bool:
-        return isinstance(self.effect, Inspect)
+    def is_awaiting(self) -> bool:
+        """Whether it waits for something other than the line (a disk, a person)."""
+        return isinstance(self.effect, Await)
 
-    @property
-    def due_at(self) -> float | None:
-        """When its `Pause` or `Listen` ends; None while it waits for something else."""
-        return self._resume_at if isinstance(self.effect, Pause | Listen) else None
-
-    @property
-    def awaits_since(self) -> float | None:
-        """Since when it waits for something other than the line (a disk)."""
-        return self._began_at if isinstance(self.effect, Await) else None
+    def due_at(self, now: float) -> float:
+        """When to look at it again if nothing arrives."""
+        if isinstance(self.effect, Pause | Listen):
+            return self._resume_at
+        return now + AWAIT_POLL_S if self.is_awaiting else inf
 
     def hear(self, received: Received) -> None:
         if isinstance(self.effect, Listen):
@@ -298,17 +299,24 @@ class Job(Generic[Result]):
     def _drive(self, move: Callable[[], Effect], now: float) -> None:
         try:
             effect = move()
-            while isinstance(effect, Report) or (isinstance(effect, Await) and effect.future.done()):
-                if isinstance(effect, Report) and self._on_progress is not None:
+            while not isinstance(effect, Ask | Pause | Listen | UseRate):
+                answer: object = now
+                if isinstance(effect, Await):
+                    if not effect.future.done():
+                        break
+                    answer = True
+                elif isinstance(effect, Inspect):
+                    answer = self.look(now)
+                elif self._on_progress is not None:
                     self._on_progress(effect)
-                effect = self._procedure.send(now if isinstance(effect, Report) else True)
+                effect = self._procedure.send(answer)
         except StopIteration as stop:
             self._end(stop.value, None)
             return
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this job, not the session
             self._end(None, error)
             return
-        self.effect, self._began_at = effect, now
+        self.effect = effect
         if isinstance(effect, Pause | Listen):
             self._resume_at = now + effect.seconds
         elif isinstance(effect, Await):

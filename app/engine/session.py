@@ -38,9 +38,6 @@ _log = logging.getLogger(__name__)
 MAX_STEP_S = 0.02
 # How long to gather a stream while no answer is awaited.
 BATCH_S = 0.008
-AWAIT_POLL_S = 0.002
-# After waiting for a disk for this long the foreground leaves the line to the background.
-AWAIT_GRACE_S = 0.1
 # After a longer turn the computer slept, or the program stood still: nobody knows what happened meanwhile.
 LONGEST_TURN_S = 5.0
 # How long a job waits for a conversation to begin.
@@ -108,6 +105,7 @@ class Session:
         is not sent after it. A second urgent one replaces the first.
         """
         now = job.submitted_at = self.clock()
+        job.look = self._view
         if not is_urgent:
             if self._is_going and job.conversation is None and not job.outlives:
                 job.conversation = self.conversations
@@ -212,12 +210,7 @@ class Session:
         return [*self._jobs, self._background] if self._background is not None else list(self._jobs)
 
     def _next_due(self, now: float) -> float:
-        dues = [self._link.next_deadline(now)]
-        for job in self._all():
-            if job.due_at is not None:
-                dues.append(job.due_at)
-            if job.awaits_since is not None:
-                dues.append(now + AWAIT_POLL_S)
+        dues = [self._link.next_deadline(now), *(job.due_at(now) for job in self._all())]
         if self._jobs and not self._jobs[0].is_started:
             dues.append(self._jobs[0].submitted_at + NO_MODULE_S)
         ask = None if self._asking is None else self._asking.pending_ask
@@ -233,11 +226,9 @@ class Session:
                 if job.pop_cancel():
                     self._cancel(job, now)
                 job.tick(now)
-                while job.is_inspecting:
-                    job.resume(self._view(now), now)
             self._start_next(now)
             self._repeat_lock(now)
-            is_more = self._serve_next(now) or any(job.is_inspecting for job in self._all())
+            is_more = self._serve_next(now)
 
     def _cancel(self, job: Job[Any], now: float) -> None:
         if self._asking is job:
@@ -273,17 +264,14 @@ class Session:
         ended = None if self.conversation is None else self.conversation.ended
         return EndReason.CLOSED if ended is None else ended.reason
 
-    def _next_job(self, now: float) -> Job[Any] | None:
-        """The job that has the line: the background also while the foreground waits for a slow disk."""
+    def _next_job(self) -> Job[Any] | None:
+        """The job that has the line: the background also while the foreground waits for a disk or a person."""
         first = self._jobs[0] if self._jobs else None
-        if first is None or not first.is_started:
-            return self._background
-        since = first.awaits_since
-        return self._background if since is not None and now - since > AWAIT_GRACE_S else first
+        return self._background if first is None or not first.is_started or first.is_awaiting else first
 
     def _serve_next(self, now: float) -> bool:
         """Do what the next job wants of the line. Whether it went on."""
-        job = self._next_job(now)
+        job = self._next_job()
         if job is None or self._asking is not None:
             return False
         if isinstance(job.effect, UseRate):
@@ -427,6 +415,7 @@ class Session:
             self.run(first, is_urgent=True)
         if self._make_background is not None:
             self._background = Job(self._make_background(), conversation=self.conversations)
+            self._background.look = self._view
             self._background.start(now)
 
     def _end_conversation(self, reason: EndReason, now: float) -> None:
@@ -445,7 +434,8 @@ class Session:
                 continue
             if job.activated_at is not None and not self._is_locked_since(job.activated_at):
                 self.owes_lock = True
-            job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=job is asking and not had_left), now)
+            is_unsent = job.pending_ask is not None and not (job is asking and had_left)
+            job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=is_unsent), now)
 
     def _is_locked_since(self, at: float) -> bool:
         """Whether the module reported LOCKED after a LOCK that was sent since then."""

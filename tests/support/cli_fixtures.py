@@ -80,7 +80,7 @@ def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
         return steady() + skipped_s
 
     def stepped(session: Session, longest_s: float = MAX_STEP_S) -> None:
-        waits_for_disk = any(job.awaits_since is not None for job in session._jobs)
+        waits_for_disk = any(job.is_awaiting for job in session._jobs)
         (workers.add if session.is_busy and not waits_for_disk else workers.discard)(threading.get_ident())
         step(session, longest_s)
 
