@@ -16,7 +16,6 @@ from urllib.parse import parse_qsl, unquote
 
 from app.archive.file_place import BUCKET, Buckets
 from app.store.rows import COLUMNS, Row
-from app.system.files import CANNOT_WRITE, file_troubles, write_whole
 from app.text.messages import clean
 from app.text.user_error import ErrorCode, UserError
 from protocol.translatable import marked
@@ -25,12 +24,12 @@ if TYPE_CHECKING:
     import psycopg
 
 INSTALL: Final = 'pip install "dps-s-configurator[archive]"'
-SERVER_FILE: Final = "archive-server.txt"
 MAX_URL_LENGTH: Final = 2000
 _URL: Final = re.compile(
     r"(?i)postgres(?:ql)?://(?:(?P<user>[^@/?#:]*)(?::(?P<password>[^@/?#]*))?@)?(?P<place>[^@?#]*)(?P<query>\?[^@#]*)?"
 )
 _SECRET: Final = re.compile("password|secret|scram", re.IGNORECASE)
+# A lost server is noticed within 30 s.
 _PATIENCE: Final = {
     "connect_timeout": "10",
     "keepalives_idle": "10",
@@ -39,7 +38,6 @@ _PATIENCE: Final = {
     "tcp_user_timeout": "20000",
     "options": "-c statement_timeout=120s",
 }
-"""A lost server is noticed within 30 s."""
 # What an administrator does once; the first statement makes the table.
 SQL_FILE: Final = Path(__file__).with_name("server.sql")
 # One statement for a page. The columns go as binary arrays: as text they take psycopg seven times as long.
@@ -81,27 +79,6 @@ def server_url(text: str) -> ServerUrl:
     return ServerUrl(f"postgresql://{user}{match['place']}{query}", unquote(match["password"] or ""), options)
 
 
-def stored_server(folder: Path) -> str | None:
-    """None if none is set or the file has no valid address."""
-    try:
-        return server_url((folder / SERVER_FILE).read_text(encoding="utf-8")).shown
-    except (OSError, ValueError, UserError):
-        return None
-
-
-def store_server(folder: Path, text: str) -> str | None:
-    """Return the address as stored, without its password; "" removes it. Raises `UserError`."""
-    path = folder / SERVER_FILE
-    with file_troubles(CANNOT_WRITE, path):
-        if not text.strip():
-            path.unlink(missing_ok=True)
-            return None
-        shown = server_url(text).shown
-        folder.mkdir(parents=True, exist_ok=True)
-        write_whole(path, f"{shown}\n".encode())
-        return shown
-
-
 class ServerTrouble(UserError):
     """The server cannot be reached or used."""
 
@@ -138,12 +115,10 @@ class PostgresPlace:
         self._connection.close()
 
     def buckets(self) -> Buckets:
-        query = (
-            f"SELECT left(id, {BUCKET}), count(*), md5(string_agg(id, '' ORDER BY id)) "  # noqa: S608
-            "FROM dps_s_facts GROUP BY 1"
-        )
+        digest = "md5(string_agg(id, '' ORDER BY id))"
+        query = f"SELECT left(id, {BUCKET}), count(*), {digest} FROM dps_s_facts GROUP BY 1"  # noqa: S608
         with self._troubles():
-            return {bucket: (count, digest) for bucket, count, digest in self._connection.execute(query)}
+            return {bucket: (count, found) for bucket, count, found in self._connection.execute(query)}
 
     def lengths(self, bucket: str) -> dict[str, int]:
         # octet_length, unlike length, does not unpack what is stored compressed.

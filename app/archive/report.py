@@ -4,13 +4,13 @@ For people: it warns and shows. No verdict and no condition of an act rests on i
 """
 
 from datetime import datetime, timedelta
+from enum import StrEnum
 from itertools import pairwise
 from typing import NamedTuple
 
 from msgspec import Struct, field
 
 from app.archive.archive import Archive
-from app.archive.due import DueKind
 from app.guided.guided_store import last_tests
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.modules.service import COUNTS_ANEW, service_due
@@ -31,6 +31,19 @@ TEST_DAYS = 180
 CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
+
+
+class DueKind(StrEnum):
+    """What a module may need. The value is the word in JSON."""
+
+    NO_CHECK = "no_check"
+    NO_GO = "no_go"
+    OLD_CHECK = "old_check"
+    TRIGGER_RECORDS = "trigger_records"
+    TEST = "test"
+    OLD_TEST = "old_test"
+    SERVICE = "service"
+    TWO_MODULES = "two_modules"
 
 
 class Due(NamedTuple):
@@ -58,9 +71,7 @@ class ModuleToday(Struct, kw_only=True):
         return join_sentences(due.text.translated() for due in self.due)
 
 
-def report(
-    archive: Archive, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
-) -> list[ModuleToday]:
+def report(archive: Archive, now: datetime) -> list[ModuleToday]:
     """By name. Takes up to two seconds. Raises `UserError`."""
 
     def read(facts: Facts) -> list[ModuleToday]:
@@ -69,12 +80,12 @@ def report(
             query = f"SELECT module, max(made_at) FROM {file}.facts WHERE module IS NOT NULL GROUP BY module"  # noqa: S608
             for name, at in facts.connection.execute(query):
                 last_at[name] = max(at, last_at.get(name, ""))
-        return [_today(facts, name, last_at[name], now, check_days, test_days) for name in sorted(last_at)]
+        return [_today(facts, name, last_at[name], now) for name in sorted(last_at)]
 
     return archive.read(read)
 
 
-def _today(facts: Facts, name: str, last_at: str, now: datetime, check_days: int, test_days: int) -> ModuleToday:
+def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
     # None of the checks but the last is read: they are large.
     query = "SELECT count(*) FROM facts WHERE kind = ? AND module = ?"
     checks = facts.connection.execute(query, (KIND_OF[PreflightCheck], name)).fetchone()[0]
@@ -93,12 +104,12 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime, check_days: int
         tests=sorted(tests.values(), key=lambda test: test.kind.value),
         two_modules=_two_modules(facts, name, now),
     )
-    state.due += _check_due(state.last_check, now, check_days)
+    state.due += _check_due(state.last_check, now)
     if state.unjudged:
         text = marked("Unjudged trigger records: {count}.")
         state.due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
     for test in state.tests:
-        state.due += _test_due(test, now, test_days)
+        state.due += _test_due(test, now)
     state.due += [Due(DueKind.SERVICE, due.text) for due in service_due(facts, name, now.astimezone())]
     state.due += [Due(DueKind.TWO_MODULES, text) for text in state.two_modules[-1:]]
     return state
@@ -112,7 +123,7 @@ def _last_check(facts: Facts, name: str) -> CheckLine | None:
     return None if last is None else check_line(last).after(all_fired(facts, name))
 
 
-def _check_due(check: CheckLine | None, now: datetime, check_days: int) -> list[Due]:
+def _check_due(check: CheckLine | None, now: datetime) -> list[Due]:
     if check is None or check.is_simulated:
         return [Due(DueKind.NO_CHECK, message(marked("No pre-flight check yet.")))]
     if check.is_fired_since:
@@ -120,20 +131,20 @@ def _check_due(check: CheckLine | None, now: datetime, check_days: int) -> list[
     if not check.holds:
         return [Due(DueKind.NO_GO, message(marked("The last check is not GO.")))]
     age = age_days(check.at, now)
-    if age is None or age > check_days:
-        return [Due(DueKind.OLD_CHECK, message(marked("No check within the last {days} days."), days=check_days))]
+    if age is None or age > CHECK_DAYS:
+        return [Due(DueKind.OLD_CHECK, message(marked("No check within the last {days} days."), days=CHECK_DAYS))]
     return []
 
 
-def _test_due(test: StoredTest, now: datetime, test_days: int) -> list[Due]:
+def _test_due(test: StoredTest, now: datetime) -> list[Due]:
     title = message(TITLES[test.kind])
     if test.verdict is not GuidedVerdict.PASSED:
         text = marked("Guided test {test}: {verdict}.")
         return [Due(DueKind.TEST, message(text, test=title, verdict=message(VERDICT_WORDS[test.verdict])))]
     age = age_days(test.at, now)
-    if age is None or age > test_days:
+    if age is None or age > TEST_DAYS:
         text = marked("Guided test not within the last {days} days: {test}.")
-        return [Due(DueKind.OLD_TEST, message(text, days=test_days, test=title))]
+        return [Due(DueKind.OLD_TEST, message(text, days=TEST_DAYS, test=title))]
     return []
 
 

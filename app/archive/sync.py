@@ -56,10 +56,9 @@ def sync(archive: Archive, address: str, on_page: OnPage = lambda _done: None) -
         archive.opened() as here,
     ):
         last = here.execute("SELECT coalesce(max(rowid), 0) FROM own.facts").fetchone()[0]
-        exchange = _Exchange(here, place, on_page)
-        exchange.run()
+        done = _Exchange(here, place, on_page).run()
         archive.note_exchange(place.name, last)
-        return exchange.done
+        return done
 
 
 class _Exchange:
@@ -70,13 +69,12 @@ class _Exchange:
         self._place = place
         self._on_page = on_page
         self._today = f"{version()} {datetime.now(UTC):%Y-%m-%d}"
-        self.done = Synced()
+        self._done = Synced()
 
-    def run(self) -> None:
+    def run(self) -> Synced:
         # After a day, or with another version of the program, what was left out is looked at again.
         self._here.execute('DELETE FROM refused WHERE "on" <> ?', (self._today,))
         # With what was left out, else the two sides would never be equal.
-        self._here.execute("DROP TABLE IF EXISTS temp.left_out")
         left_out = "CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?"
         self._here.execute(left_out, (self._place.name,))
         ours = digests(self._here, "main.facts", "own.facts", "temp.left_out")
@@ -85,21 +83,21 @@ class _Exchange:
             if ours.get(bucket) != theirs.get(bucket):
                 self._exchange(bucket)
         count = "SELECT count(*) FROM refused WHERE place = ?"
-        self.done.left_out_count = self._here.execute(count, (self._place.name,)).fetchone()[0]
+        self._done.left_out_count = self._here.execute(count, (self._place.name,)).fetchone()[0]
+        return self._done
 
     def _exchange(self, bucket: str) -> None:
         ours = lengths_in(self._here, bucket)
         theirs = self._place.lengths(bucket)
-        refused = "SELECT id FROM refused WHERE place = ? AND id >= ? AND id < ?"
-        left_out = self._here.execute(refused, (self._place.name, bucket, f"{bucket}g"))
+        left_out = self._here.execute("SELECT id FROM left_out")
         known = ours.keys() | {id_ for (id_,) in left_out}
         for ids in _pages(theirs, known):
             self._receive(ids, theirs)
-            self._on_page(self.done)
+            self._on_page(self._done)
         for ids in _pages(ours, theirs):
             rows = [Row(*row) for row in rows_in(self._here, ids)]
-            self.done.sent += self._place.add(sorted(rows, key=lambda row: row.id))
-            self._on_page(self.done)
+            self._done.sent += self._place.add(sorted(rows, key=lambda row: row.id))
+            self._on_page(self._done)
 
     def _receive(self, ids: list[str], lengths: Mapping[str, int]) -> None:
         """One page: each row is checked, the good ones are kept and the others are remembered."""
@@ -123,8 +121,8 @@ class _Exchange:
             received = self._here.total_changes - before
             remember = "INSERT INTO refused VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
             self._here.executemany(remember, [(self._place.name, one.id, one.why, self._today) for one in bad])
-        self.done.received += received
-        self.done.left_out += bad[: NAMED - len(self.done.left_out)]
+        self._done.received += received
+        self._done.left_out += bad[: NAMED - len(self._done.left_out)]
 
 
 def _checked(row: tuple[Any, ...]) -> Row:

@@ -14,20 +14,18 @@ import msgspec
 from msgspec import field
 
 from app.archive.archive import Archive
-from app.archive.due import DueKind
 from app.archive.module_history import module_history
-from app.archive.postgres import is_server, server_url, store_server, stored_server
-from app.archive.report import CHECK_DAYS, TEST_DAYS, ModuleToday, report
+from app.archive.postgres import is_server, server_url
+from app.archive.report import DueKind, ModuleToday, report
 from app.archive.sync import Synced, sync
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of
 from app.store.fact_store import Store
 from app.store.kinds import Serviced
-from app.system.folders import data_folder
 from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
-from app.terminal.arguments import add_json, add_verbosity, any_name, day, module_name, whole_days
+from app.terminal.arguments import add_json, add_verbosity, any_name, day, module_name
 from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
@@ -156,10 +154,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     service.add_argument("--who", required=True, type=any_name, metavar="WHO", help="who did it")
     service.add_argument("--note", default="", type=any_name, metavar="TEXT", help="note")
     reported = commands.add_parser("report", help="print all modules")
-    for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
-        reported.add_argument(
-            name, type=whole_days, default=days, metavar="N", help=f"due after N days (default: {days})"
-        )
     form = reported.add_mutually_exclusive_group()
     add_json(form)
     form.add_argument("--csv", action="store_true", help="print a table as CSV")
@@ -184,8 +178,8 @@ def opened_archive() -> Iterator[Archive]:
 
 
 def run_status(args: argparse.Namespace) -> int:
-    place = stored_server(data_folder())
     with opened_archive() as archive:
+        place = archive.server
         status = archive.status()
         exchanged = archive.exchanged(place or "")
         own = archive.store.station
@@ -218,17 +212,16 @@ def run_status(args: argparse.Namespace) -> int:
 
 def run_sync(args: argparse.Namespace) -> int:
     """Both directions."""
-    folder = data_folder()
-    if args.forget:
-        store_server(folder, "")
-        return console.SUCCESS
-    address = args.place or stored_server(folder)
-    if address is None:
-        raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
-    shown = server_url(address).shown if is_server(address) else address
-    if args.remember:
-        store_server(folder, address)
     with opened_archive() as archive:
+        if args.forget:
+            archive.use_server("").result()
+            return console.SUCCESS
+        address = args.place or archive.server
+        if address is None:
+            raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
+        shown = server_url(address).shown if is_server(address) else address
+        if args.remember:
+            archive.use_server(address).result()
         try:
             done = sync(archive, address, on_page=lambda done: console.show_progress(_counts(done)))
         finally:
@@ -246,7 +239,7 @@ def run_sync(args: argparse.Namespace) -> int:
 def run_report(args: argparse.Namespace) -> int:
     now = datetime.now(UTC)
     with opened_archive() as archive:
-        modules = report(archive, now, check_days=args.check_days, test_days=args.test_days)
+        modules = report(archive, now)
     answer = ArchiveReportJson(now.isoformat(timespec="seconds"), list(map(_module_json, modules)))
     if args.csv:
         rows = [_report_cells(module, state.due_words) for module, state in zip(answer.modules, modules, strict=True)]

@@ -1,4 +1,4 @@
-"""Files that are replaced as a whole, files that are held, and what the system says against it as a sentence."""
+"""Files that are replaced as a whole, and files that are held."""
 
 import os
 import shutil
@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final
 
-from app.text.sentences import error_text
-from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if sys.platform == "win32":
@@ -22,15 +20,6 @@ CANNOT_WRITE: Final = marked("{file} cannot be written: {why}.")
 # Windows lets nobody else read a locked byte, so that is one beyond the end of any file.
 _LOCKED_BYTE: Final = 0x7FFFFFFF
 _DRAFT_CHARACTERS: Final = 40  # of the file's name in the draft's; of four bytes each they fit into the 255 of a name
-
-
-@contextmanager
-def file_troubles(text: str, file: Path) -> Iterator[None]:
-    """Convert errors of the file system to `UserError`; `text` has the place-holders `file` and `why`."""
-    try:
-        yield
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise UserError(text, file=file, why=error_text(error)) from error
 
 
 @contextmanager

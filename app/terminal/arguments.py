@@ -106,12 +106,6 @@ def day(text: str) -> date:
     raise expected("YYYY-MM-DD")
 
 
-def whole_days(text: str) -> int:
-    if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
-        return int(text)
-    raise expected("days, more than 0")
-
-
 # Usual options
 
 

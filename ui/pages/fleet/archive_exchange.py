@@ -79,18 +79,16 @@ class ArchiveExchange(QObject):
 
     def start(self) -> None:
         """Called when the store is open."""
-        from app.archive.postgres import stored_server
-
-        self.server = stored_server(self._storage.folder)
+        self.server = archive_of(self._storage).server
         if self.server is not None:
             self._timer.start()
             self.exchange(self.server)
 
     def use_server(self, text: str) -> None:
         """Store the address and exchange at once; "" removes it. Raises `UserError`."""
-        from app.archive.postgres import store_server
-
-        self.server = store_server(self._storage.folder, text)
+        archive = archive_of(self._storage)
+        archive.use_server(text).result()
+        self.server = archive.server
         if self.server is None:
             self._timer.stop()
         else:
