@@ -2784,10 +2784,6 @@
         <translation>有人将此模块标记为新模块。</translation>
     </message>
     <message>
-        <source>Sound: TRIGGERED, ACTIVE, link lost while ACTIVE</source>
-        <translation>提示音：已触发、已激活、激活时通信中断</translation>
-    </message>
-    <message>
         <source>Source</source>
         <translation>来源</translation>
     </message>
@@ -3620,10 +3616,6 @@
     <message>
         <source>Why?</source>
         <translation>为什么？</translation>
-    </message>
-    <message>
-        <source>Wide sidebar</source>
-        <translation>加宽侧栏</translation>
     </message>
     <message>
         <source>Windows has no pseudo-terminals: use {option}.</source>

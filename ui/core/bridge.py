@@ -24,7 +24,7 @@ class Bridge(QObject):
         super().__init__(parent)
         self._lock = Lock()
         self._waiting: list[Batch] = []
-        self._is_closed = self._is_held = False
+        self._is_closed = False
         self._delivered.connect(self._emit, Qt.ConnectionType.QueuedConnection)
 
     def deliver(self, batch: Batch) -> None:
@@ -37,14 +37,6 @@ class Bridge(QObject):
                 # Under the lock, so that `close` cannot return while the signal is on its way out.
                 self._delivered.emit()
 
-    def hold(self) -> None:
-        """Pass nothing on until `release`: the pages that need every batch are still being made."""
-        self._is_held = True
-
-    def release(self) -> None:
-        self._is_held = False
-        self._emit()
-
     def close(self) -> None:
         """Pass nothing on from now; waiting batches are dropped because the window closes."""
         with self._lock:
@@ -52,8 +44,6 @@ class Bridge(QObject):
             self._waiting.clear()
 
     def _emit(self) -> None:
-        if self._is_held:
-            return
         with self._lock:
             waiting, self._waiting = self._waiting, []
         # Nothing of one port or conversation is joined with that of the next one.

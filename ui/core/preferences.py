@@ -58,10 +58,6 @@ def _zoom_percent(value: object) -> int:
     return int(text) if text.isdecimal() and 100 <= int(text) <= MAX_ZOOM_PERCENT else 100
 
 
-def _flag(key: str, on: str, off: str) -> _Entry[bool]:
-    return _Entry(key, lambda value: value == on, lambda is_on: on if is_on else off)
-
-
 class Preferences:
     """Typed access to the file. What is missing or spoilt in it reads as never set; a file that cannot be
     written is no reason to stop (a read-only home)."""
@@ -70,8 +66,6 @@ class Preferences:
     theme = _Entry("theme", _text_or_none)
     zoom_percent = _Entry("zoom_percent", _zoom_percent)
     """The size of text and controls."""
-    is_sidebar_wide = _flag("window/sidebar", "wide", "narrow")
-    has_sounds = _flag("sounds", "on", "off")
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
     """Paths of profiles, the last used first."""
     recent_files = _Entry("files/recent", _lines, "\n".join)

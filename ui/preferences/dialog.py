@@ -1,10 +1,8 @@
 """Preferences: saved at once, in a modeless dialog. The theme applies at once, too; language and text size apply at the
 next start."""
 
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractButton,
-    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -37,9 +35,9 @@ ZOOMS = (100, 125, 150, 200)
 
 
 class PreferencesDialog(QDialog):
-    """`wide` is the window's action for the sidebar."""
+    """See the module's docstring."""
 
-    def __init__(self, preferences: Preferences, appearance: Appearance, wide: QAction, parent: QWidget) -> None:
+    def __init__(self, preferences: Preferences, appearance: Appearance, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("preferences_dialog")
         self._preferences, self._appearance = preferences, appearance
@@ -52,8 +50,6 @@ class PreferencesDialog(QDialog):
             self.theme.addItem(tr(title), choice.value)
         for percent in ZOOMS:
             self.zoom.addItem(f"{percent} %", percent)
-        self.sidebar = named(QCheckBox(tr("Wide sidebar")), "preferences_sidebar")
-        self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
@@ -72,24 +68,18 @@ class PreferencesDialog(QDialog):
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
         close.setText(tr("Close"))
         control(close, "preferences_close", key="Esc")
-        parts = form, when, self.sidebar, self.sounds, self.buttons
-        column = in_column(*parts, of=self, spacing=Space.L, margins=Space.XL)
+        column = in_column(form, when, self.buttons, of=self, spacing=Space.L, margins=Space.XL)
         column.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
         self.refresh()
         self.language.activated.connect(self._keep_language)
         self.theme.activated.connect(self._use_theme)
         self.zoom.activated.connect(self._keep_zoom)
-        self.sounds.toggled.connect(self._keep_sounds)
-        self.sidebar.toggled.connect(wide.setChecked)
-        wide.toggled.connect(self.sidebar.setChecked)
 
     def refresh(self) -> None:
         preferences = self._preferences
         self.language.setCurrentIndex(max(0, self.language.findData(preferences.language or language())))
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
-        self.sidebar.setChecked(preferences.is_sidebar_wide)
-        self.sounds.setChecked(preferences.has_sounds)
 
     def bring_up(self) -> None:
         self.refresh()
@@ -105,9 +95,6 @@ class PreferencesDialog(QDialog):
 
     def _keep_zoom(self, row: int) -> None:
         self._preferences.zoom_percent = self.zoom.itemData(row)
-
-    def _keep_sounds(self, is_on: bool) -> None:
-        self._preferences.has_sounds = is_on
 
     def _use_theme(self, row: int) -> None:
         self._preferences.theme = self.theme.itemData(row)

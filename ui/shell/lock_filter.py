@@ -1,7 +1,6 @@
 """LOCK from everywhere: its keys in every window, the first click on its buttons while a menu is open."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, Qt
@@ -30,15 +29,6 @@ class LockFilter(QObject):
 
     def stop(self) -> None:
         application().removeEventFilter(self)
-
-    @contextmanager
-    def paused(self) -> Iterator[None]:
-        """For the making of pages: no key and no click comes then, and a fifth of the time would go into the filter."""
-        self.stop()
-        try:
-            yield
-        finally:
-            application().installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if not isinstance(event, _HANDLED):

@@ -59,10 +59,10 @@ class MainWindow(QMainWindow):
         self._services, self._remembered = services, services.preferences
         self._ports = services.ports
         self._entries = {entry.key: entry for entry in entries}
-        self._maker = PageMaker(services, entries, self._place, self)
+        self._maker = PageMaker(services, entries, self)
+        self._maker.made.connect(self._place)
         self._maker.done.connect(self._end_making)
         self._pages = self._maker.pages
-        self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         self.setWindowTitle(tr("DPS-S Configurator"))
@@ -99,7 +99,7 @@ class MainWindow(QMainWindow):
             parent=self,
         )
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
-        services.appearance.apply_theme(self, self.centre, *self.area.holders)
+        services.appearance.style(self)
         self._wire()
         self._fill_menus()
         self.menus.refresh()
@@ -130,7 +130,6 @@ class MainWindow(QMainWindow):
         self.navigation.page_wanted.connect(self._show_page)
         lock_filter = LockFilter(ports.lock, self)
         self.closing.connect(lock_filter.stop)
-        self._maker.around = lock_filter.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done):
             changed.connect(self.attention.refresh)
@@ -193,7 +192,6 @@ class MainWindow(QMainWindow):
         menus.add(
             "view",
             None,
-            MenuEntry("names", marked("Wide sidebar"), self.use_sidebar, "Ctrl+B", is_checkable=True),
             MenuEntry("full_screen", marked("Full screen"), self._show_full_screen, "F11", is_checkable=True),
         )
 
@@ -205,26 +203,27 @@ class MainWindow(QMainWindow):
         if preferences.layout is not None:
             self.restoreState(preferences.layout)
         fit_screen(self, SMALLEST)
-        self.menus["names"].setChecked(preferences.is_sidebar_wide)
         self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
 
     def make_pages(self) -> None:
         """Makes the pages one by one from the event loop, so that the window stays responsive."""
-        self._is_loaded = True
         self._maker.begin()
+
+    @property
+    def has_pages(self) -> bool:
+        return self._maker.is_done
+
+    def _end_making(self) -> None:
+        self.pages_made.emit()
         target, self._waiting_target = self._waiting_target, None
         if target is not None:
             self.connect_to(target)
 
-    def _end_making(self) -> None:
-        self.pages_made.emit()
-        self._ports.changed.emit()  # for pages made while it connected
-
-    def _place(self, key: str, page: Page) -> None:
-        self.area.add(page)  # with a style sheet of its own it would be polished once more
-        self._services.appearance.apply_to(page)
+    def _place(self, key: str) -> None:
+        page = self._pages[key]
+        self.area.add(page)
         self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
@@ -246,10 +245,9 @@ class MainWindow(QMainWindow):
         self.panel.setVisible(not self.panel.isVisible())
 
     def connect_to(self, target: Target) -> None:
-        if not self._is_loaded:
+        if not self.has_pages:  # Live and the traffic need every batch
             self._waiting_target = target
             return
-        self._maker.hold_batches()
         self.attention.leave_port(partial(self._ports.connect_to, target))
 
     def disconnect_port(self) -> None:
@@ -296,7 +294,7 @@ class MainWindow(QMainWindow):
     def _is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown."""
         page = self.stack.currentWidget()
-        return self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
+        return self.panel.isVisible() or not self.has_pages or (isinstance(page, Page) and page.shows_link)
 
     def _connect_again(self) -> None:
         if self._ports.current.target is not None:
@@ -319,23 +317,16 @@ class MainWindow(QMainWindow):
     def _show_page(self, key: str) -> None:
         self._ports.current.stream.is_wanted = self._entries[key].wants_stream
         self.panel.hide()
-        page = self._pages.get(key)
-        if page is not None and self.stack.indexOf(page) >= 0:
-            self.stack.setCurrentWidget(page)
+        if key in self._pages:
+            self.stack.setCurrentWidget(self._pages[key])
         else:
             self._maker.request(key)
         self.attention.refresh()
 
     def show_preferences(self) -> None:
         if self._preferences is None:
-            self._preferences = PreferencesDialog(
-                self._remembered, self._services.appearance, self.menus["names"], self
-            )
+            self._preferences = PreferencesDialog(self._remembered, self._services.appearance, self)
         self._preferences.bring_up()
-
-    def use_sidebar(self, is_wide: bool) -> None:
-        self.navigation.choose_wide(is_wide)
-        self._remembered.is_sidebar_wide = is_wide
 
     def _show_full_screen(self, is_wanted: bool) -> None:
         full, state = Qt.WindowState.WindowFullScreen, self.windowState()

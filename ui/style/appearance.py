@@ -6,13 +6,25 @@ from pathlib import Path
 from string import Template
 from typing import Final
 
-from PySide6.QtCore import QChildEvent, QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette, QShowEvent
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
-from shiboken6 import isValid
 
 from ui.style.icons import FILES
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Size, Theme, kept_font, scale_in_use, scaled, use
+from ui.style.theme import (
+    DARK,
+    LIGHT,
+    SUNLIGHT,
+    Choice,
+    Meaning,
+    Size,
+    Theme,
+    current,
+    kept_font,
+    scale_in_use,
+    scaled,
+    use,
+)
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -26,8 +38,6 @@ _CHINESE_FAMILIES: Final = (
     "WenQuanYi Micro Hei",
 )
 
-_STYLED_THEME: Final = "theme"
-"""Property of a part of a window: the name of the theme whose style sheet it has."""
 _SHEET: Final = Path(__file__).parent / "style.qss"
 _SCALED: Final = re.compile(r"\b(?:font-size|padding|min-height|min-width|width|height|spacing): [^;]+;")
 _PX: Final = re.compile(r"(\d+)px")
@@ -142,12 +152,7 @@ def is_system_dark(app: QApplication) -> bool:
 
 
 class Appearance(QObject):
-    """Applies the chosen theme, and follows the system while the choice is AUTO.
-
-    Each part of a window has the style sheet for itself, and a page out of sight follows a change when it is shown,
-    before it is painted. Set on the application it would cost a change 1.3 s of CPU instead of 0.1 s, as Qt polishes
-    every widget, and the start a quarter more.
-    """
+    """Applies the chosen theme, and follows the system while the choice is AUTO."""
 
     changed = Signal()
     """The theme in use is another one; ``current()`` gives it."""
@@ -155,72 +160,38 @@ class Appearance(QObject):
     def __init__(self, app: QApplication, choice: Choice = Choice.AUTO) -> None:
         super().__init__(app)
         self._app = app
-        self._choice = choice
-        self._holders: tuple[QWidget, ...] = ()
+        self.choice = choice
+        """What was chosen, which is not always what is in use."""
+        self._window: QWidget | None = None
         app.styleHints().colorSchemeChanged.connect(self._on_system_changed)
         self._apply()
 
-    @property
-    def choice(self) -> Choice:
-        """What was chosen, which is not always what is in use."""
-        return self._choice
+    def style(self, window: QWidget) -> None:
+        """Set the style sheet of the theme in use on `window`, now and at each change. It ends with the window.
 
-    def apply_theme(self, window: QWidget, *holders: QWidget) -> None:
-        """Set the style sheet on the parts of `window`: all that lies directly in it or in one of its `holders`, which
-        have nothing to show of their own; the last one holds the pages. It ends with the window."""
+        A change of the application's own sheet would take five times as long.
+        """
         self.setParent(window)
-        self._holders = (window, *holders)
-        for holder in self._holders:
-            holder.installEventFilter(self)
-        for part in self._parts():
-            self.apply_to(part)
-
-    def apply_to(self, part: QWidget) -> None:
-        """Set the style sheet of the theme in use on a part. By itself that happens when it is first shown: too late
-        for one that is measured before."""
-        if part.property(_STYLED_THEME) != self._applied.name:
-            if part.property(_STYLED_THEME) is None:
-                part.installEventFilter(self)
-            part.setProperty(_STYLED_THEME, self._applied.name)
-            part.setStyleSheet(self._sheet)
-
-    def _parts(self) -> list[QWidget]:
-        only_direct = Qt.FindChildOption.FindDirectChildrenOnly
-        children = (holder.findChildren(QWidget, options=only_direct) for holder in self._holders if isValid(holder))
-        return [part for parts in children for part in parts if part not in self._holders]
+        self._window = window
+        window.setStyleSheet(style_sheet(current()))
 
     def choose(self, choice: Choice) -> None:
         """Apply it, if that changes anything."""
-        if choice is not self._choice:
-            self._choice = choice
+        if choice is not self.choice:
+            self.choice = choice
             self._apply()
 
     def _on_system_changed(self) -> None:
-        if self._choice is Choice.AUTO and self._chosen_theme() is not self._applied:
+        if self._chosen_theme() is not current():
             self._apply()
 
     def _chosen_theme(self) -> Theme:
-        if self._choice is not Choice.AUTO:
-            return _BY_CHOICE[self._choice]
+        if self.choice is not Choice.AUTO:
+            return _BY_CHOICE[self.choice]
         return DARK if is_system_dark(self._app) else LIGHT
 
     def _apply(self) -> None:
-        self._applied = self._chosen_theme()
-        apply(self._app, self._applied)
-        self._sheet = style_sheet(self._applied)
-        for part in self._parts():
-            if part.isVisible() or part.parentWidget() is not self._holders[-1]:
-                self.apply_to(part)
+        apply(self._app, self._chosen_theme())
+        if self._window is not None:
+            self._window.setStyleSheet(style_sheet(current()))
         self.changed.emit()
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """A part that came later is styled before it is first shown, one out of sight when it is shown again."""
-        # By class, as `type()` would make an enumeration's member of every event.
-        if isinstance(event, QShowEvent):
-            if isinstance(watched, QWidget) and watched not in self._holders:
-                self.apply_to(watched)
-        elif isinstance(event, QChildEvent) and event.type() == QEvent.Type.ChildPolished:
-            part = event.child()
-            if watched in self._holders and isinstance(part, QWidget) and part not in self._holders:
-                self.apply_to(part)
-        return False

@@ -252,7 +252,7 @@ def stand(check: ModuleCheck, filed: Filed) -> None:
 
 def show_alone(qtbot: QtBot, services: Services, page: QWidget, width: int, height: int) -> None:
     qtbot.addWidget(page)
-    services.appearance.apply_theme(page)
+    services.appearance.style(page)
     if isinstance(page, Page):
         page.show_module(services.ports.module)
         services.ports.shown.connect(page.show_module)

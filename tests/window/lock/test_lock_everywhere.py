@@ -79,7 +79,7 @@ def on_bench(
         simulated(f"above_{folder.name}") as module,
         window(qapp, folder, entries=entries, options=WindowOptions(language=language)) as assembly,
     ):
-        qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+        qtbot.waitUntil(lambda: assembly.window.has_pages)
         connect(qtbot, assembly, f"sim://above_{folder.name}")
         yield Bench(qtbot, assembly, module)
         for widget in QApplication.topLevelWidgets():

@@ -82,7 +82,7 @@ def main() -> int:
         ) as made,
     ):
         bench, main = Bench(waiter, made, module), made.window
-        waiter.waitUntil(lambda: main._maker.is_done)
+        waiter.waitUntil(lambda: main.has_pages)
         connect(waiter, made, "sim://under_x")
         for number, (name, show) in enumerate(DIALOGS.items()):
             dialog = show(bench)

@@ -40,17 +40,12 @@ def test_the_theme_applies_at_once_and_language_and_size_at_the_next_start(
         assert (dialog.windowTitle(), main.top_bar.menu.width()) == ("Preferences", usual)
         choose(dialog.theme, "sunlight")
         assert current() is SUNLIGHT
-        dialog.sidebar.click()
-        assert main.navigation.is_wide
-        main.menus["names"].trigger()
-        assert not dialog.sidebar.isChecked()
         choose(dialog.theme, "dark")
         main.resize(main.width(), 610)
         size = main.size()
     with window(qapp, tmp_path, options=WindowOptions()) as assembly:
         assert (language(), assembly.appearance.choice, assembly.window.size()) == ("zh_CN", Choice.DARK, size)
         assert assembly.window.top_bar.menu.width() > 1.15 * usual
-        assert not assembly.window.navigation.is_wide
         assembly.appearance.choose(Choice.LIGHT)
 
 

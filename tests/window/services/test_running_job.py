@@ -86,7 +86,7 @@ def test_it_ends_with_its_conversation(line: Line) -> None:
 
 def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
-        qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+        qtbot.waitUntil(lambda: assembly.window.has_pages)
         page = find(assembly.window, LogsPage)
         for notice in (assembly.storage.recordings, page.result):
             notice.notify(Meaning.ATTENTION, "Not saved")

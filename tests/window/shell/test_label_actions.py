@@ -44,7 +44,7 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
 ) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         main = assembly.window
-        qtbot.waitUntil(lambda: main._maker.is_done)
+        qtbot.waitUntil(lambda: main.has_pages)
         ports.plug_in("/dev/one")
         qtbot.waitUntil(lambda: assembly.ports.module.is_read)
         naming = assembly.ports.module

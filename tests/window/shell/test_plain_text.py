@@ -21,7 +21,7 @@ NAME = '<h1 style="color:green">GO</h1><img src="/usr/share/pixmaps/a.png">'
 @pytest.fixture
 def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
     with simulated("plain") as module, window(qapp, tmp_path, entries=PAGES) as assembly:
-        qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+        qtbot.waitUntil(lambda: assembly.window.has_pages)
         connect(qtbot, assembly, "sim://plain")
         qtbot.waitUntil(lambda: assembly.ports.module.is_read)
         assembly.ports.module.say_name(NAME)

@@ -31,7 +31,6 @@ from tests.support.window.fakes_ui import ADAPTER, EMPTY_PAGE, ListedPorts, page
 from tests.support.window.steps import given, press
 from ui.acts.confirm import Confirm
 from ui.main import Assembly
-from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
@@ -181,25 +180,15 @@ def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_pa
         assert str(tmp_path / "ttyNONE") in why.what.text()
 
 
-def test_no_page_misses_data_of_a_port_opened_early(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ends: list[int] = []
-    end = MainWindow._end_making
-
-    def _end_making(_window: MainWindow) -> None:
-        ends.append(1)
-
-    monkeypatch.setattr(MainWindow, "_end_making", _end_making)
+def test_no_page_misses_data_of_a_port_that_is_chosen_early(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     entries = page_entries("live", "settings", "fleet", "diagnosis")
     with simulated("early"), window(qapp, tmp_path, entries=entries) as assembly:
         connector, batches = assembly.ports, list[Batch]()
         connector.current.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
-        assert not connector.current.is_requested  # the store is not open yet
-        qtbot.waitUntil(lambda: bool(ends))
-        wait_online(qtbot, assembly)  # the last page is not waited for
-        end(assembly.window)
+        assert not connector.current.is_requested  # the pages are not there yet
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: connector.module.is_read)
         pages: dict[str, Any] = assembly.window._pages
         events = [event for batch in batches for event in batch.events]
         sent = [event.raw for event in events if isinstance(event, Sent)]

@@ -252,7 +252,7 @@ def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: py
 def test_a_closed_window_is_freed_with_all_its_pages(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     def closed() -> "weakref.ref[object]":
         with window(qapp, tmp_path, entries=PAGES) as assembly:
-            qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+            qtbot.waitUntil(lambda: assembly.window.has_pages)
             return weakref.ref(assembly.window)
 
     left = closed()

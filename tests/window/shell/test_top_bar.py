@@ -25,9 +25,7 @@ from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
-from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
-from ui.shell.sounds import Sound, Sounds
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
@@ -184,7 +182,7 @@ def hear(ports: FakePorts) -> None:
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         main, changes = assembly.window, NameChanges(assembly.window)
-        qtbot.waitUntil(lambda: main._maker.is_done)
+        qtbot.waitUntil(lambda: main.has_pages)
         _, module = ports.plug_in(USB, attitude_threshold_deg=60)
         module.stream_hz = 10.0
         for entry in PAGES:
@@ -207,7 +205,6 @@ USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 class Listener(NamedTuple):
     ports: FakePorts
     said: list[str]
-    played: list[Sound]
 
     def heard(self, qtbot: QtBot, count: int) -> list[str]:
         """What was announced since it was last asked."""
@@ -219,15 +216,13 @@ class Listener(NamedTuple):
 
 
 @pytest.fixture
-def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Listener]:
+def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
     window = QWidget()
     qtbot.addWidget(window)
     window.show()
     ports = ports_alone()
-    sounds, played = Sounds(Preferences(tmp_path / "window.ini"), window), list[Sound]()
-    monkeypatch.setattr(sounds, "play", played.append)
-    announce_states(ports.ports, sounds)
-    yield Listener(ports, announced(monkeypatch), played)
+    announce_states(ports.ports)
+    yield Listener(ports, announced(monkeypatch))
     ports.stop()
 
 
@@ -266,20 +261,6 @@ def test_with_several_ports_it_says_of_which(qtbot: QtBot, listener: Listener) -
     _, second = listener.ports.plug_in(USB1)
     second.say(triggered=True)
     assert listener.heard(qtbot, 2) == [f"{USB1}: TRIGGERED!", f"{USB1}: LOCKED"]
-
-
-def test_a_sound_is_that_of_the_module_that_is_the_cause(qtbot: QtBot, listener: Listener) -> None:
-    _, first = listener.ports.plug_in(USB0)
-    _, second = listener.ports.plug_in(USB1, active=True)
-    listener.heard(qtbot, 2)
-    first.unplug()  # it was locked, whatever the other one is
-    listener.heard(qtbot, 1)
-    assert listener.played == [Sound.ACTIVE]
-    second.say(active=True, triggered=True)
-    listener.heard(qtbot, 1)
-    second.unplug()
-    listener.heard(qtbot, 1)
-    assert listener.played == [Sound.ACTIVE, Sound.TRIGGERED, Sound.LOST_WHILE_ACTIVE]
 
 
 def test_a_disconnection_that_was_asked_for_is_no_loss(qtbot: QtBot, listener: Listener) -> None:

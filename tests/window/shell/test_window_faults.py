@@ -119,7 +119,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             patch("ui.session.port.FOLLOW_EVERY_MS", 0),
             fake_window(qapp, folder, ADAPTER) as (fakes, assembly),
         ):
-            qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+            qtbot.waitUntil(lambda: assembly.window.has_pages)
             assembly.ports.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
             worker = fakes.workers[-1]
             worker.say(**VALUES)

@@ -238,7 +238,7 @@ def test_its_keys_count_while_the_pages_are_made(
     broken = PAGES[0]._replace(key="broken", make=attrgetter("no_page"))
     entries = tuple(entry._replace(make=partial(make, entry)) for entry in (broken, *PAGES))
     with qtbot.captureExceptions() as raised, window(qapp, tmp_path, entries=entries) as assembly:
-        qtbot.waitUntil(lambda: assembly.window._maker.is_done and len(pressed) == len(entries))
+        qtbot.waitUntil(lambda: assembly.window.has_pages and len(pressed) == len(entries))
         assert [kind for kind, *_ in raised] == [AttributeError]
     assert shown == []
 

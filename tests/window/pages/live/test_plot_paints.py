@@ -10,8 +10,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
-from tests.support.window.fakes_ui import simulated, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child
 from ui.services.context import PageEntry, Services
@@ -52,20 +51,6 @@ def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, 
         qtbot.waitSignal(assembly.window.pages_made).wait()
         assert made == list("cabd")
         assert assembly.window.stack.currentWidget() is assembly.window._pages["c"]
-
-
-def test_a_port_that_was_held_back_for_the_pages_goes_on_though_another_one_is_shown(
-    qapp: QApplication, qtbot: QtBot, tmp_path: Path
-) -> None:
-    with window(qapp, tmp_path, entries=leaves([])) as assembly, simulated("held back"):
-        ports, held = assembly.ports, assembly.ports.current
-        with qtbot.waitSignal(assembly.window.pages_made):
-            assembly.window._maker.hold_batches()
-            held.connect_to(Target("sim://held back", 115200))
-            ports.choose(ports.add())
-            assert ports.current is not held
-            assembly.window._maker.hold_batches()
-        qtbot.waitUntil(lambda: held.module.is_going)
 
 
 @pytest.fixture
