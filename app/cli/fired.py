@@ -11,10 +11,10 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from app.flights.columns import parse_choice
+from app.flights.columns import CsvColumns, parse_choice
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
-from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flights.many_logs import SummarisedLog, summarise_logs
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     judged_with = _judged_with(limits, {word.partition("=")[0] for word in known})
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
-    logs = _judged(paths, LogOrder(columns, limits))
+    logs = _judged(paths, columns)
     problems = [_problems(log, limits) for log in logs]
     results = [json_of(log, found, limits) for log, found in zip(logs, problems, strict=True)]
     answers = [result.answer for result in results]
@@ -152,11 +152,11 @@ def _found(words: Sequence[str]) -> list[Path]:
     return paths
 
 
-def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
+def _judged(paths: Sequence[Path], columns: CsvColumns | None) -> list[SummarisedLog]:
     """In the order of `paths`."""
     place = {path: number for number, path in reversed(list(enumerate(paths)))}
     logs = []
-    for log in summarise_logs(paths, order):
+    for log in summarise_logs(paths, columns):
         logs.append(log)
         console.show_progress(f"{len(logs)}/{len(paths)}")
     console.clear_progress()
@@ -172,12 +172,10 @@ def json_of(log: SummarisedLog, problems: Sequence[UserMessage], limits: Trigger
     english = [problem.in_english() for problem in problems]
     if flight is None:
         return FiredJson(str(log.path), None, None, None, None, english, Answer.UNREADABLE.value)
-    fires: list[FireJson] = []
-    for firing in log.firings:
-        tilt_deg = int(firing.tilt_deg) if math.isfinite(firing.tilt_deg) else None
-        for source, name in _SOURCES.items():
-            if source in firing.sources:
-                fires.append(FireJson(round(firing.at_s, 3), name, tilt_deg))
+    fires = [
+        FireJson(round(at_s, 3), _SOURCES[source], int(tilt_deg) if math.isfinite(tilt_deg) else None)
+        for at_s, source, tilt_deg in flight.curves[RuleReading.DIRECT].firings(limits)
+    ]
     answer = flight.answer(limits)
     return FiredJson(
         log=str(log.path),

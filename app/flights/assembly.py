@@ -65,20 +65,18 @@ def assembled(raw: RawLog) -> FlightLog:
     tilt_deg = columns.pop(0) if tilts else np.full(len(time_s), np.nan)
     force_g = believed_force(time_s, columns, raw) if forces else np.full(len(time_s), np.nan)
     clock_s = time_s + start_s
-    is_on_ground = _flag_at(raw.on_ground, clock_s)
     log = FlightLog(
         name=raw.name,
         start_s=start_s,
         time_s=time_s,
         tilt_deg=tilt_deg,
         specific_force_g=force_g,
-        is_judged=_judged(time_s, _flag_at(raw.armed, clock_s), is_on_ground),
+        is_judged=_judged(time_s, _armed_at(raw.armed, clock_s)),
         duration_s=float(bounds_s.max()) - start_s + raw.lost_end_s,
         left_out_share=max(
             max((tilt.left_out_share for tilt in tilts), default=0.0),
             min((force.left_out_share for force in forces), default=0.0),
         ),
-        is_on_ground=is_on_ground,
         altitude_m=_altitude_at(raw.altitudes_m, clock_s),
         resets=tuple(reset._replace(time_s=reset.time_s - start_s) for reset in raw.resets),
     )
@@ -153,25 +151,23 @@ def _column(channel: Channel, time_s: Floats) -> Floats:
     return column
 
 
-def _flag_at(channels: list[Channel], time_s: Floats) -> Flags | None:
-    """None: the log does not say."""
+def _armed_at(channels: list[Channel], time_s: Floats) -> Flags:
+    """Everywhere where the log does not say."""
     for channel in channels:
         if len(channel.time_s):
             order = np.argsort(channel.time_s, kind="stable")
             places = np.searchsorted(channel.time_s[order], time_s + _TICK, "right") - 1
-            flag: Flags = channel.values[order][np.maximum(places, 0)] != 0
-            return flag
-    return None
+            is_armed: Flags = channel.values[order][np.maximum(places, 0)] != 0
+            return is_armed
+    return np.ones(len(time_s), np.bool_)
 
 
-def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) -> Flags:
-    """From the first arming until `AFTER_DISARM_S` after disarming, or until it is on the ground."""
-    if is_armed is None or not is_armed.any():
+def _judged(time_s: Floats, is_armed: Flags) -> Flags:
+    """From the first arming until `AFTER_DISARM_S` after disarming."""
+    if not is_armed.any():
         return np.ones(len(time_s), np.bool_)
     armed_s = np.maximum.accumulate(np.where(is_armed, time_s, -np.inf))
     is_judged: Flags = time_s - armed_s <= AFTER_DISARM_S
-    if is_on_ground is not None:
-        is_judged &= is_armed | ~is_on_ground
     # A pause that begins disarmed is on the ground, as where only flights are logged.
     is_judged[:-1] &= is_armed[:-1] | (np.diff(time_s) <= MAX_GAP_S)
     return is_judged

@@ -1,5 +1,5 @@
 """Reads ArduPilot's DataFlash logs, binary (`.bin`) or text (`.log`): attitude, acceleration of every sensor, altitude,
-arming, landing.
+arming.
 
 Both define their own records: a binary `FMT` record, or a line `FMT`, names the columns of a table. Read without
 pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
@@ -63,7 +63,7 @@ _SOURCES: Final = (*_TILTS, *_FORCES, *_ALTITUDES, *_ARMING, *_EVENTS)
 _TABLES: Final = frozenset(one.table for one in _SOURCES)
 _COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns for one in _SOURCES)))
 # Numbers of events.
-_EV_ARMED, _EV_DISARMED, _EV_LANDED, _EV_NOT_LANDED = 10, 11, 18, 28
+_EV_ARMED, _EV_DISARMED = 10, 11
 
 
 def _numbers(cells: Sequence[str]) -> Floats:
@@ -195,16 +195,11 @@ def read_dataflash(data: bytes, name: str) -> RawLog:
     raw.altitudes_m = channels_of(file.tables, _ALTITUDES)
     raw.armed = [_from_the_first_change(changes) for changes in channels_of(file.tables, _ARMING)]
     for events in channels_of(file.tables, _EVENTS):
-        raw.armed += _switched(events, _EV_ARMED, _EV_DISARMED)
-        raw.on_ground += _switched(events, _EV_LANDED, _EV_NOT_LANDED)
+        rows = (events.values == _EV_ARMED) | (events.values == _EV_DISARMED)
+        if rows.any():
+            raw.armed.append(_from_the_first_change(Channel(events.time_s[rows], events.values[rows] == _EV_ARMED)))
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw
-
-
-def _switched(events: Channel, turns_on: int, turns_off: int) -> list[Channel]:
-    rows = (events.values == turns_on) | (events.values == turns_off)
-    changes = Channel(events.time_s[rows], (events.values[rows] == turns_on).astype(np.float64))
-    return [_from_the_first_change(changes)] if rows.any() else []
 
 
 def _from_the_first_change(changes: Channel) -> Channel:

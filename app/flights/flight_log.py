@@ -53,8 +53,6 @@ class FlightLog:
     duration_s: float
     # Share of the samples of attitude or acceleration that were left out as invalid, the larger of the two.
     left_out_share: float = 0.0
-    # None: the log does not say.
-    is_on_ground: Flags | None = None
     # Above any fixed level; NaN where unknown. None: the log does not say.
     altitude_m: Floats | None = None
     # Where the measuring module lost its state, or another one may have followed.

@@ -7,6 +7,8 @@ import math
 import sys
 from dataclasses import dataclass
 from enum import Enum
+from functools import reduce
+from operator import or_
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -115,35 +117,47 @@ def _stretch_firsts(time_s: Floats) -> Places:
 # What fires
 
 
+class Firing(NamedTuple):
+    """The tilt in whole degrees, as a module reports it; NaN where the log has none."""
+
+    at_s: float
+    source: Source
+    tilt_deg: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FiringCurves:
     """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where nothing fires."""
 
-    # First firing of the attitude trigger, by threshold in whole degrees: shape (181,).
+    # First firing of the attitude trigger, by threshold in whole degrees, and the tilt then: shape (181,).
     attitude_s: Floats
-    # First firing of the free-fall trigger, by threshold in tenths of g and time in hundredths of a second: (16, 256).
+    attitude_deg: Floats
+    # First firing of the free-fall trigger, by threshold in tenths of g and time in hundredths of a second, and the
+    # tilt then, NaN where it is unknown: (16, 256).
     freefall_s: Floats
+    freefall_deg: Floats
     # Longest fall from first to last report, by threshold in tenths of g; -1 where there is none: (16,).
     longest_fall_s: Floats
 
-    def first(self, limits: TriggerLimits) -> tuple[float, Source]:
-        """When it fires first, and why; `NEVER` and nothing where it does not.
+    def firings(self, limits: TriggerLimits) -> list[Firing]:
+        """The first one of each trigger, in order of time: after it the parachute is open.
 
         Raises LookupError for a free-fall acceleration above 1.5 g.
         """
-        fires: dict[Source, float] = {}
-        tilt_step = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
-        if limits.attitude_is_enabled and tilt_step <= MAX_TILT_STEPS:
-            fires[Source.ATTITUDE] = float(self.attitude_s[tilt_step])
+        found: list[Firing] = []
+        tilt = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
+        if limits.attitude_is_enabled and tilt <= MAX_TILT_STEPS:
+            found.append(Firing(float(self.attitude_s[tilt]), Source.ATTITUDE, float(self.attitude_deg[tilt])))
         if limits.freefall_is_enabled:
-            time_step = steps_of(limits.freefall_time_s, CENTISECOND.per_unit)
-            fires[Source.FREEFALL] = float(self.freefall_s[acceleration_step(limits), time_step])
-        first_s = min(fires.values(), default=NEVER)
-        sources = Source(0)
-        for source, at_s in fires.items():
-            if at_s == first_s < NEVER:
-                sources |= source
-        return first_s, sources
+            fall = acceleration_step(limits), steps_of(limits.freefall_time_s, CENTISECOND.per_unit)
+            found.append(Firing(float(self.freefall_s[fall]), Source.FREEFALL, float(self.freefall_deg[fall])))
+        return sorted((firing for firing in found if firing.at_s < NEVER), key=lambda firing: firing.at_s)
+
+    def first(self, limits: TriggerLimits) -> tuple[float, Source]:
+        """When it fires first, and why; `NEVER` and nothing where it does not. Raises as `firings`."""
+        found = self.firings(limits)
+        first_s = found[0].at_s if found else NEVER
+        return first_s, reduce(or_, (firing.source for firing in found if firing.at_s == first_s), Source(0))
 
 
 def steps_of(value: float, per_unit: int) -> int:
@@ -183,31 +197,9 @@ def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
             is_there = fall < len(firsts)
             rows = np.searchsorted(time_s, time_s[firsts[fall[is_there]]] + times_s[is_there], "left")
             freefall_s[step, is_there] = time_s[rows]
-    return FiringCurves(attitude_s, freefall_s, longest_fall_s)
-
-
-class LogFiring(NamedTuple):
-    """When the module would have fired; NaN where the log has no value."""
-
-    # Time of the `FlightLog`.
-    at_s: float
-    sources: Source
-    # Whole degrees and tenths of g, as a module reports them.
-    tilt_deg: float
-    acceleration_g: float
-
-
-def first_firings(log: FlightLog, curves: FiringCurves, limits: TriggerLimits) -> list[LogFiring]:
-    """The first firing of each trigger, in order of time: after it the parachute is open."""
-    fired: dict[float, Source] = {}
-    for alone in (limits._replace(freefall_is_enabled=False), limits._replace(attitude_is_enabled=False)):
-        at_s, sources = curves.first(alone)
-        if sources:
-            fired[at_s] = fired.get(at_s, Source(0)) | sources
-    rows = np.searchsorted(log.time_s, sorted(fired))
-    tilts_deg = to_steps(log.tilt_deg[rows], DEGREE.per_unit).tolist()
-    forces_g = to_steps(log.specific_force_g[rows], TENTH_G.per_unit).tolist()
-    return [LogFiring(at_s, fired[at_s], *rest) for at_s, *rest in zip(sorted(fired), tilts_deg, forces_g, strict=True)]
+    measured_deg = np.append(to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
+    attitude_deg, freefall_deg = (measured_deg[np.searchsorted(log.time_s, at_s)] for at_s in (attitude_s, freefall_s))
+    return FiringCurves(attitude_s, attitude_deg, freefall_s, freefall_deg, longest_fall_s)
 
 
 # What is missing

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.flights.columns import CsvColumns
-from app.flights.judge import TriggerLimits
-from app.flights.judging import LogFiring, RuleReading, first_firings
 from app.flights.raw_log import unreadable
 from app.flights.read_log import read_flight_log
 from app.flights.summary import FlightSummary, summarise
@@ -34,34 +32,22 @@ class SummarisedLog(NamedTuple):
     path: Path
     flight: FlightSummary | None
     why_not: UserMessage | None = None
-    # With the thresholds of the order.
-    firings: tuple[LogFiring, ...] = ()
     # The names of the columns of a table that cannot be read.
     head: tuple[str, ...] = ()
 
 
-class LogOrder(NamedTuple):
-    """`columns`: of tables, None recognises them by name. `limits`: with which it is asked what fires first."""
-
-    columns: CsvColumns | None = None
-    limits: TriggerLimits = TriggerLimits()
-
-
-def summarise_log(path: Path, order: LogOrder) -> SummarisedLog:
-    """Reads and summarises one log."""
+def summarise_log(path: Path, columns: CsvColumns | None = None) -> SummarisedLog:
+    """Reads and summarises one log. `columns`: of a table, None recognises them by name."""
     try:
-        log = read_flight_log(path, order.columns)
+        return SummarisedLog(path, summarise(read_flight_log(path, columns)))
     except UserError as error:
         head = error.head if isinstance(error, UnreadTable) else ()
-        return SummarisedLog(path, None, error.message, head=head)
-    summary = summarise(log)
-    firings = first_firings(log, summary.curves[RuleReading.DIRECT], order.limits)
-    return SummarisedLog(path, summary, firings=tuple(firings))
+        return SummarisedLog(path, None, error.message, head)
 
 
 def summarise_logs(
     paths: Sequence[Path],
-    order: LogOrder,
+    columns: CsvColumns | None = None,
     *,
     is_cancelled: Callable[[], bool] = lambda: False,
     processes: int | None = None,
@@ -76,37 +62,28 @@ def summarise_logs(
         for path in paths:
             if is_cancelled():
                 return
-            yield summarise_log(path, order)
+            yield summarise_log(path, columns)
         return
     waiting = deque(paths)
-    idle = [_new_worker() for _ in range(count)]
-    reading: dict[Future[SummarisedLog], tuple[Path, ProcessPoolExecutor]] = {}
+    reading: dict[Future[SummarisedLog], Path] = {}
+    # Spawned, because a fork of a process with threads may hang, and Windows has none.
+    workers = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_begin_worker)
     try:
         while (waiting or reading) and not is_cancelled():
-            while waiting and idle:
-                path, worker = waiting.popleft(), idle.pop()
-                reading[worker.submit(summarise_log, path, order)] = path, worker
+            while waiting and len(reading) < 2 * count:
+                future = workers.submit(summarise_log, waiting[0], columns)
+                reading[future] = waiting.popleft()
             done, _ = wait(reading, POLLED_S, FIRST_COMPLETED)
             for future in done:
-                path, worker = reading.pop(future)
-                if isinstance(future.exception(), BrokenProcessPool):  # this log crashed its process
-                    worker.shutdown()
-                    idle.append(_new_worker())
-                    yield SummarisedLog(path, None, unreadable(marked("cannot be read")).message)
-                else:
-                    idle.append(worker)
-                    yield future.result()
+                result = future.result()
+                del reading[future]
+                yield result
+    except BrokenProcessPool:  # a process was killed, such as for want of memory
+        why_not = unreadable(marked("the program that reads it ended")).message
+        for path in (*reading.values(), *waiting):
+            yield SummarisedLog(path, None, why_not)
     finally:
-        for worker in (*idle, *(worker for _, worker in reading.values())):
-            worker.shutdown(cancel_futures=True)
-
-
-def _new_worker() -> ProcessPoolExecutor:
-    """One process, so that a crash costs the one log that it reads.
-
-    Spawned, because a fork of a process with threads may hang, and Windows has none.
-    """
-    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_begin_worker)
+        workers.shutdown(cancel_futures=True)
 
 
 def _begin_worker() -> None:

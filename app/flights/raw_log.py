@@ -37,10 +37,7 @@ def unreadable(why: str) -> UserError:
 
 
 class Channel(NamedTuple):
-    """Samples of one quantity; times in seconds.
-
-    A flag is 0 or not 0; it holds until the next sample, and the first one holds before it, too.
-    """
+    """Samples of one quantity; times in seconds."""
 
     time_s: Floats
     values: Floats
@@ -90,9 +87,8 @@ class RawLog:
     # The length of the specific force, one channel for each sensor.
     forces_g: list[Channel] = field(default_factory=list)
     altitudes_m: list[Channel] = field(default_factory=list)
-    # Flags.
+    # 0 or not 0; a value holds until the next one, and the first one before it, too.
     armed: list[Channel] = field(default_factory=list)
-    on_ground: list[Channel] = field(default_factory=list)
     # First and last time in the file, where also those without a value are known.
     span_s: tuple[float, float] | None = None
     # An estimate of the time that the damaged end of the file would have held.

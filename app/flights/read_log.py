@@ -55,8 +55,6 @@ _BLACKBOX: Final = marked(
 )
 _SPREADSHEET: Final = marked("This is a spreadsheet: save it as CSV.")
 _UNKNOWN: Final = marked("Unknown kind of file.")
-
-
 _LFS: Final = marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.")
 # By what files begin with.
 _REFUSED: Final = {
@@ -64,7 +62,6 @@ _REFUSED: Final = {
     re.compile(rb"version https://git-lfs"): _LFS,
     re.compile(rb"H Product:Blackbox", re.IGNORECASE): _BLACKBOX,
     re.compile(rb"LOGH|.{16}BUILD", re.DOTALL): _DJI,
-    re.compile(rb"\xd0\xcf\x11\xe0"): _SPREADSHEET,
 }
 # By the ending of the name, where nobody knows the bytes.
 _REFUSED_ENDINGS: Final = {".bbl": _BLACKBOX, ".bfl": _BLACKBOX, ".dat": _DJI}

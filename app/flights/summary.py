@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flights.flight_log import REPORT_HZ, FlightLog, runs
+from app.flights.flight_log import FlightLog, runs
 from app.flights.judge import TriggerLimits
 from app.flights.judging import (
     EVER,
@@ -25,8 +25,6 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage
 from protocol.messages import Source
 
-ALTITUDE_ROWS: Final = REPORT_HZ // 5
-"""Of so many rows one has its altitude kept, for how far it fell."""
 CALM_S: Final = 1.0
 CALM_TILT_DEG: Final = 30.0
 CALM_G: Final = (0.5, 1.5)
@@ -49,8 +47,6 @@ class FirstFire(NamedTuple):
     is_in_time: bool
     # After the loss of control, negative before it; NaN where unknown.
     delay_s: float
-    # Loss of altitude since the loss of control; NaN where unknown.
-    drop_m: float
 
     @property
     def late_text(self) -> str:
@@ -59,8 +55,7 @@ class FirstFire(NamedTuple):
             return ""
         if self.delay_s < 0:  # it flew on: nothing tells that control was lost when it fired
             return tr("then calm again until {time}", time=moment_text(self.at_s - self.delay_s))
-        late = tr("{delay:.2f} s after the loss of control", delay=self.delay_s)
-        return late if math.isnan(self.drop_m) else tr("{late}, {drop:.0f} m lower", late=late, drop=self.drop_m)
+        return tr("{delay:.2f} s after the loss of control", delay=self.delay_s)
 
 
 def moment_text(at_s: float) -> str:
@@ -87,9 +82,6 @@ class FlightSummary:
     loss_s: float | None
     # None: unknown.
     impact_s: float | None
-    # Ascending, about 0.2 s apart; empty where the log has none.
-    altitude_time_s: Floats
-    altitude_m: Floats
     problems: tuple[UserMessage, ...]
 
     @property
@@ -100,14 +92,8 @@ class FlightSummary:
     def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
         """Raises LookupError for a free-fall acceleration above 1.5 g."""
         at_s, sources = self.curves[reading].first(limits)
-        delay_s = drop_m = math.nan
-        if sources and self.loss_s is not None:
-            delay_s = at_s - self.loss_s
-            if len(self.altitude_m):
-                known = self.altitude_time_s, self.altitude_m
-                from_m, to_m = np.interp((self.loss_s, at_s), *known, left=math.nan, right=math.nan).tolist()
-                drop_m = from_m - to_m
-        return FirstFire(at_s, sources, at_s <= self.end_s, delay_s, drop_m)
+        delay_s = at_s - self.loss_s if sources and self.loss_s is not None else math.nan
+        return FirstFire(at_s, sources, at_s <= self.end_s, delay_s)
 
     def answer(self, limits: TriggerLimits) -> Answer:
         """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
@@ -125,9 +111,6 @@ def summarise(log: FlightLog) -> FlightSummary:
     """Takes about 15 ms for a flight of ten minutes."""
     lost = loss_of_control(log)
     tilts_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
-    altitude_m = np.empty(0) if log.altitude_m is None else log.altitude_m
-    rows = np.flatnonzero(np.isfinite(altitude_m))
-    rows = np.append(rows[::ALTITUDE_ROWS], rows[-1:])
     return FlightSummary(
         name=log.name,
         duration_s=log.duration_s,
@@ -139,8 +122,6 @@ def summarise(log: FlightLog) -> FlightSummary:
         curves={reading: firing_curves(log, reading) for reading in RuleReading},
         loss_s=lost.loss_s,
         impact_s=lost.impact_s,
-        altitude_time_s=log.time_s[rows],
-        altitude_m=altitude_m[rows],
         problems=log.problems,
     )
 
@@ -153,7 +134,7 @@ class LossOfControl(NamedTuple):
 
     # End of the last calm second in flight before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate.
     loss_s: float | None
-    # First of the last peaks of 3 g or more, else the touchdown in the log.
+    # First of the last peaks of 3 g or more, else when it came to rest.
     impact_s: float | None
 
 
@@ -170,9 +151,6 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
         return LossOfControl(None, None)
     loss_s, end_s = _last_calm_end(time_s, is_calm), float(time_s[-1])
     impact_s = _first_of_last(time_s[force_g[is_known] >= IMPACT_G])
-    if impact_s is None and log.is_on_ground is not None:
-        touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1
-        impact_s = float(log.time_s[touches[-1]]) if len(touches) else None
     if impact_s is None:
         impact_s = rest_s
     if impact_s is not None and loss_s is not None and loss_s > impact_s and end_s - loss_s >= MIN_LOSS_S:

@@ -1,7 +1,7 @@
 """Reads a table of time, attitude, acceleration, altitude and arming, as spreadsheets and loggers write one.
 
 A line "sep=", lines of "#" and empty lines may come first, then the names of the columns, then perhaps their units.
-Commas, semicolons, tabs or bars part the cells. Every row counts: what is not read is said, and above 1 % refused.
+Commas, semicolons or tabs part the cells. Every row counts: what is not read is said, and above 1 % refused.
 """
 
 import csv
@@ -38,9 +38,8 @@ MAX_BYTES: Final = 1 << 28
 MAX_LINE_LENGTH: Final = 1 << 18
 ROWS_AT_ONCE: Final = 5000
 MAX_BAD_SHARE: Final = 0.01
-JOIN_S: Final = 0.02
-"""From the last row of a flight to the first one of the next in the same table."""
-_PARTERS: Final = "\t;,|"
+LARGEST_STEP_BACK_S: Final = 1.0
+_PARTERS: Final = "\t;,"
 _FLAGS: Final = {
     "true": 1.0, "yes": 1.0, "on": 1.0, "armed": 1.0, "false": 0.0, "no": 0.0, "off": 0.0, "disarmed": 0.0,
 }  # fmt: skip
@@ -121,21 +120,15 @@ class Head(NamedTuple):
 
 def read_head(lines: Sequence[str]) -> Head:
     """Raises `UserError`."""
-    parter = comment = line = ""
+    parter = line = ""
     first_row = 0
     for line in lines:
         first_row += 1
         text = line.strip().strip('"')
         if text.lower().startswith("sep=") and len(text) <= 5:
             parter = text[4:] or "\t"
-        elif text.startswith("#"):
-            comment = text.lstrip("# ")
-        elif text:
+        elif text and not text.startswith("#"):
             break
-    if comment and any(map(_is_value, _cells(line, parter or _parter_of(line)))):
-        # The names stand in the last comment, as numpy writes them.
-        line = comment
-        first_row -= 1
     parter = parter or _parter_of(line)
     names = _cells(line, parter)
     if not 2 <= len(names) <= MAX_COLUMNS or any(map(_is_value, names)):
@@ -165,13 +158,17 @@ def _read_rows(lines: Sequence[str], head: Head, raw: RawLog, chosen: CsvColumns
     columns = recognise(head.names, head.units, chosen)
     rows = _Rows(head, columns)
     scaled = resolve(head.names, columns, rows.read(lines, raw))
-    time_s = _one_after_the_other(scaled["time"])
+    time_s = scaled["time"]
+    known_s = time_s[np.isfinite(time_s)]
+    if (np.diff(known_s) < -LARGEST_STEP_BACK_S).any():
+        # What would be left out of it may be a flight that fires.
+        raise unreadable(marked("its times begin again, as of several flights in one table"))
     if head.is_export and chosen is None:
         raw.is_of_module = True
         raw.resets = tuple(Marker(float(time_s[row]), _RESETS[word]) for row, word in rows.events if word in _RESETS)
         time_s = kept_apart(time_s)
-    elif np.isfinite(time_s).any():
-        raw.span_s = float(np.nanmin(time_s)), float(np.nanmax(time_s))
+    elif len(known_s):
+        raw.span_s = float(known_s.min()), float(known_s.max())
 
     def channels(*choices: tuple[str, ...]) -> list[Channel]:
         """Without the rows in which a cell is empty."""
@@ -318,18 +315,3 @@ def seconds_of(cell: str) -> float | None:
     except ValueError:
         return None
     return (moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)).timestamp()
-
-
-def _one_after_the_other(time_s: Floats) -> Floats:
-    """Where times, or a counter, begin again, another flight of the same table begins: it follows the one before."""
-    rows = np.flatnonzero(np.isfinite(time_s))
-    known_s = time_s[rows]
-    back_s = -np.diff(known_s)
-    begins = np.flatnonzero((back_s > 1.0) & (back_s > (known_s[:-1] - known_s[:1]) / 2)) + 1
-    if not len(begins):
-        return time_s
-    ends_s = np.maximum.reduceat(known_s, [0, *begins])
-    shifts_s = np.cumsum(ends_s[:-1] + JOIN_S - known_s[begins])
-    shifted = time_s.copy()
-    shifted[rows] += np.repeat(np.append(0.0, shifts_s), np.diff([0, *begins, len(rows)]))
-    return shifted

@@ -1,6 +1,6 @@
 """Reads telemetry as ground stations keep it (`.tlog`): MAVLink 1 and 2, each message behind the time of its arrival.
 
-Attitude, acceleration of every sensor, altitude, arming, landing. Times are the vehicle's own. Each message has a
+Attitude, acceleration of every sensor, altitude, arming. Times are the vehicle's own. Each message has a
 checksum, so damage costs the damaged messages and nothing else.
 """
 
@@ -40,7 +40,6 @@ _SIGNATURE_BYTES: Final = 13
 # The component that flies; gimbals and cameras have attitudes, too.
 _AUTOPILOT: Final = 1
 _ARMED: Final = 0x80
-_ON_GROUND: Final = 1
 # A vehicle's time that is later counts from 1970, and has nothing to do with the others.
 _LATEST_S: Final = 1e8
 _REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
@@ -79,7 +78,6 @@ _KINDS: Final = {
     0: _kind("HEARTBEAT", 50, 9, mode=(6, "<u1", 1.0)),
     _ATTITUDE: _kind("ATTITUDE", 39, 28, time=_BOOT_MS, roll=(4, "<f4", _DEG), pitch=(8, "<f4", _DEG)),
     33: _kind("GLOBAL_POSITION_INT", 104, 28, time=_BOOT_MS, altitude=(16, "<i4", 1e-3)),
-    245: _kind("EXTENDED_SYS_STATE", 130, 2, landed=(1, "<u1", 1.0)),
     105: _kind("HIGHRES_IMU", 93, 62, time=_TIME_US, **_HIGHRES),
     27: _kind("RAW_IMU", 144, 26, time=_TIME_US, **_RAW),
     26: _kind("SCALED_IMU", 170, 22, time=_BOOT_MS, **_SCALED),
@@ -93,7 +91,6 @@ _FORCES: Final = tuple(
 )
 _ALTITUDES: Final = (ChannelSource("GLOBAL_POSITION_INT", ("altitude",)),)
 _ARMING: Final = (ChannelSource("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _ARMED),)
-_LANDING: Final = (ChannelSource("EXTENDED_SYS_STATE", ("landed",), lambda state: state == _ON_GROUND),)
 _CLOCK: Final = (ChannelSource("ATTITUDE", ("stamp",)),)
 
 
@@ -171,7 +168,7 @@ class TelemetryFile:
             kind = _KINDS[number]
             places = np.arange(0, len(records), kind.layout.itemsize)
             table = columns_of(bytes(records), kind.layout, places, kind.scales)
-            # Arming and landing have no time of the vehicle.
+            # Arming has no time of the vehicle.
             table.setdefault(TIME, table["stamp"])
             if vehicle in vehicles or not vehicles:
                 tables.setdefault(kind.name, []).append(table)
@@ -184,15 +181,11 @@ def read_telemetry(data: bytes, name: str) -> RawLog:
     tables = file.tables()
     raw = RawLog(name=name, tilts_deg=channels_of(tables, _TILTS), altitudes_m=channels_of(tables, _ALTITUDES))
     raw.forces_g = [force for force in channels_of(tables, _FORCES) if np.median(force.time_s) <= _LATEST_S]
-    # Arming and landing have no time of the vehicle: they get that of the attitude that arrived with them.
+    # Arming has no time of the vehicle: it gets that of the attitude that arrived with it.
     for clock in channels_of(tables, _CLOCK):
-        raw.armed = [_by_vehicle(flag, clock) for flag in channels_of(tables, _ARMING)]
-        raw.on_ground = [_by_vehicle(flag, clock) for flag in channels_of(tables, _LANDING)]
+        order = np.argsort(clock.values, kind="stable")
+        for armed in channels_of(tables, _ARMING):
+            time_s = np.interp(armed.time_s, clock.values[order], clock.time_s[order])
+            raw.armed.append(Channel(time_s, armed.values))
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw
-
-
-def _by_vehicle(flag: Channel, clock: Channel) -> Channel:
-    """`clock`: the vehicle's times and the stamps of their arrival."""
-    order = np.argsort(clock.values, kind="stable")
-    return Channel(np.interp(flag.time_s, clock.values[order], clock.time_s[order]), flag.values)

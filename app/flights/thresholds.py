@@ -20,7 +20,7 @@ from app.flights.judging import EVER, MAX_TIME_STEPS, Answer, RuleReading, accel
 from app.flights.raw_log import Floats
 from app.flights.summary import FirstFire, FlightSummary
 from app.safety.consequences import SHORT_FALL_S
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -152,14 +152,6 @@ class FlightMargin(NamedTuple):
     freefall_s: float | None
 
 
-class SeparationConflict(NamedTuple):
-    """A flight because of which no thresholds separate the lists."""
-
-    name: str
-    group: FlightGroup
-    why: UserMessage
-
-
 class DefaultsResult(NamedTuple):
     """What the vendor's defaults do in the flights of one side, while the other side is empty."""
 
@@ -180,7 +172,8 @@ class ThresholdProposal(NamedTuple):
     limits: TriggerLimits | None
     # The flight with the smallest margin, of each side.
     nearest: Mapping[FlightGroup, FlightMargin] = MappingProxyType({})
-    conflicts: tuple[SeparationConflict, ...] = ()
+    # The names of the flights of each side because of which nothing separates them.
+    conflicts: Mapping[FlightGroup, Sequence[str]] = MappingProxyType({})
     defaults: DefaultsResult | None = None
 
 
@@ -202,8 +195,11 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
         # Those that are wrong with the thresholds with which the fewest are.
         wrong = reduce(np.add, ((one.margins() <= 0).astype(np.int64) for one in (*calm, *lost)))
         best = np.where(wrong == wrong.min(), off_defaults, np.inf).argmin()
-        conflicts = [one.conflict(_limits_at(best)) for one in (*calm, *lost) if one.margins().flat[best] <= 0]
-        return ThresholdProposal(None, conflicts=tuple(conflicts))
+        sides = {FlightGroup.MUST_NOT: calm, FlightGroup.MUST: lost}
+        conflicts = {
+            group: [one.flight.name for one in side if one.margins().flat[best] <= 0] for group, side in sides.items()
+        }
+        return ThresholdProposal(None, conflicts=conflicts)
     best = np.where(least == least.max(), off_defaults, np.inf).argmin()
     limits = _limits_at(best)
     nearest = [min(side, key=lambda one: float(one.margins().flat[best])) for side in (calm, lost)]
@@ -279,16 +275,3 @@ class _Reached(NamedTuple):
             tilt_deg if self.flight.has_attitude else None,
             fall_s if self.flight.has_acceleration else None,
         )
-
-    def conflict(self, limits: TriggerLimits) -> SeparationConflict:
-        if self.group is FlightGroup.MUST:
-            text = marked("Missed at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.")
-        else:
-            text = marked("Fires at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.")
-        why = message(
-            text,
-            tilt=limits.attitude_threshold_deg,
-            acceleration=limits.freefall_acceleration_g,
-            time=limits.freefall_time_s,
-        )
-        return SeparationConflict(self.flight.name, self.group, why)

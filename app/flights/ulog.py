@@ -1,4 +1,4 @@
-"""Reads PX4's ULog, versions 0 and 1: attitude, acceleration of every sensor, altitude, arming, landing.
+"""Reads PX4's ULog, versions 0 and 1: attitude, acceleration of every sensor, altitude, arming.
 
 https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 
@@ -46,7 +46,6 @@ _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-
 _LARGEST: Final = 0xFFFF
 _LONGEST_FORMAT: Final = 5000
 _LONGEST_NAME: Final = 100
-_DEEPEST: Final = 8
 # Longer arrays, such as texts, are one field.
 _MOST_ELEMENTS: Final = 16
 _PADDING: Final = "_padding"
@@ -82,8 +81,7 @@ _ALTITUDES: Final = (
     ChannelSource("vehicle_air_data", ("baro_alt_meter",)),
 )
 _ARMING: Final = (ChannelSource("vehicle_status", ("arming_state",), lambda state: state == _ARMED),)
-_LANDING: Final = (ChannelSource("vehicle_land_detected", ("landed",)),)
-_SOURCES: Final = (*_TILTS, *_ESTIMATOR_FORCES, *_SENSOR_FORCES, *_ALTITUDES, *_ARMING, *_LANDING)
+_SOURCES: Final = (*_TILTS, *_ESTIMATOR_FORCES, *_SENSOR_FORCES, *_ALTITUDES, *_ARMING)
 # The columns of each topic that is asked for.
 _WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for one in _SOURCES}
 
@@ -180,24 +178,22 @@ class UlogFile:
         if bounds[-1, 0] == bounds[-2, 1]:
             self.read_until = len(self._data)
 
-    def _layout(self, name: str, depth: int = 0) -> Layout | None:
+    def _layout(self, name: str) -> Layout | None:
         """The layout of a topic; None where its format is unknown or not understood."""
         if name not in self._layouts:
-            self._layouts[name] = self._make_layout(self._formats.get(name, ""), depth)
+            self._layouts[name] = self._make_layout(self._formats.get(name, ""))
         return self._layouts[name]
 
-    def _make_layout(self, fields: str, depth: int) -> Layout | None:
-        """Formats may be within formats: depth and size are bounded. An element of an array is a field like `q[0]`."""
+    def _make_layout(self, fields: str) -> Layout | None:
+        """An element of an array is a field like `q[0]`. No topic that is read has formats within its format."""
         parts: list[tuple[str, object]] = []
         size = 0
         for text in fields.rstrip(";").split(";"):
             match = _FIELD.fullmatch(text)
-            if match is None or depth > _DEEPEST:
+            if match is None or match[1] not in _TYPES:
                 return None
             name, count, label = match.groups()
-            kind = np.dtype(_TYPES[name]) if name in _TYPES else self._layout(name, depth + 1)
-            if kind is None:
-                return None
+            kind = np.dtype(_TYPES[name])
             size += kind.itemsize * int(count or 1)
             if size > _LARGEST:
                 return None
@@ -223,6 +219,5 @@ def read_ulog(data: bytes, name: str) -> RawLog:
     del raw.forces_g[_MAX_SENSORS:]
     raw.altitudes_m = channels_of(file.topics, _ALTITUDES)
     raw.armed = channels_of(file.topics, _ARMING)
-    raw.on_ground = channels_of(file.topics, _LANDING)
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw

@@ -980,10 +980,6 @@
         <translation>在 {fires:.0f}° 开伞，在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
-        <source>Fires at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.</source>
-        <translation>在 {tilt:.0f}°、{acceleration:.1f} g、{time:.2f} s 时触发。</translation>
-    </message>
-    <message>
         <source>Fires at {time}: {why}</source>
         <translation>{time} 触发：{why}</translation>
     </message>
@@ -1622,10 +1618,6 @@
     <message>
         <source>Missed</source>
         <translation>漏掉</translation>
-    </message>
-    <message>
-        <source>Missed at {tilt:.0f}°, {acceleration:.1f} g and {time:.2f} s.</source>
-        <translation>在 {tilt:.0f}°、{acceleration:.1f} g、{time:.2f} s 时漏触发。</translation>
     </message>
     <message>
         <source>Missing system libraries: {names}.</source>
@@ -4118,6 +4110,10 @@
         <translation>无效字节</translation>
     </message>
     <message>
+        <source>its times begin again, as of several flights in one table</source>
+        <translation>时间重新开始，像是一个表格中有多次飞行</translation>
+    </message>
+    <message>
         <source>label</source>
         <translation>标签</translation>
     </message>
@@ -4694,6 +4690,10 @@
         <translation>模块保存了其他值</translation>
     </message>
     <message>
+        <source>the program that reads it ended</source>
+        <translation>读取它的进程已结束</translation>
+    </message>
+    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
@@ -4988,10 +4988,6 @@
     <message>
         <source>{key}: expected {expected}.</source>
         <translation>{key}：应为 {expected}。</translation>
-    </message>
-    <message>
-        <source>{late}, {drop:.0f} m lower</source>
-        <translation>{late}，低 {drop:.0f} m</translation>
     </message>
     <message>
         <source>{least} to {most}, in steps of {step}.</source>

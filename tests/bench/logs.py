@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from app.flights.flight_log import FlightLog
-from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.many_logs import summarise_logs
 from app.flights.read_log import find_logs
 from tests.bench.figures import Figure
 from tests.support.flights import log_bytes as made
@@ -65,7 +65,7 @@ def figures(*, logs: int = 1000, seconds: float = 60.0) -> Iterator[Figure]:
                 else:
                     os.link(Path(folder) / f"{number % DIFFERENT:04}", path)
             began = time.perf_counter()
-            found = list(summarise_logs(list(find_logs([Path(folder)])), LogOrder()))
+            found = list(summarise_logs(list(find_logs([Path(folder)]))))
             took_s = time.perf_counter() - began
         assert len(found) == logs
         assert all(log.flight is not None for log in found), kind

@@ -15,7 +15,6 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import RuleReading, coverage_of
 from app.flights.raw_log import Channel, RawLog, kept_apart, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
-from app.flights.table import JOIN_S
 from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export
@@ -140,24 +139,21 @@ def test_of_several_reports_of_one_time_none_is_lost(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["restarted", "another module"])
 def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path, kind: str) -> None:
-    """Several recordings in one table are judged one after the other, although the times of each begin again."""
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
     reports = (Status(int(tilt), force, triggered=False, active=True).encode()
                for tilt, force in zip(TILT, FORCE, strict=True))  # fmt: skip
     entries = [CaptureEntry(at_s, Way.IN, raw) for at_s, raw in zip(FAST.tolist(), reports, strict=True)]
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
-    expected: list[tuple[object, Source]] = []
-    for before_s, at_s in ((0.0, restarted_s), (FAST[-1] + JOIN_S, FALLS_S)):
-        notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": kind})]
-        write_session(path, opening, entries, notes)
-        export(entry_of(path), table, is_table=True, appends=True)
-        alone = fires(read_flight_log(path))
-        assert (at_s, Source.ATTITUDE) in alone
-        expected += [(pytest.approx(before_s + fires_s), source) for fires_s, source in alone]
-        assert fires(read_flight_log(table)) == expected
-        assert [reset.kind.value for reset in read_flight_log(path).resets] == ["connected", kind]
-    assert [reset.kind.value for reset in read_flight_log(table).resets] == ["connected", kind] * 2
-    assert read_flight_log(table).problems == ()
+    notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (restarted_s, {"event": kind})]
+    write_session(path, opening, entries, notes)
+    export(entry_of(path), table, is_table=True)
+    for log in map(read_flight_log, (path, table)):
+        assert [source for _, source in fires(log)] == [Source.ATTITUDE] * 2
+        assert [reset.kind.value for reset in log.resets] == ["connected", kind]
+        assert log.problems == ()
+    export(entry_of(path), table, is_table=True, appends=True)
+    with pytest.raises(UserError, match="begin again"):
+        read_flight_log(table)
 
 
 def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
@@ -335,8 +331,6 @@ def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
     raw = raw_log(Channel(TIMES, force))
     raw.armed = [Channel(np.array([-np.inf, 10.0, 100.0]), np.array([0.0, 1.0, 0.0]))]
     assert first_fires(assembled(raw))[0] == pytest.approx(102.1)
-    raw.on_ground = [Channel(np.array([12.0, 99.0]), np.array([0.0, 1.0]))]
-    assert first_fires(assembled(raw)) == []
 
 
 def test_quaternions_of_no_length_are_no_attitude() -> None:
@@ -353,32 +347,29 @@ def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
         assembled(RawLog(name="x", forces_g=[Channel(TIMES, REST * 9.81)]))  # else it counts as one that does not fire
 
 
-def test_two_sensors_of_one_table_and_the_landing_of_a_dataflash_log(tmp_path: Path) -> None:
+def test_two_sensors_of_one_table_of_a_dataflash_log(tmp_path: Path) -> None:
     times = np.arange(0, 60, 0.04)
     fall = np.where((times >= 30) & (times < 32), 0.2, 1.0)
     rows = made.dataflash_attitude(times, 5.0) + made.dataflash_force(times, 0.3, sensor=0)
     rows += made.dataflash_force(times, fall, sensor=1)
-    rows += made.dataflash_events((1.0, 10), (2.0, 28), (50.0, 18), (51.0, 11))
+    rows += made.dataflash_events((1.0, 10), (51.0, 11))
     path = tmp_path / "two.bin"
     path.write_bytes(made.dataflash_bytes(rows))
     log = read_flight_log(path)
     assert first_fires(log)[0] == pytest.approx(31.6, abs=0.05)
-    assert log.is_on_ground is not None
-    assert not log.is_judged[log.time_s > 51.1].any()
+    assert not log.is_judged[log.time_s > 56.1].any()
     assert "Acceleration sensor 1 never rests at 1 g" in problems(log)[0]
 
 
 def test_two_sensors_of_a_ulog(tmp_path: Path) -> None:
     times = np.arange(0, 60, 0.02)
     rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02) + made.ulog_second_force(times, 1.0)
-    rows += made.ulog_landed((0.0, True), (3.0, False), (50.0, True)) + made.ulog_status(
-        (0.0, 1, 4), (2.0, 2, 4), (51.0, 1, 4)
-    )
+    rows += made.ulog_status((0.0, 1, 4), (2.0, 2, 4), (51.0, 1, 4))
     path = tmp_path / "two.ulg"
     path.write_bytes(made.ulog_bytes(rows))
     log = read_flight_log(path)
     assert first_fires(log) == []
-    assert log.not_judged_s == pytest.approx(log.duration_s - 49.0, abs=0.1)
+    assert log.not_judged_s == pytest.approx(log.duration_s - 54.0, abs=0.1)
     assert "Acceleration sensor 1 never rests at 1 g" in problems(log)[0]
 
 

@@ -144,7 +144,6 @@ def test_a_damaged_archive_is_refused(tmp_path: Path, broken: str) -> None:
         ("FLY001.DAT", b"\x55\x00\x01\xff" * 50, "DJI"),
         ("a.ulg", b"\n<!DOCTYPE html><html><body>Not found</body></html>", "web page"),
         ("a.ulg", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "Git LFS"),
-        ("a.csv", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "spreadsheet"),
         ("a.csv", packed({"[Content_Types].xml": b"<x/>", "xl/workbook.xml": b"<x/>"}), "spreadsheet"),
         ("a.xyz", bytes(range(256)) * 4, "nknown kind of file"),
         ("empty.ulg", b"", "nknown kind of file"),

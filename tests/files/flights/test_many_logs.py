@@ -1,4 +1,4 @@
-"""Logs in worker processes: all are returned, reading can be cancelled, a crash costs one log; no process is left."""
+"""Logs in worker processes: all are returned, reading can be cancelled, a crash is said; no process is left."""
 
 import os
 import sys
@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from app.flights.judge import TriggerLimits
-from app.flights.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flights.judging import Answer
+from app.flights.many_logs import SummarisedLog, summarise_logs
 from tests.support.flights import log_bytes as made
 from tests.support.processes import ran
 
@@ -26,13 +27,14 @@ def logs(tmp_path: Path) -> list[Path]:
 
 
 def fired(found: list[SummarisedLog]) -> list[str]:
-    return [one.path.stem for one in sorted(found) if one.firings]
+    limits = TriggerLimits(attitude_threshold_deg=58)
+    flights = {one.path.stem: one.flight for one in found if one.flight is not None}
+    return sorted(name for name, flight in flights.items() if flight.answer(limits) is Answer.FIRES)
 
 
 def test_every_log_comes_back_once(logs: list[Path]) -> None:
-    order = LogOrder(limits=TriggerLimits(attitude_threshold_deg=58))
     for processes in (1, 2):
-        found = list(summarise_logs(logs, order, processes=processes))
+        found = list(summarise_logs(logs, processes=processes))
         assert sorted(one.path for one in found) == logs
         assert [one.path for one in found if one.flight is None] == [logs[-2]]
         assert all((one.why_not is None) == (one.flight is not None) for one in found)
@@ -42,21 +44,19 @@ def test_every_log_comes_back_once(logs: list[Path]) -> None:
 @pytest.mark.parametrize("processes", [1, 2])
 def test_reading_can_be_cancelled_between_logs(logs: list[Path], processes: int) -> None:
     found: list[SummarisedLog] = []
-    found.extend(summarise_logs(logs, LogOrder(), is_cancelled=lambda: bool(found), processes=processes))
+    found.extend(summarise_logs(logs, is_cancelled=lambda: bool(found), processes=processes))
     assert 1 <= len(found) < len(logs)
 
 
 @pytest.mark.promise("g")
-def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
-    """Also where more crash than there are processes."""
-    order = LogOrder(columns=EndsProcess())  # type: ignore[arg-type]
-    tables = [path.with_suffix(".csv") for path in logs[:3]]
-    for table in tables:
-        table.write_text("a,b\n1,2\n", encoding="utf-8")
-    found = {log.path: log for log in summarise_logs([*tables, *logs[3:6]], order, processes=2)}
-    assert sorted(found) == sorted([*tables, *logs[3:6]])
-    why_not = {path: one.why_not.in_english() for path, one in found.items() if one.why_not is not None}
-    assert why_not == dict.fromkeys(tables, "cannot be read.")
+def test_a_process_that_was_killed_leaves_no_log_out_of_the_result(logs: list[Path]) -> None:
+    table = logs[0].with_suffix(".csv")
+    table.write_text("a,b\n1,2\n", encoding="utf-8")
+    paths = [*logs[1:6], table, *logs[6:]]
+    found = list(summarise_logs(paths, EndsProcess(), processes=2))  # type: ignore[arg-type]
+    assert sorted(one.path for one in found) == sorted(paths)
+    why_not = {one.path: one.why_not.in_english() for one in found if one.why_not is not None}
+    assert why_not[table] == "the program that reads it ended."
 
 
 class EndsProcess:
@@ -69,11 +69,11 @@ class EndsProcess:
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.many_logs import summarise_logs
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
-    for number, _ in enumerate(summarise_logs(sorted(folder.glob("*.csv")), LogOrder(), processes=2)):
+    for number, _ in enumerate(summarise_logs(sorted(folder.glob("*.csv")), processes=2)):
         print("read", flush=True)
         os._exit(0)
 """

@@ -89,10 +89,6 @@ def ulog_status(*changes: tuple[float, int, int]) -> list[Row]:
     return ulog_topic(number, "2B", ((at_s, (arming, state)) for at_s, arming, state in changes))
 
 
-def ulog_landed(*changes: tuple[float, bool]) -> list[Row]:
-    return ulog_topic(ULOG_NUMBERS["vehicle_land_detected"], "B", ((at_s, (landed,)) for at_s, landed in changes))
-
-
 def ulog_altitude(time_s: ArrayLike, altitude_m: ArrayLike) -> list[Row]:
     times, altitudes = columns(time_s, altitude_m)
     rows = zip(times.tolist(), ([0.0, 0.0, -one] for one in altitudes.tolist()), strict=True)

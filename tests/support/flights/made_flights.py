@@ -26,7 +26,6 @@ def made_flight(
     time_s: ArrayLike | None = None,
     is_judged: ArrayLike | None = None,
     altitude_m: ArrayLike | None = None,
-    is_on_ground: ArrayLike | None = None,
     resets_s: tuple[float, ...] = (),
 ) -> FlightLog:
     """Make a flight; without `time_s`, its rows come at the report rate. Scalars apply to every row."""
@@ -42,7 +41,6 @@ def made_flight(
         is_judged=np.ones(count, np.bool_) if is_judged is None else np.asarray(is_judged, np.bool_),
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
-        is_on_ground=None if is_on_ground is None else np.asarray(is_on_ground, np.bool_),
         resets=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in resets_s),
     )
 

@@ -82,7 +82,12 @@ class ProposalBar(QFrame):
         elif proposal.defaults is not None:
             self._say_defaults(proposal.defaults)
         elif limits is None:
-            lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
+            words = {FlightGroup.MUST_NOT: tr("false trigger"), FlightGroup.MUST: tr("no trigger")}
+            lines = [
+                labelled(capitalised(words[group]), join_names(map(short_name, names)))
+                for group, names in proposal.conflicts.items()
+                if names
+            ]
             self._say(Icon.WARNING, tr("No thresholds separate the sides"), lines, Meaning.ATTENTION)
         else:
             lines = [_margin_text(margin) for group in FlightGroup if (margin := proposal.nearest.get(group))]

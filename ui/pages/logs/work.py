@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from app.flights.columns import CsvColumns
 from app.flights.judge import TriggerLimits
 from app.flights.judging import RuleReading
-from app.flights.many_logs import LogOrder, summarise_logs
+from app.flights.many_logs import summarise_logs
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.summary import FlightSummary
 from app.flights.thresholds import (
@@ -121,7 +121,7 @@ class Reading:
         self.names = tuple(map(str, found))
         paths = [path for path in found if str(path) not in self._skipped]
         self.total = len(paths)
-        for log in summarise_logs(paths, LogOrder(self._columns), is_cancelled=running.is_cancelled):
+        for log in summarise_logs(paths, self._columns, is_cancelled=running.is_cancelled):
             name, changed_at = str(log.path), _changed_at(log.path)
             read = LogFile(name, FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, log.head, changed_at)
             self.done.append(read)
