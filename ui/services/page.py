@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
+from shiboken6 import isValid
 
 from app.engine.worker import Batch
 from app.text.i18n import tr
@@ -14,6 +15,7 @@ from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import scaled
 from ui.widgets.controls import control, named
+from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
     from ui.session.shown_module import ShownModule
@@ -83,6 +85,7 @@ class Page(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_page")
         self._module: ShownModule | None = None
+        application().focusChanged.connect(self._on_focus_changed)
 
     @property
     def module(self) -> "ShownModule":
@@ -173,6 +176,12 @@ class Page(QWidget):
         super().hideEvent(event)
         if self.isHidden():  # else the window was, or what the page lies in
             self.end_notices(is_page_left=True)
+
+    def _on_focus_changed(self, old: QWidget | None, now: QWidget | None) -> None:
+        """Qt gives the focus of a control that is disabled to the next one, which whoever types would press."""
+        is_taken = old is not None and now is not None and isValid(old) and self.isAncestorOf(old)
+        if old is not None and is_taken and old.isVisible() and not old.isEnabled():
+            self.setFocus()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() != Qt.Key.Key_Escape or not self.on_escape():

@@ -7,7 +7,7 @@ from app.text.sentences import join_names
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import text_label
+from ui.widgets.labels import SELECTABLE, TickingLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 
 USUAL_ADDRESS = "127.0.0.1:7001"
@@ -23,7 +23,10 @@ class SharingCard(QFrame):
         self.switch = control(QCheckBox(tr("Share this port, read-only")), "sharing_switch", slot=self._press)
         self.address = control(QLineEdit(USUAL_ADDRESS), "sharing_address", says=tr("Address for readers"))
         self.state = text_label("sharing_state", "muted", is_selectable=True)
-        self.last = text_label("sharing_last", is_selectable=True)
+        self.last = named(TickingLabel(), "sharing_last")
+        self.last.setAccessibleName(self.switch.text())
+        self.last.setWordWrap(True)
+        self.last.setTextInteractionFlags(SELECTABLE)
         in_column(
             in_row(self.switch, (self.address, 1), spacing=Space.M), self.state, self.last, of=self, spacing=Space.S
         )

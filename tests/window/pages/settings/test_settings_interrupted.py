@@ -4,7 +4,8 @@ shown."""
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
@@ -73,6 +74,17 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     written(one)
     assert state(one, TIME) is RowState.VERIFIED
     assert len(one.changes()) == 1
+
+
+def test_who_types_when_the_conversation_ends_presses_nothing(one: Desk) -> None:
+    field = one.find(QLineEdit, "freefall_time_wanted")
+    field.setFocus()
+    QTest.keyClicks(field, "1.")
+    one.bench.power_off()
+    one.until(lambda: not field.isEnabled())
+    QApplication.processEvents()
+    assert not isinstance(QApplication.focusWidget(), QAbstractButton)
+    assert QApplication.focusWidget() is not one.settings.note
 
 
 def test_edits_of_a_named_module_are_taken_over_by_none_that_is_not_said_to_be_it(one: Desk) -> None:
