@@ -64,8 +64,7 @@ WAITING = marked("Waiting some seconds: an answer may come twice")
 class SetReply(Enum):
     """The module's answer to the set (E2)."""
 
-    ECHO = "echo"  # the value that was sent
-    ONE = "one"  # 01, "understood"
+    ACKNOWLEDGED = "acknowledged"  # the value that was sent, or 01, "understood"
     OTHER = "other"  # another value
     NOTHING = "nothing"
     NOT_SENT = "not sent"
@@ -140,7 +139,7 @@ class Written:
 
     @property
     def is_acknowledged(self) -> bool:
-        return self.heard in (SetReply.ECHO, SetReply.ONE)
+        return self.heard is SetReply.ACKNOWLEDGED
 
     @property
     def is_sent(self) -> bool:
@@ -251,9 +250,7 @@ def reply_of(outcome: Reply) -> SetReply:
     answer = acknowledgement(outcome)
     if answer is None:
         return SetReply.NOTHING
-    if answer.is_echo:
-        return SetReply.ECHO
-    return SetReply.ONE if answer.is_accepted else SetReply.OTHER
+    return SetReply.ACKNOWLEDGED if answer.is_accepted else SetReply.OTHER
 
 
 class _Writing:

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import look_for
-from app.procedures.write import SetReply
+from app.procedures.write import SetReply, WriteFault
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from protocol.catalogue import BAUD_RATES
@@ -38,27 +38,24 @@ def sets(rig: Rig) -> int:
 
 
 @pytest.mark.parametrize(
-    ("how", "ack", "end", "heard"),
+    ("how", "ack", "fault", "heard"),
     [
-        ("old", "echo", BaudEnd.CHANGED, SetReply.ECHO),
-        ("old", "one", BaudEnd.CHANGED, SetReply.ONE),
-        ("new", "echo", BaudEnd.CHANGED, SetReply.NOTHING),
-        ("new", "one", BaudEnd.CHANGED, SetReply.NOTHING),
-        ("restart", "echo", BaudEnd.AT_RESTART, SetReply.ECHO),
-        ("restart", "one", BaudEnd.AT_RESTART, SetReply.ONE),
+        ("old", "echo", None, SetReply.ACKNOWLEDGED),
+        ("old", "one", None, SetReply.ACKNOWLEDGED),
+        ("new", "echo", None, SetReply.NOTHING),
+        ("restart", "echo", WriteFault.AT_RESTART, SetReply.ACKNOWLEDGED),
     ],
 )
-def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd, heard: SetReply) -> None:
+def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, fault: WriteFault | None, heard: SetReply) -> None:
     rig, journal = settled_rig(baud_ack=how, ack=ack), FakeJournal()
     journal.line_length = lambda: len(rig.line.sent)
-    changed = change(rig, 9600, journal)
-    assert (changed.end, changed.heard) == (end, heard)
-    assert changed.found_rate == rig.line.baud_rate == rig.bench.module.baud_rate
+    written = change(rig, 9600, journal).written
+    assert (written.fault, written.heard, written.verified) == (fault, heard, fault is None)
+    assert written.read_back == rig.line.baud_rate == rig.bench.module.baud_rate
     assert sets(rig) == 1
     assert rig.conversation.is_going
-    assert changed.written.verified is (end is BaudEnd.CHANGED)
     assert rates(journal) == [(115200, 9600)]
-    assert journal.results == {0: {"end": end.value, "found": rig.line.baud_rate}}
+    assert journal.outcomes == {0: Outcome.UNKNOWN if fault else Outcome.CONFIRMED}
     assert journal.sent_before[0] < len(rig.line.sent)
 
 
@@ -66,7 +63,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     rig, journal = settled_rig(), FakeJournal()
     at_frame(rig.bench, 1, lambda: rig.bench.change(mute=True), code=0x24)
     changed = change(rig, 9600, journal)
-    assert (changed.end, changed.found_rate) == (BaudEnd.LOST, None)
+    assert (changed.written.fault, changed.written.read_back) == (WriteFault.MODULE_LOST, None)
     assert "Find the baud rate" in changed.sentence
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.UNKNOWN}  # it may have been carried out
@@ -93,7 +90,7 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
         rig.session.treat_as_another()
         rig.begin()
     changed = rig.run(change_baud(9600, journal, permit=permit), outlives=True)
-    assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, SetReply.NOT_SENT)
+    assert changed.written.fault is WriteFault.NOT_ALLOWED
     assert changed.refusals
     assert changed.sentence.startswith("Nothing was sent. ")
     assert changed.sentence.endswith("The disk is full.") is (what == "log")
@@ -111,15 +108,15 @@ FAULTS: tuple[dict[str, Any], ...] = (
 
 @pytest.mark.parametrize("faults", FAULTS, ids="-".join)
 def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) -> None:
-    ends = set()
+    faults_seen = set()
     cases = list(product(("old", "new", "restart"), ("echo", "one"), BAUD_RATES)) * 2
     for seed, (how, ack, rate) in some(enumerate(cases), one_in=5, first=FAULTS.index(faults)):
         rig = Rig({"uptime": 60, **faults, "baud_ack": how, "ack": ack, "seed": seed * 13 + 5}).begin(limit_s=60)
-        changed = change(rig, rate)
-        ends.add(changed.end)
-        assert sets(rig) == (changed.end is not BaudEnd.NOT_SENT)
-        if changed.found_rate is not None:
-            assert changed.found_rate == rig.line.baud_rate == rig.bench.module.baud_rate
-        if changed.end is BaudEnd.CHANGED:
+        written = change(rig, rate).written
+        faults_seen.add(written.fault)
+        assert sets(rig) == written.is_sent
+        if written.read_back is not None:
+            assert written.read_back == rig.line.baud_rate == rig.bench.module.baud_rate
+        if written.fault is None:
             assert rig.bench.module.baud_rate == rate
-    assert BaudEnd.CHANGED in ends
+    assert None in faults_seen

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
 from app.procedures.act import Performed, begin_act, perform
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import await_module, find_rate, look_for
 from app.procedures.history import History, read_history
 from app.procedures.light import measure_light
@@ -147,9 +147,10 @@ def _begin_act(cell: Cell) -> Procedure[Any]:
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
     was_sent = BAUD_RATE.set(WANTED_RATE) in cell.port.requests
-    if changed.end is BaudEnd.NOT_SENT:
+    if not changed.written.is_sent:
         return ["not sent, and it was"] if was_sent else []
-    return rate_lies(changed.found_rate, cell)
+    found = changed.written.read_back
+    return rate_lies(None if found is None else int(found), cell)
 
 
 def rate_lies(found_rate: int | None, cell: Cell) -> list[str]:

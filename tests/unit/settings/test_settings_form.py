@@ -38,7 +38,7 @@ def row(form: SettingsForm, key: str, view: ConversationView | None = None) -> F
 
 
 def written(key: str, wanted: Value, **more: Any) -> Written:
-    return Written(BY_KEY[key], wanted, **({"heard": SetReply.ECHO, "fault": None} | more))
+    return Written(BY_KEY[key], wanted, **({"heard": SetReply.ACKNOWLEDGED, "fault": None} | more))
 
 
 def write(form: SettingsForm, *results: Written, after: ConversationView | None = None) -> None:
