@@ -271,6 +271,6 @@ def _why_not_permitted(
         return message(marked("Confirm again: it may be another module."))
     if inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at:
         return message(marked("Confirm again: LOCK was pressed."))
-    if not permit.is_good(act, now):
+    if not permit.is_in_time(now):
         return message(marked("Confirm again: {seconds:.1f} s old."), seconds=max(0.0, permit.age_s(now)))
     return None

@@ -249,7 +249,7 @@ class RitualWidget(QFrame):
     def _fire(self, permit: Permit) -> None:
         if permit.is_rehearsal:
             self.ritual.disarm(Input.FINISHED)
-            self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY, permit)))
+            self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY)))
             return
         module = self._ports.module
         performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
