@@ -3702,10 +3702,6 @@
         <translation>正在写入：{what}</translation>
     </message>
     <message>
-        <source>Written: {names}.</source>
-        <translation>已写入：{names}。</translation>
-    </message>
-    <message>
         <source>Wrong rate?</source>
         <translation>波特率不对？</translation>
     </message>

@@ -6,7 +6,6 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
@@ -24,36 +23,12 @@ class _Ended(Exception):
     """The window is closing."""
 
 
-class Seen(NamedTuple):
-    """What is known after an exchange."""
+class ExchangeState(NamedTuple):
+    """What is known after an exchange, as a sentence; `is_trouble`: the place could not be used."""
 
-    # With the server that is set.
-    exchanged: "Exchanged | None" = None
-    # The last one of this session.
-    done: "Synced | None" = None
-    # Why the place could not be used.
-    trouble: UserMessage | None = None
-
-    @property
-    def needs_attention(self) -> bool:
-        return self.trouble is not None or (self.done is not None and self.done.left_out_count > 0)
-
-    @property
-    def sentence(self) -> str:
-        """In the language in use."""
-        if self.trouble is not None:
-            return self.trouble.translated()
-        parts: list[str] = []
-        if self.exchanged is not None:
-            last_at = self.exchanged.last_at
-            time = tr("never") if last_at is None else local_time(last_at, MINUTE)
-            parts.append(tr("Not shared: {count}. Last: {time}.", count=self.exchanged.not_shared, time=time))
-        if self.done is not None:
-            parts.append(tr("Sent: {sent}. Received: {received}.", sent=self.done.sent, received=self.done.received))
-        if self.done is not None and self.done.left_out_count:
-            parts.append(tr("Left out, unreadable or altered: {count}.", count=self.done.left_out_count))
-            parts += [f"{one.id[:12]}: {one.why}." for one in self.done.left_out[:_SHOWN_LEFT_OUT]]
-        return join_sentences(parts) or tr("No server is set.")
+    sentence: str
+    needs_attention: bool = False
+    is_trouble: bool = False
 
 
 class ArchiveExchange(QObject):
@@ -67,9 +42,9 @@ class ArchiveExchange(QObject):
         super().__init__(parent)
         # The one that is set, without its password.
         self.server: str | None = None
-        self.seen = Seen()
+        self.state = ExchangeState(tr("No server is set."))
         self._storage = storage
-        self._task: BackgroundTask[Seen] = BackgroundTask("dps-s archive", self)
+        self._task: BackgroundTask[ExchangeState] = BackgroundTask("dps-s archive", self)
         self._timer = QTimer(self, interval=EVERY_MS)
         self._timer.timeout.connect(lambda: self.exchange(self.server))
 
@@ -79,16 +54,18 @@ class ArchiveExchange(QObject):
 
     def start(self) -> None:
         """Called when the store is open."""
-        self.server = archive_of(self._storage).server
+        store = self._storage.ready
+        self.server = None if store is None else store.state("server")
         if self.server is not None:
             self._timer.start()
             self.exchange(self.server)
 
     def use_server(self, text: str) -> None:
-        """Store the address and exchange at once; "" removes it. Raises `UserError`."""
-        archive = archive_of(self._storage)
-        archive.use_server(text).result()
-        self.server = archive.server
+        """Keep the address and exchange at once; "" forgets it. Raises `UserError`."""
+        from app.archive.postgres import server_url
+
+        self.server = server_url(text).shown if text.strip() else None
+        archive_of(self._storage).use_server(text)
         if self.server is None:
             self._timer.stop()
         else:
@@ -100,30 +77,39 @@ class ArchiveExchange(QObject):
         if self.is_running:
             return
         server = self.server
-        seen = self.seen._replace(trouble=None)
 
-        def work(running: Running) -> Seen:
+        def work(running: Running) -> ExchangeState:
             archive = archive_of(self._storage)
-            found = seen
-            if place is not None:
-                try:
-                    found = found._replace(done=_sync(archive, place, running))
-                except UserError as error:
-                    found = found._replace(trouble=error.message)
-            return found._replace(exchanged=None if server is None else archive.exchanged(server))
+            done = None if place is None else _sync(archive, place, running)
+            return _state(None if server is None else archive.exchanged(server), done)
 
         self._task.run(work, self._on_ended, self._fail)
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
         if isinstance(error, UserError):
-            self._on_ended(self.seen._replace(trouble=error.message))
+            self._on_ended(ExchangeState(error.sentence, needs_attention=True, is_trouble=True))
         elif not isinstance(error, _Ended):
             raise error
 
-    def _on_ended(self, seen: Seen) -> None:
-        self.seen = seen
+    def _on_ended(self, state: ExchangeState) -> None:
+        self.state = state
         self.changed.emit()
+
+
+def _state(exchanged: "Exchanged | None", done: "Synced | None") -> ExchangeState:
+    """`exchanged`: with the server that is set. `done`: just now, with it or with a file."""
+    parts: list[str] = []
+    if exchanged is not None:
+        time = tr("never") if exchanged.last_at is None else local_time(exchanged.last_at, MINUTE)
+        parts.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=time))
+    if done is not None:
+        parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+    if done is not None and done.left_out_count:
+        parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
+        parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:_SHOWN_LEFT_OUT]]
+    sentence = join_sentences(parts) or tr("No server is set.")
+    return ExchangeState(sentence, needs_attention=done is not None and done.left_out_count > 0)
 
 
 def archive_of(storage: Storage) -> "Archive":

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from datetime import UTC, date, datetime
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -13,15 +12,11 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDateEdit,
     QFormLayout,
-    QHBoxLayout,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSizePolicy,
-    QSplitter,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -46,8 +41,8 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, RowHeight, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import scroll_area
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
+from ui.widgets.sliders import WheelGuard, label_for
 
 SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
@@ -95,7 +90,7 @@ class ArchivePanel(QWidget):
         self._services = services
         self.ask_file: Callable[[QWidget, ThenPath], object] = _ask_file
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
-        self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive life", self)
+        self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
         self._keeping: BackgroundTask[object] = BackgroundTask("dps-s archive service", self)
         self.server = control(QLineEdit(), "archive_server", says=tr("Server"), tip=tr("Without the password"))
         self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
@@ -125,56 +120,38 @@ class ArchivePanel(QWidget):
             lambda event: event.text.translated(),
             row_px=RowHeight.LIST,
         )
+        for table in (self.modules, self.life):
+            table.setWordWrap(True)
+            table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.settings = text_label("archive_settings", "small", is_selectable=True)
         self.use = control(
             QPushButton(tr("Use in Settings")), "archive_use", picture=Icon.SETTINGS, slot=self._use_settings
         )
-        for table in (self.modules, self.life):
-            table.setWordWrap(True)
-            table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.service = ServiceForm(self._keep_service)
-        self.service.closed.connect(self._close_form)
         self._lay_out()
-        self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
+        self.service.closed.connect(lambda: self.views.setCurrentIndex(0))
+        self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_history())
         self.life.selectionModel().selectionChanged.connect(lambda _new, _old: self._compare())
         exchange.changed.connect(self._refresh)
 
     def _lay_out(self) -> None:
-        label = named(QLabel(tr("Server")), "archive_server_label")
-        label.setBuddy(self.server)
-        place = QHBoxLayout()
-        for widget in (label, self.server, self.sync):
-            place.addWidget(widget)
-        state = QHBoxLayout()
-        state.addWidget(self.state, 1)
-        state.addWidget(self.carry)
-        state.addWidget(self.enter_service)
-        chosen = QHBoxLayout()
-        chosen.addWidget(self.settings, 1)
-        chosen.addWidget(self.use)
-        history = named(QWidget(), "archive_history")
-        below = QVBoxLayout(history)
-        below.setContentsMargins(0, 0, 0, 0)
-        below.addLayout(chosen)
-        below.addWidget(self.life, 1)
-        tables = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
-        tables.addWidget(self.modules)
-        tables.addWidget(history)
+        place = in_row(label_for(self.server, tr("Server")), self.server, self.sync)
+        state = in_row((self.state, 1), self.carry, self.enter_service)
+        chosen = in_row((self.settings, 1), self.use)
+        tables = named(QWidget(), "archive_tables")
+        in_column((self.modules, 1), chosen, (self.life, 1), of=tables, margins=0)
         self.views = named(QStackedWidget(), "archive_views")
         # The tables scroll by themselves: the page need not be as high as they would like to be.
         self.views.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
-        self.views.addWidget(tables)
-        self.views.addWidget(scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, Space.S, 0, 0)
-        column.addLayout(place)
-        column.addLayout(state)
-        column.addWidget(self.views, 1)
+        stacked(self.views, tables, scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
+        in_column(place, state, (self.views, 1), of=self, margins=(0, Space.S, 0, 0))
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self._exchange.exchange(None)
         self._refresh()
+
+    # The exchange, and all modules
 
     def _sync(self) -> None:
         """With the server whose address stands there; none, where it is empty."""
@@ -188,21 +165,6 @@ class ArchivePanel(QWidget):
     def _choose_file(self) -> None:
         self.ask_file(self, lambda path: self._exchange.exchange(str(path)))
 
-    def _enter_service(self) -> None:
-        for module in self.modules.chosen():
-            self.service.begin(module.name, self._services.preferences.who)
-            self.views.setCurrentIndex(1)
-
-    def _close_form(self) -> None:
-        self.views.setCurrentIndex(0)
-
-    def _keep_service(self, module: str, service: Serviced) -> None:
-        self._keeping.run(
-            lambda _running: archive_of(self._services.storage).store.add(service, module).result(),
-            lambda _kept: self._exchange.exchange(None),
-            self._fail,
-        )
-
     def _refresh(self) -> None:
         """What is known of the exchange now; the modules are read again once it has ended."""
         is_free = not self._exchange.is_running
@@ -210,18 +172,20 @@ class ArchivePanel(QWidget):
         self.carry.setEnabled(is_free)
         if not self.server.isModified():
             self.server.setText(self._exchange.server or "")
-        seen = self._exchange.seen
-        if is_free:
-            self._say(seen.sentence, "attention" if seen.needs_attention else "")
-        else:
-            self._say(tr("Exchanging…"))
+        state = self._exchange.state
+        self._say(state.sentence if is_free else tr("Exchanging…"), needs_attention=is_free and state.needs_attention)
         if is_free and self.isVisible():
             storage = self._services.storage
             self._loading.run(lambda _running: report(archive_of(storage), datetime.now(UTC)), self._show, self._fail)
 
-    def _say(self, text: str, role: str = "") -> None:
+    def _say(self, text: str, *, needs_attention: bool) -> None:
         self.state.setText(text)
-        set_role(self.state, role)
+        set_role(self.state, "attention" if needs_attention else "")
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, UserError):
+            raise error
+        self._say(error.sentence, needs_attention=True)
 
     def _show(self, modules: list[ModuleToday]) -> None:
         """The chosen one stays chosen, also where others came to it."""
@@ -230,16 +194,21 @@ class ArchivePanel(QWidget):
         self.modules.choose(lambda row: row.name in names)
         if modules and not self.modules.chosen():
             select_row(self.modules, 0)
-        self._show_life()
+        self._show_history()
 
-    def _show_life(self) -> None:
+    # One module
+
+    def _show_history(self) -> None:
+        """The newest first."""
         chosen = self.modules.chosen()
         self.enter_service.setEnabled(bool(chosen))
         if not chosen:
             self.life.show_rows(())
             return
-        read = partial(_history_of, self._services, chosen[0].name)
-        self._loading_history.run(lambda _running: read(), self.life.show_rows, self._fail)
+        name, storage = chosen[0].name, self._services.storage
+        self._loading_history.run(
+            lambda _running: module_history(archive_of(storage), name)[::-1], self.life.show_rows, self._fail
+        )
 
     def _compare(self) -> None:
         """The settings of one entry, or what differs between two, the earlier first."""
@@ -261,15 +230,17 @@ class ArchivePanel(QWidget):
                 self.settings_wanted.emit()
                 return
 
-    def _fail(self, error: Exception) -> None:
-        if not isinstance(error, UserError):
-            raise error
-        self._say(error.sentence, "attention")
+    def _enter_service(self) -> None:
+        for module in self.modules.chosen():
+            self.service.begin(module.name, self._services.preferences.who)
+            self.views.setCurrentIndex(1)
 
-
-def _history_of(services: Services, name: str) -> list[HistoryEvent]:
-    """The newest first."""
-    return module_history(archive_of(services.storage), name)[::-1]
+    def _keep_service(self, module: str, service: Serviced) -> None:
+        self._keeping.run(
+            lambda _running: archive_of(self._services.storage).store.add(service, module).result(),
+            lambda _kept: self._exchange.exchange(None),
+            self._fail,
+        )
 
 
 def _ask_file(parent: QWidget, then: ThenPath) -> None:
@@ -289,35 +260,34 @@ class ServiceForm(QWidget):
         self._keep = keep
         self.module = ""
         self.title = text_label("service_title", "strong")
-        self.kind = control(QComboBox(), "service_kind", says=tr("What was done"))
+        self.kind = QComboBox()
         for kind, title in TITLES.items():
             self.kind.addItem(tr(title), kind)
-        self.on = control(QDateEdit(), "service_on", says=tr("Done on"))
+        self.on = QDateEdit()
         self.is_due = named(QCheckBox(tr("Due again on")), "service_is_due")
-        self.due = control(QDateEdit(), "service_due", says=tr("Due again on"))
-        self.who = control(QLineEdit(), "service_who", says=tr("Done by"))
-        self.note = control(QLineEdit(), "service_note", says=tr("Note"))
-        for turned in (self.kind, self.on, self.due):
-            WheelGuard(turned)
-        for edit in (self.who, self.note):
-            edit.setMaxLength(MAX_LENGTH)
-        for day in (self.on, self.due):
-            day.setCalendarPopup(True)
-            day.setDisplayFormat("yyyy-MM-dd")
+        self.due = QDateEdit()
         self.is_due.toggled.connect(self.due.setEnabled)
+        self.who = QLineEdit(maxLength=MAX_LENGTH)
+        self.note = QLineEdit(maxLength=MAX_LENGTH)
         self.save = control(QPushButton(tr("Save")), "service_save", role="primary", slot=self._accept)
-        buttons = QHBoxLayout()
-        buttons.addStretch(1)
-        buttons.addWidget(control(QPushButton(tr("Cancel")), "service_cancel", slot=self.closed))
-        buttons.addWidget(self.save)
+        cancel = control(QPushButton(tr("Cancel")), "service_cancel", slot=self.closed)
         form = QFormLayout(self)
         form.addRow(self.title)
-        form.addRow(tr("What was done"), self.kind)
-        form.addRow(tr("Done on"), self.on)
-        form.addRow(self.is_due, self.due)
-        form.addRow(tr("Done by"), self.who)
-        form.addRow(tr("Note"), self.note)
-        form.addRow(buttons)
+        rows = (
+            ("kind", tr("What was done"), self.kind),
+            ("on", tr("Done on"), self.on),
+            ("due", tr("Due again on"), self.due),
+            ("who", tr("Done by"), self.who),
+            ("note", tr("Note"), self.note),
+        )
+        for name, label, field in rows:
+            form.addRow(self.is_due if name == "due" else label, control(field, f"service_{name}", says=label))
+            if isinstance(field, QDateEdit):
+                field.setCalendarPopup(True)
+                field.setDisplayFormat("yyyy-MM-dd")
+            if not isinstance(field, QLineEdit):
+                WheelGuard(field)
+        form.addRow(in_row(1, cancel, self.save))
 
     def begin(self, module: str, who: str) -> None:
         """Ask again, for this module."""

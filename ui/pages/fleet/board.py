@@ -106,8 +106,8 @@ class Board(QTableWidget):
         # By port, in the order of the rows.
         self._items: dict[Port, list[QTableWidgetItem]] = {}
         self._locks: dict[Port, QPushButton] = {}
-        # What stands in the cells: text, and what colour and icon follow.
-        self._shown: dict[Port, dict[int, tuple[str, object]]] = {}
+        # What stands in the cells, and in which theme.
+        self._shown: dict[Port, tuple[str, dict[int, _Cell]]] = {}
         self._fitted: Profile | None = None
         self.setHorizontalHeaderLabels([tr(title) for title in _TITLES])
         self._row_px = _LINES * QFontMetrics(font()).lineSpacing() + Space.S
@@ -134,7 +134,8 @@ class Board(QTableWidget):
         self.blockSignals(True)  # a change of ours is no tick of a person
         for port in [port for port in self._items if port not in cards]:
             self.removeRow(self._items.pop(port)[0].row())
-            del self._locks[port], self._shown[port]
+            del self._locks[port]
+            self._shown.pop(port, None)
         for port, card in cards.items():
             if port not in self._items:
                 self._add(port)
@@ -168,7 +169,6 @@ class Board(QTableWidget):
         for column, item in enumerate(items):
             self.setItem(row, column, item)
         self._items[port] = items
-        self._shown[port] = {}
         self._locks[port] = control(QPushButton(tr("LOCK")), "fleet_lock", picture=Icon.LOCK, slot=port.lock.press)
         # With room around it, so that a finger between two rows presses neither.
         holder = QWidget()
@@ -188,20 +188,18 @@ class Board(QTableWidget):
             VERDICT: _verdict(card, now),
             NEXT: self._next(port, card, now),
         }
+        shown = current().name, cells
+        if shown == self._shown.get(port):
+            return
+        self._shown[port] = shown
+        items = self._items[port]
         for column, cell in cells.items():
-            item = self._items[port][column]
-            before = self._shown[port].get(column)
-            self._shown[port][column] = shown = (cell.text, (cell.meaning, cell.picture, current().name))
-            if before is None or before[1] != shown[1]:
-                item.setForeground(current().ink(cell.meaning))
-                item.setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
-            if before is None or before[0] != shown[0]:
-                item.setText(cell.text)
-                if column != MODULE:
-                    item.setToolTip(cell.text)
-        tip = "\n".join(cell.text for cell in cells.values())  # also of columns for which there is no room
-        if self._items[port][MODULE].toolTip() != tip:
-            self._items[port][MODULE].setToolTip(tip)
+            items[column].setText(cell.text)
+            items[column].setToolTip(cell.text)
+            items[column].setForeground(current().ink(cell.meaning))
+            items[column].setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
+        # Also of columns for which there is no room.
+        items[MODULE].setToolTip("\n".join(cell.text for cell in cells.values()))
 
     def _next(self, port: Port, card: Card, now: float) -> _Cell:
         """What a person does next; with a profile, what writing it changes or has come to."""

@@ -1,7 +1,6 @@
 """Fleet page: all connected modules in one table, and all modules ever seen."""
 
 from collections import Counter
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -10,14 +9,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
 from app.fleet.card import Card, Need
-from app.fleet.check_set import SetMember, summary, write_set_reports
+from app.fleet.check_set import summary
 from app.fleet.profile_table import Applied, result_line
 from app.procedures.write import SettingChange
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names, labelled
+from app.text.sentences import capitalised, labelled
 from protocol.translatable import marked
-from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.files.report_printer import print_pages
+from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.pages.fleet.archive_exchange import ArchiveExchange
 from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import NEED_MEANINGS, Board
@@ -49,7 +47,6 @@ class FleetPage(Page):
         self._services = services
         self._ports = services.ports
         self.ask_profile: AskOpen = ask_profile
-        self.ask_report: AskPath = ask_path
         self.result = JobNotice(self)
         self.members = FleetMembers(services)
         self.checks = GroupChecks(self.members)
@@ -96,7 +93,6 @@ class FleetPage(Page):
         head.row.insertWidget(1, self.summary, 3)
         enable = partial(self._check, is_enabling=True)
         self.enable = head.add_rare("fleet_enable", tr("Enable triggers and check"), enable)
-        self.report = head.add_rare("fleet_report", tr("Export report…"), self._choose_report)
         self.show_marked = head.add_rare("fleet_show", tr("Show on all pages"), lambda: self._choose(self.board.marked))
         self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
         self.board.addAction(self.show_marked)
@@ -167,7 +163,6 @@ class FleetPage(Page):
         self.check.setEnabled(can_check)
         self.enable.setEnabled(can_check)
         self.open_profile.setEnabled(bool(ticked) and is_free)
-        self.report.setEnabled(bool(self.checks.results) and is_free and not self.result.is_writing)
         self.lock_all.setEnabled(any(port.is_requested for port in connections))
         self.first.setVisible(bool(self.members.unconnected))
 
@@ -210,9 +205,8 @@ class FleetPage(Page):
 
     def _tell_trouble(self) -> None:
         """An exchange that failed by itself is said wherever a person is."""
-        trouble = self.exchange.seen.trouble
-        if trouble is not None and not self.exchange.is_running:
-            self._ports.notified.emit(trouble.translated())
+        if self.exchange.state.is_trouble and not self.exchange.is_running:
+            self._ports.notified.emit(self.exchange.state.sentence)
 
     # What a person does
 
@@ -261,17 +255,6 @@ class FleetPage(Page):
             return
         self.result.dismiss()
         self.profile.apply(accepted)
-
-    def _choose_report(self) -> None:
-        """Of what is shown when it is asked for."""
-        export = partial(self._export, tuple(self.checks.results))
-        self.ask_report(self, tr("Export report…"), Path.home() / "fleet.pdf", "*.pdf", export)
-
-    def _export(self, members: Sequence[SetMember], path: Path) -> None:
-        def saved(written: tuple[Path, ...]) -> str:
-            return tr("Written: {names}.", names=join_names(file.name for file in written))
-
-        self.result.write_file(path, partial(write_set_reports, path, members, print_pages), saved)
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)

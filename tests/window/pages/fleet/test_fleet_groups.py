@@ -5,11 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QWidget
 
 from app.engine.procedure import Cancelled, Procedure
-from app.fleet.check_set import SetMember, write_set_reports
-from app.modules.labels import Printer
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
@@ -20,7 +17,6 @@ from protocol.events import EndReason
 from tests.support.window.fake_ports import stand
 from tests.support.window.steps import given
 from tests.window.pages.fleet.conftest import Desk
-from ui.files.file_dialogs import ThenPath
 from ui.pages.fleet.board import NEXT
 
 STEEPER = Profile(name="Show", settings={"attitude_threshold_deg": 70})
@@ -227,34 +223,6 @@ def test_what_is_void_of_a_set_is_neither_said_nor_exported_any_more(desk: Desk)
     assert [verdict for verdict, _ in shown] == [None] * 3
     assert all(why for _, why in shown), shown
     assert second.module.check is None
-
-
-def test_the_report_of_all_is_exported_by_its_button(
-    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    desk.plug_in(2)
-    assert not desk.page.report.isEnabled()  # nothing was checked
-    desk.click(desk.page.check)
-    for _, worker in desk.modules:
-        worker.end_jobs(Cancelled())
-    desk.wait(desk.page.report.isEnabled)
-    asked: list[int] = []
-
-    def choose(_parent: QWidget, _title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
-        desk.page.checks.check(None)  # another check has begun meanwhile
-        then(tmp_path / "fleet.pdf")
-
-    def write(path: Path, members: Sequence[SetMember], printer: Printer) -> tuple[Path, ...]:
-        asked.append(len(members))
-        return write_set_reports(path, members, printer)
-
-    monkeypatch.setattr("ui.pages.fleet.page.write_set_reports", write)
-    desk.page.ask_report = choose
-    desk.page.report.trigger()
-    desk.wait(lambda: asked == [2] and (tmp_path / "fleet.pdf").exists())
-    assert [path.name for path in tmp_path.glob("fleet*")] == ["fleet.pdf"]  # neither module has a record
-    assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")
-    desk.page.checks.cancel()
 
 
 def test_disconnecting_asks_the_window_first(desk: Desk) -> None:
