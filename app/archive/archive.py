@@ -146,7 +146,7 @@ def known_names(store: Store | None) -> StationNames:
     try:
         archive = Archive(store)
         names = archive.read(introductions) if archive.path.exists() else store.read(introductions)
-        return StationNames(store.station, names)
+        return StationNames(store.station, tuple(dict.fromkeys(names)))
     except StoreTrouble as error:
         _log.warning("The names of stations cannot be read: %s", error)
         return StationNames()

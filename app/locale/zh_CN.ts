@@ -3998,10 +3998,6 @@
         <translation>重复</translation>
     </message>
     <message>
-        <source>duplicate checks: {checks}</source>
-        <translation>检查项重复：{checks}</translation>
-    </message>
-    <message>
         <source>echo</source>
         <translation>回显</translation>
     </message>
@@ -4180,10 +4176,6 @@
     <message>
         <source>measuring… {done}</source>
         <translation>正在测量… {done}</translation>
-    </message>
-    <message>
-        <source>missing checks: {checks}</source>
-        <translation>缺少检查项：{checks}</translation>
     </message>
     <message>
         <source>module not named</source>

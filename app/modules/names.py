@@ -18,8 +18,8 @@ from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed, Serviced, SettingsSeen
 from app.store.rows import Row, time_text
 from app.text.messages import UserMessage, clean, message
-from protocol.catalogue import BOOTS, READABLE_SETTINGS, SETTINGS
-from protocol.fields import Value, ValueRefused
+from protocol.catalogue import BOOTS, READABLE_SETTINGS
+from protocol.fields import Value
 from protocol.translatable import marked
 
 # The boot count is one byte. A module in use may go around within half a year.
@@ -95,28 +95,13 @@ def _state(facts: Facts, name: str) -> dict[str, Any]:
     return facts.state(_MODULE + name) or {}
 
 
-def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
-    """The valid ones of `settings` (from a file)."""
-    valid: dict[str, Value] = {}
-    for command in SETTINGS:
-        value = settings.get(command.key)
-        if command.write is None or not isinstance(value, bool | int | float):
-            continue
-        try:
-            command.write.encode(value)
-        except ValueRefused:
-            continue
-        valid[command.key] = value
-    return valid
-
-
 def _remembered(name: str, state: Mapping[str, Any]) -> Remembered:
     return Remembered(
         name=name,
         at=state["seen_at"],
         adapter=state["adapter"],
         boot_count=state.get("boot_count"),
-        settings=restorable(state.get("settings", {})),
+        settings=state.get("settings", {}),
     )
 
 

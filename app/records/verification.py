@@ -4,7 +4,7 @@ Accepts the record (JSON) and the report (PDF), which carries it and is only a v
 verified, and the answer says so. Names of stations are what stations say of themselves: to know one is no trust.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from datetime import datetime, timedelta
 from enum import Enum
 from pathlib import Path
@@ -20,13 +20,6 @@ from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-REQUIRED: Final = frozenset({
-    "connection", "read_twice", "link_loss", "round_trip", "triggered", "activation", "tilt", "tilt_spread",
-    "acceleration", "acceleration_spread", "cell_voltage", "charging", "light", "attitude_threshold",
-    "freefall_acceleration", "freefall_time", "light_threshold", "attitude_trigger", "freefall_trigger",
-    "trigger_records", "boot_count", "fingerprint",
-})  # fmt: skip
-"""Checks that every record of this version contains."""
 # A check is judged first, and kept at once.
 _KEPT_WITHIN: Final = timedelta(hours=1)
 
@@ -39,24 +32,22 @@ class RecordState(Enum):
     ALTERED = "altered"
 
 
-class StationNames:
-    """What stations call themselves. `own`: the key of this computer. `introductions`: keys and names. Keys are
-    hexadecimal."""
+class StationNames(NamedTuple):
+    """What stations call themselves. `own`: the key of this computer. `introductions`: keys and names, each once. Keys
+    are hexadecimal."""
 
-    def __init__(self, own: str | None = None, introductions: Iterable[tuple[str, str]] = ()) -> None:
-        self.own = own
-        self._introductions = tuple(dict.fromkeys(introductions))
+    own: str | None = None
+    introductions: tuple[tuple[str, str], ...] = ()
 
-    def of_key(self, key: str) -> tuple[str, ...]:
-        return tuple(name for one, name in self._introductions if one == key)
+    def of_key(self, key: str) -> list[str]:
+        return [name for one, name in self.introductions if one == key]
 
-    def other_keys(self, key: str) -> dict[str, tuple[str, ...]]:
+    def other_keys(self, key: str) -> dict[str, list[str]]:
         """By name of this key, the other keys that call themselves so, too."""
-        others = {}
-        for name in self.of_key(key):
-            keys = tuple(other for other, its_name in self._introductions if its_name == name and other != key)
-            if keys:
-                others[name] = keys
+        others: dict[str, list[str]] = {}
+        for other, name in self.introductions:
+            if other != key and name in self.of_key(key):
+                others.setdefault(name, []).append(other)
         return others
 
 
@@ -68,8 +59,15 @@ class Verification(NamedTuple):
     signer: str
     names: StationNames
     record: Record | None = None
-    contradictions: tuple[UserMessage, ...] = ()
     is_report: bool = False
+
+    @property
+    def contradictions(self) -> list[UserMessage]:
+        record = self.record
+        if record is None or self.state is not RecordState.CONTRADICTORY:
+            return []
+        stated, follows = message(record.verdict.value), message(record.follows.value)
+        return [message(marked("stated {stated}, but the checks give {follows}"), stated=stated, follows=follows)]
 
     @property
     def is_own(self) -> bool:
@@ -154,9 +152,8 @@ def verify(document: Document, names: StationNames) -> Verification:
             record = None
         return Verification(RecordState.ALTERED, document.station, names, record)
     record = record_of(document)
-    against = tuple(_contradictions(record))
-    state = RecordState.CONTRADICTORY if against else RecordState.INTACT
-    return Verification(state, document.station, names, record, against)
+    state = RecordState.INTACT if record.verdict is record.follows else RecordState.CONTRADICTORY
+    return Verification(state, document.station, names, record)
 
 
 def is_of_row(check: PreflightCheck, row: Row) -> bool:
@@ -172,19 +169,6 @@ def is_of_row(check: PreflightCheck, row: Row) -> bool:
     said = (row.module, check.verdict, check.is_void, check.is_simulated)
     found = (record.module, record.verdict.value, record.void is not None, record.is_simulated)
     return said == found and abs(datetime.fromisoformat(row.made_at) - record.at) <= _KEPT_WITHIN
-
-
-def _contradictions(record: Record) -> Iterator[UserMessage]:
-    ids = [check.id for check in record.checks]
-    missing = REQUIRED - set(ids)
-    if missing:
-        yield message(marked("missing checks: {checks}"), checks=", ".join(sorted(missing)))
-    doubled = sorted({clean(name, longest=40) for name in ids if ids.count(name) > 1})
-    if doubled:
-        yield message(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
-    if record.verdict is not record.follows:
-        text = marked("stated {stated}, but the checks give {follows}")
-        yield message(text, stated=message(record.verdict.value), follows=message(record.follows.value))
 
 
 def is_green(verification: Verification) -> bool:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from app.modules.names import restorable
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
@@ -44,11 +43,6 @@ def test_an_outcome_is_written_once(tmp_path: Path) -> None:
         journal.settle(entry, Outcome.UNKNOWN, {})
         journal.settle(entry, Outcome.CONFIRMED, {})
         assert [one.outcome for one in audit(store)] == [Outcome.UNKNOWN]
-
-
-def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
-    strange = {"freefall_time_s": 99, "attitude_threshold_deg": "60", "light_threshold_v": 1.8, "other": 1}
-    assert restorable(strange) == {"light_threshold_v": 1.8}
 
 
 @pytest.mark.parametrize(
