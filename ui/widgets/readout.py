@@ -17,7 +17,7 @@ from app.text.i18n import tr
 from ui.style.accessible_roles import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import Freshness
-from ui.style.theme import IconSize, Meaning, Size, Space, font
+from ui.style.theme import IconSize, Meaning, Size, Space, current, font
 from ui.widgets.labels import IconLabel
 
 
@@ -56,8 +56,8 @@ class Readout(Spoken, QFrame):
         self.text = self.note = ""
         self.meaning: Meaning | None = None
         self.freshness = Freshness.UNKNOWN
-        self._metrics = _bold(size)
-        self._least_px = self._metrics.horizontalAdvance(template)
+        self._template, self._size = template, size
+        self._least_px = _bold(size).horizontalAdvance(template)
         self._caption_label = _label("small")
         self._number = _label("number" if size is Size.NUMBER else "amount")
         self._unit_label, self._limit_label = _label("muted"), _label("muted")
@@ -120,9 +120,10 @@ class Readout(Spoken, QFrame):
         number = f"{self.text}°" if self._unit == "°" else self.text
         # A label of a fixed size does not have the page laid out again at each new number.
         shown = number if is_known else tr("unknown")
-        width_px = max(self._least_px, self._metrics.horizontalAdvance(shown)) + Space.XS
+        metrics = QFontMetrics(font(self._size, is_bold=current().line_px > 1))  # as the style sheet has it
+        width_px = max(map(metrics.horizontalAdvance, (self._template, shown))) + Space.XS
         if width_px != self._number.minimumWidth():
-            self._number.setFixedSize(width_px, self._metrics.height())
+            self._number.setFixedSize(width_px, metrics.height())
         self._number.setText(shown)
         self._unit_label.setVisible(is_known and bool(self._unit_label.text()))
         meaning = "" if self.meaning is None else self.meaning.value

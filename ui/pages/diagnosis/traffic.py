@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any, Final
 
 from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QObject, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.captures.explain import event_sentence
@@ -251,8 +251,7 @@ class TrafficView(QWidget):
         table.setModel(self.shown)
         list_rows(table, row_px=RowHeight.DENSE)
         head = table.horizontalHeader()
-        for column in (Column.BYTES, Column.MEANING):
-            head.setSectionResizeMode(column.value, QHeaderView.ResizeMode.Stretch)
+        head.setSectionResizeMode(Column.MEANING.value, QHeaderView.ResizeMode.Stretch)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
@@ -338,3 +337,5 @@ class TrafficView(QWidget):
         width = self.table.fontMetrics().horizontalAdvance
         self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000 000"))
         self.table.setColumnWidth(Column.KIND.value, width("unasked (2) 000"))
+        usual = QFontMetrics(self.model.bytes_font).horizontalAdvance("00 " * 9)  # all but a trigger record
+        self.table.setColumnWidth(Column.BYTES.value, usual)
