@@ -1,44 +1,105 @@
-"""`python -m tests.campaigns`: exchanges at every frame of every job, and how often conversations end on bad lines.
+"""`python -m tests.campaigns`: what takes minutes to hours, of which the tests run a part.
 
-    python -m tests.campaigns exchanges --step 3
-    python -m tests.campaigns lines --seconds 3600
-    python -m tests.campaigns commands --runs 1000 --first 1
+    walk --rounds 20        every job and everything that may happen at any of its frames, so often at another frame
+    lines --seconds 3600    how often a conversation ends without reason on bad lines
+    commands --rounds 1000  the program at random modules, eight at once, a few seconds each
+    gestures --every 293    careless gestures at every button of an act (a prime, so that all gaps occur; 1: all of it)
+    hands --rounds 20000    random hands at the window, and what happens to the module meanwhile
 
-The first two are in virtual time: an hour takes a minute. `commands` runs the program at random modules, eight
-at once, a few seconds each. Exit code 1 for anything that must not be.
+The first two are in virtual time: an hour takes a minute. The last two run in a home of their own, in which alone they
+may write, and at another scale with QT_SCALE_FACTOR=2. The same seed repeats the same. Exit code 1 for anything that
+must not be.
 """
 
 import argparse
+import os
 import sys
 import tempfile
+from collections import Counter
+from itertools import product
 from pathlib import Path
 
-from tests.campaigns import commands, exchanges, lines
+from PySide6.QtWidgets import QApplication
+
+from tests.campaigns import commands
+from tests.campaigns.gestures.clumsy import run
+from tests.campaigns.gestures.gesture_table import LANGUAGES, SIZES, run_window
+from tests.campaigns.lines import LINES, watched
+from tests.campaigns.walk import FAULTS, HAPPENINGS, cells, walk
+from tests.support.confined import confined_home
+from tests.support.line import odd_module
+
+
+def _walk(seeds: range) -> int:
+    """Of exchanges it is counted how many were not noticed: under half a second of silence that is a blind spot."""
+    runs, unnoticed, broken = Counter[str](), Counter[str](), 0
+    for seed in seeds:
+        for result in walk(cells(seed=seed)):
+            name = result.plan.happening
+            runs[name] += 1
+            unnoticed[name] += result.is_unnoticed
+            if result.findings and (name in FAULTS or HAPPENINGS[name].must_end):
+                broken += 1
+                print(f"{result.plan}: {'; '.join(result.findings)}", flush=True)
+    for name, count in runs.items():
+        print(f"{name:<40}{count:>6} runs, in {unnoticed[name]:>5} the conversation went on")
+    return broken
+
+
+def _lines(seconds: float, seed: int) -> int:
+    broken = 0
+    for name, line in LINES.items():
+        for streams in (False, True):
+            found = watched(line, seconds, streams=streams, seed=seed)
+            ends = ", ".join(f"{count} x {reason}" for reason, count in found.ends.items()) or "no end"
+            how = "streamed" if streams else "polled"
+            print(f"{name:<40}{how:<10}{ends}, {found.unanswered} not answered in {seconds:.0f} s", flush=True)
+            broken += bool(found.ends)
+    return broken
+
+
+def _commands(seeds: range) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        texts, broken = commands.told(commands.campaign(seeds, Path(folder)))
+    print("\n".join(texts))
+    return broken
+
+
+def _window(what: str, *, rounds: int, seed: int, every: int) -> int:
+    if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    odd_module.install()
+    application = QApplication(sys.argv[:1])
+    if what == "hands":
+        report = run(application, rounds, seed)
+        print(f"{report.sequences} sequences; left: {dict(report.frames)}", *report.faults, sep="\n")
+        return len(report.faults)
+    tries, left = 0, list[str]()
+    for size, language in product(SIZES, LANGUAGES):
+        for count, of_act in run_window(application, size, language, every=every, first_try=seed):
+            tries += count
+            left += [f"{size[0]}×{size[1]}, {language}: {one}" for one in of_act]
+    print(f"{tries:,} tries, {len(left)} completed", *left, sep="\n")
+    return len(left)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.campaigns", description=__doc__.partition("\n")[0])
-    parser.add_argument("what", choices=("commands", "exchanges", "lines"))
-    parser.add_argument("--step", type=int, default=1, help="only every so many frames of a job")
-    parser.add_argument("--job", action="append", choices=tuple(exchanges.JOBS), help="only this one")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.campaigns", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", choices=("walk", "lines", "commands", "gestures", "hands"))
+    parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=1, help="of the first round")
     parser.add_argument("--seconds", type=float, default=3600.0, help="on each line (default: %(default)s)")
-    parser.add_argument("--seeds", type=int, default=1, help="how often each line is tried")
-    parser.add_argument("--runs", type=int, default=1000, help="of commands (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=1, help="seed of the first of them; the same seed, the same run")
+    parser.add_argument("--every", type=int, default=293, help="take each n-th gesture only (default: %(default)s)")
     args = parser.parse_args()
-    if args.what == "commands":
-        with tempfile.TemporaryDirectory() as folder:
-            seeds = range(args.first, args.first + args.runs)
-            texts, broken = commands.told(commands.campaign(seeds, Path(folder)))
-        print("\n".join(texts))
-        return int(broken > 0)
+    if args.what in ("gestures", "hands"):
+        with confined_home():
+            return int(_window(args.what, rounds=args.rounds, seed=args.seed, every=args.every) > 0)
+    seeds = range(args.seed, args.seed + args.rounds)
     if args.what == "lines":
-        for text in lines.table(args.seconds, args.seeds):
-            print(text, flush=True)
-        return 0
-    results = list(exchanges.campaign(step=args.step, jobs=args.job or exchanges.JOBS))
-    print("\n".join(exchanges.told(results)))
-    return int(any(result.findings and result.plan.must_be_noticed for result in results))
+        return int(_lines(args.seconds, args.seed) > 0)
+    return int((_walk(seeds) if args.what == "walk" else _commands(seeds)) > 0)
 
 
 if __name__ == "__main__":

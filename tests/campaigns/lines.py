@@ -1,8 +1,8 @@
 """How often a conversation ends without reason on lines of every kind, while one module answers all the time."""
 
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.procedures.stream import StreamSwitch, watch
 from protocol.events import Began, Ended, Unanswered
@@ -12,11 +12,10 @@ from tests.module.options import Options
 from tests.support.line.sim_line import FakeClock
 
 SPAN_S: Final = 60.0
-"""After so long the module's log is cleared, and it is counted."""
+"""After so long what was sent and logged is forgotten."""
 
 
-@dataclass(frozen=True)
-class BadLine:
+class BadLine(NamedTuple):
     wear: Wear
     answer_s: float = 0.002
     """How long the module takes to answer."""
@@ -39,63 +38,26 @@ LINES: Final[Mapping[str, BadLine]] = {
 }
 
 
-@dataclass
-class Found:
-    """What happened on a line. `frames`: that the host sent, a second; `reports`: that came, a second."""
-
-    seconds: float
-    begins: int = 0
-    ends: int = 0
-    reasons: str = ""
-    unanswered: int = 0
-    frames: float = 0.0
-    lag_s: float = 0.0
-    silence_s: float = 0.0
-
-    @property
-    def ends_an_hour(self) -> float:
-        return 3600.0 * self.ends / self.seconds
+class Found(NamedTuple):
+    begins: int
+    ends: Counter[str]
+    """By reason."""
+    unanswered: int
 
 
-def run(line: BadLine, seconds: float, *, streams: bool, seed: int = 1) -> Found:
+def watched(line: BadLine, seconds: float, *, streams: bool, seed: int = 1) -> Found:
     """Watch one module, streamed or polled, as the window does."""
     clock = FakeClock()
     module = Module(Options(delay_s=line.answer_s), seed=seed, now=clock.now_s)
     switch = StreamSwitch(is_wanted=streams)
     rig = PlugRig(module, clock, line.wear, lambda: watch(switch), seed=seed)
-    found, reasons, sent = Found(seconds), [], 0
+    begins, unanswered, ends = 0, 0, Counter[str]()
     end_s = clock.now_s + seconds
     while clock.now_s < end_s:
         rig.step_for(min(SPAN_S, end_s - clock.now_s))
-        for event in rig.events:
-            found.begins += isinstance(event, Began)
-            found.unanswered += isinstance(event, Unanswered)
-            if isinstance(event, Ended):
-                reasons.append(event.reason.value)
-        rig.events.clear()
-        module.log.clear()
-        sent += len(rig.plug.sent)
-        rig.plug.sent.clear()
-    found.ends = len(reasons)
-    found.reasons = ", ".join(sorted({f"{reason} {reasons.count(reason)}" for reason in reasons}))
-    found.frames = sent / seconds
-    found.lag_s = rig.session._link.lag_s or 0.0
-    found.silence_s = rig.session._link.silence_s
-    return found
-
-
-def table(seconds: float, seeds: int) -> list[str]:
-    """One line of text for each kind of line, polled and streamed."""
-    texts = [f"{'line':<40}{'':<10}{'ends/h':>8}{'unanswered/h':>14}{'frames/s':>10}{'lag ms':>8}  reasons"]
-    for name, line in LINES.items():
-        for streams in (False, True):
-            runs = [run(line, seconds, streams=streams, seed=seed) for seed in range(1, seeds + 1)]
-            hours = seconds * seeds / 3600.0
-            ends = sum(one.ends for one in runs) / hours
-            unanswered = sum(one.unanswered for one in runs) / hours
-            frames = sum(one.frames for one in runs) / seeds
-            reasons = "; ".join(one.reasons for one in runs if one.reasons)
-            how = "streamed" if streams else "polled"
-            lag_ms = 1000 * max(one.lag_s for one in runs)
-            texts.append(f"{name:<40}{how:<10}{ends:>8.1f}{unanswered:>14.1f}{frames:>10.1f}{lag_ms:>8.0f}  {reasons}")
-    return texts
+        begins += sum(isinstance(event, Began) for event in rig.events)
+        unanswered += sum(isinstance(event, Unanswered) for event in rig.events)
+        ends.update(event.reason.value for event in rig.events if isinstance(event, Ended))
+        for kept in rig.events, module.log, rig.plug.sent:
+            kept.clear()
+    return Found(begins, ends, unanswered)

@@ -1,7 +1,7 @@
 """A clumsy person at the real window: pointer and keys at random, on a simulated module to which accidents happen.
 
-Beside it stand a second account of what the hands did (`observer.py`): a dangerous frame without a whole gesture of its
-own is a fault; and the truth (`accidents.py`): so is what is shown as certain and is not so.
+Beside it stands a second account of what the hands did (`observer.py`): a dangerous frame without a whole gesture of
+its own is a fault, and so is a LOCK that does not leave.
 """
 
 import random
@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
 
 from app.guided.results import GuidedKind
 from protocol.catalogue import BY_NAME, LOCK, Command, Hazard, Request
 from protocol.fields import Value
-from tests.campaigns.gestures.accidents import Accidents
 from tests.campaigns.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
 from tests.campaigns.gestures.observer import DEAD_S, HOLD, WATCHED, Observer
+from tests.support.line.odd_module import end_faults
 from ui.widgets.gestures import gestures
 
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
@@ -33,6 +33,9 @@ VALUES: Final[Mapping[Command, tuple[Value, ...]]] = {
     BY_NAME["light_threshold"]: (0.5, 2.0),
     BY_NAME["attitude_trigger"]: (True, False),
 }
+FAULTS: Final[tuple[Mapping[str, object], ...]] = ({"drop": 0.2}, {"delay_ms": 220.0}, {"echo": True}, {"mute": True})
+"""Of the line. An act waits behind a slow one; slower, it would not leave at all."""
+ONLINE_WITHIN_S: Final = 8.0
 CHECK_S: Final = 13.0
 """Longer than a pre-flight check takes."""
 WINDOW_LASTS: Final = 400
@@ -42,7 +45,6 @@ WINDOW_LASTS: Final = 400
 @dataclass
 class Report:
     sequences: int = 0
-    events: int = 0
     frames: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
@@ -53,7 +55,6 @@ class Clumsy:
     def __init__(self, bench: GestureBench, dice: random.Random, report: Report) -> None:
         self.bench, self.dice, self.report = bench, dice, report
         self.observer = Observer(bench)
-        self.accidents = Accidents(bench, dice)
         self.trail: list[str] = []
         self._is_down = False
         self._key: Qt.Key | None = None
@@ -64,33 +65,55 @@ class Clumsy:
         self.trail = []
         for _ in range(self.dice.randint(3, 9)):
             self._act()
-        if self._is_down:
-            self.let_go()
+        self.let_go()
         self._key_up()
         self.wait(0.3)
         self.report.sequences += 1
+        if not self.is_in_order or self.dice.random() < 0.1:
+            self.put_in_order()
 
     def _act(self) -> None:
         actions = (
             (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self.press_down, 2), (self.let_go, 2),
             (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
-            (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
-            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5), (self.press_lock, 0.5),
-            (self._write, 3), (self._accident, 1), (self._act_and_then, 2),
+            (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1), (self.press_lock, 0.5),
+            (self._accident, 1),
         )  # fmt: skip
-        action = self.dice.choices([one for one, _ in actions], [weight for _, weight in actions])[0]
+        whole = (
+            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5), (self._write, 3),
+            (self._act_and_then, 2),
+        )  # fmt: skip
+        has_free_hands = not self._is_down and self._key is None
+        possible = [*actions, *whole] if has_free_hands else [*actions]
+        action = self.dice.choices([one for one, _ in possible], [weight for _, weight in possible])[0]
         self.trail.append(action.__name__)
         action()
         self._settle()
 
     def _settle(self) -> None:
-        self.report.events += 1
         self.bench.turn()
         self.observer.poll()
-        self.look()
 
-    def look(self) -> None:
-        self.report.faults += (f"{fault} after {', '.join(self.trail)}" for fault in self.accidents.look())
+    def wait(self, seconds: float) -> None:
+        end_s = self.bench.hand_s + seconds
+        tick_s = TICK_S if self._is_down or self._key is not None else 0.4
+        while self.bench.hand_s < end_s - 1e-9:
+            self.bench.wait(min(tick_s, end_s - self.bench.hand_s), tick_s=tick_s)
+            self.observer.passed()
+            self.observer.poll()
+        self.bench.refresh()
+        self.observer.poll()
+
+    def _judge(self, request: Request) -> None:
+        """Compare a frame, as it is sent, with the gestures before it."""
+        if request.hazard is Hazard.NONE:
+            return
+        kind, wrong = self.observer.feed(request)
+        self.report.frames[kind] += 1
+        if wrong:
+            self.report.faults.append(f"{request.encode().hex(' ')} {wrong} after {', '.join(self.trail)}")
+
+    # The pointer
 
     def _go_somewhere(self) -> None:
         window = self.bench.window
@@ -100,8 +123,7 @@ class Clumsy:
             offset = QPoint(self.dice.randrange(one.width()), self.dice.randrange(one.height()))
             self._move(one.mapTo(window, offset))
         elif self.dice.random() < 0.5:
-            step = QPoint(self.dice.randint(-3, 3), self.dice.randint(-3, 3))
-            self._move(self.bench.pointer + step)
+            self._move(self.bench.pointer + QPoint(self.dice.randint(-3, 3), self.dice.randint(-3, 3)))
         else:
             self._move(QPoint(self.dice.randrange(window.width()), self.dice.randrange(window.height())))
 
@@ -116,8 +138,9 @@ class Clumsy:
         """Return whether a press is allowed here: menus would grab the mouse, the top bar would end the connection."""
         under: QWidget | None = self.bench.window.childAt(self.bench.pointer)
         while under is not None:
-            if under.objectName() in ("top_bar", "navigation", "status_line") or under.metaObject().className() in (
-                "QMenuBar", "QToolButton") or under.inherits("QComboBox"):  # fmt: skip
+            if under.objectName() in ("top_bar", "navigation", "status_line"):
+                return False
+            if any(under.inherits(kind) for kind in ("QMenuBar", "QToolButton", "QComboBox")):
                 return False
             under = under.parentWidget()
         return True
@@ -151,15 +174,15 @@ class Clumsy:
     def _pause(self) -> None:
         self.wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
 
-    def wait(self, seconds: float) -> None:
-        end_s = self.bench.hand_s + seconds
-        tick_s = TICK_S if self._is_down or self._key is not None else 0.4
-        while self.bench.hand_s < end_s - 1e-9:
-            self.bench.wait(min(tick_s, end_s - self.bench.hand_s), tick_s=tick_s)
-            self.observer.passed()
-            self.observer.poll()
-        self.bench.refresh()
-        self.observer.poll()
+    def _scroll(self) -> None:
+        place = QPointF(self.bench.pointer)
+        event = QWheelEvent(
+            place, self.bench.window.mapToGlobal(place), QPoint(), QPoint(0, self.dice.choice((-360, -120, 120, 360))),
+            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(self.bench.handle, event)
+
+    # Keys
 
     def _press_key(self) -> None:
         if self._key is None:
@@ -168,8 +191,7 @@ class Clumsy:
             self.bench.key(self._key, is_press=True)
 
     def _repeat_key(self) -> None:
-        if self._key is None:
-            self._press_key()
+        self._press_key()
         for _ in range(self.dice.randint(1, 20)):
             if self._key is not None:
                 is_marked = not gestures().has_paired_repeats or self.dice.random() < 0.9
@@ -182,14 +204,7 @@ class Clumsy:
             self.observer.key_up(key)
             self.bench.key(key, is_press=False)
 
-    def _scroll(self) -> None:
-        place = QPointF(self.bench.pointer)
-        event = QWheelEvent(
-            place, self.bench.window.mapToGlobal(place), QPoint(), QPoint(0, self.dice.choice((-360, -120, 120, 360))),
-            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-        )  # fmt: skip
-        assert event.type() == QEvent.Type.Wheel
-        QApplication.sendEvent(self.bench.handle, event)
+    # The window
 
     def _resize(self) -> None:
         self.bench.window.resize(*self.dice.choice(SIZES))
@@ -206,15 +221,7 @@ class Clumsy:
             box.setCurrentIndex(self.dice.randrange(box.count()))
             box.activated.emit(box.currentIndex())
 
-    def _change_module(self) -> None:
-        self.bench.bench.module.activate(is_active=self.dice.random() < 0.6)
-
-    def _whole_gesture(self) -> None:
-        """Complete a gesture properly now and then, which proves that the rest tests something."""
-        buttons = [button for button in self.bench.buttons() if button.isEnabled() and button.objectName() in WATCHED]
-        if not buttons or self._is_down or self._key is not None:
-            return
-        self.do_whole(self.dice.choice(buttons))
+    # What is done on purpose
 
     def point_at(self, one: QPushButton) -> None:
         """As a careful person does, from elsewhere and after a while."""
@@ -235,10 +242,14 @@ class Clumsy:
         self._settle()
         self.let_go()
 
+    def _whole_gesture(self) -> None:
+        """Complete a gesture properly now and then, which proves that the rest tests something."""
+        buttons = [button for button in self.bench.buttons() if button.isEnabled() and button.objectName() in WATCHED]
+        if buttons:
+            self.do_whole(self.dice.choice(buttons))
+
     def _check(self) -> None:
         """Run a whole pre-flight check of a locked module, which leads to the activation if it ends READY."""
-        if self._is_down or self._key is not None:
-            return
         self.bench.bench.module.activate(is_active=False)
         self.bench.window.go_to("preflight")
         self.bench.preflight.show_view("checks")
@@ -250,25 +261,22 @@ class Clumsy:
 
     def _guided_test(self) -> None:
         """Run a guided test up to the activation, which takes a whole gesture, too."""
-        if self._is_down or self._key is not None or not self.bench.assembly.ports.current.is_open:
-            return
-        if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
+        module = self.bench.bench.module
+        if not self.bench.assembly.ports.current.is_open or not module.is_on or module.is_triggered:
             return
         self.bench.show_guided()
         page = self.bench.guided
-        self.bench.bench.module.activate(is_active=False)
+        module.activate(is_active=False)
         page.work.choose(GuidedKind.TILT)
         page.work.state_safe(True)
         self.wait(1.0)
         page.work.start()
         self.wait(3.0)
 
-    # What is done on purpose, and what happens meanwhile
-
     def press_lock(self) -> None:
         """By its key, which counts whatever is open; it leaves at once."""
         before = self.bench.sent.count(LOCK)
-        is_possible = self.accidents.is_reachable
+        is_possible = self.is_reachable
         self.observer.lock_pressed()
         self.bench.key(Qt.Key.Key_F12, is_press=True)
         self.bench.key(Qt.Key.Key_F12, is_press=False)
@@ -278,10 +286,8 @@ class Clumsy:
 
     def _write(self) -> None:
         """Edit some values and write them; risks are accepted, and perhaps something happens at once."""
-        if self._is_down or self._key is not None:
-            return
         if self.dice.random() < 0.7:
-            self.accidents.put_in_order(self.wait)
+            self.put_in_order()
         settings = self.bench.settings
         self.bench.window.go_to("settings")
         values = {command.key: self.dice.choice(choices) for command, choices in VALUES.items()}
@@ -300,43 +306,86 @@ class Clumsy:
 
     def _act_and_then(self) -> None:
         """Confirm an act on a module in order, and let something follow at once."""
-        if self._is_down or self._key is not None:
-            return
-        self.accidents.put_in_order(self.wait)
+        self.put_in_order()
         self.bench.window.go_to("commands")
         self.bench.refresh()
         confirm = self.dice.choice(list(self.bench.commands.acts.values())).confirm
         if self.dice.random() < 0.5:
-            self.accidents.slow_down()
+            self.disturb({"delay_ms": 220.0})
             self.bench.settings.work.read_all()
         for button in (confirm.ask, confirm.go):
             if button.isVisible() and button.isEnabled():
                 self.do_whole(button)
         self.wait(self.dice.choice((0.0, 0.02, 0.1)))
-        follows = self.dice.choice((self.press_lock, self._accident, self.accidents.slip, self.accidents.restart))
+        follows = self.dice.choice((self.press_lock, self._accident, self.slip, self.restart))
         self.trail.append(follows.__name__)
         follows()
         self.wait(3.0)
 
+    # What happens to the module and its line
+
+    @property
+    def is_reachable(self) -> bool:
+        bench, port = self.bench, self.bench.assembly.ports.current
+        return port.is_open and bench.bench.plug_number == bench.line.plug and bench.bench.is_plugged_in
+
+    @property
+    def is_in_order(self) -> bool:
+        module, port = self.bench.bench.module, self.bench.assembly.ports.current
+        return self.is_reachable and module.is_on and not module.is_triggered and port.module.is_read
+
     def _accident(self) -> None:
-        self.trail.append(self.accidents.happen())
+        what = self.dice.choice((self._disturb, self._disturb, self.heal, self.restart, self.slip, self._exchange))
+        self.trail.append(what.__name__)
+        what()
 
-    def _judge(self, request: Request) -> None:
-        """Compare a frame, as it is sent, with the gestures before it."""
-        if request.hazard is Hazard.NONE:
-            return
-        kind, wrong = self.observer.feed(request)
-        self.report.frames[kind] += 1
-        if wrong:
-            self.report.faults.append(f"{request.encode().hex(' ')} {wrong} after {', '.join(self.trail)}")
+    def _disturb(self) -> None:
+        self.heal()
+        self.disturb(self.dice.choice(FAULTS))
 
-    def recover(self) -> None:
-        """Put the module and the connection in order."""
-        self.accidents.put_in_order(self.wait)
+    def disturb(self, faults: Mapping[str, object]) -> None:
+        self.bench.bench.change(**faults)
+
+    def heal(self) -> None:
+        end_faults(self.bench.bench)
+
+    def restart(self) -> None:
+        self.bench.bench.restart()
+
+    def slip(self) -> None:
+        """The plug slips out and in again; the port is opened again."""
+        self.bench.bench.unplug()
+        self.bench.wait(self.dice.choice((0.02, 0.3)))
+        self.bench.bench.plug()
+        self.bench.connect()
+
+    def _exchange(self) -> None:
+        """Another module hangs at the port."""
+        self.bench.disconnect()
+        self.bench.exchange({"uptime": 60, "noise": 0, "seed": self.dice.randrange(1000)})
+        self.bench.connect()
+
+    def _change_module(self) -> None:
+        self.bench.bench.module.activate(is_active=self.dice.random() < 0.6)
+
+    def put_in_order(self) -> None:
+        """No fault, connected, switched on, locked and read."""
+        bench = self.bench
+        self.heal()
+        if not bench.bench.module.is_on:
+            bench.bench.press_switch()
+        bench.bench.module.activate(is_active=False)  # locked once, it is triggered no more
+        if not self.is_reachable:
+            bench.bench.plug()
+            bench.disconnect()
+            bench.connect(bench.bench.module.baud_rate)
+        ends_at_s = bench.clock() + ONLINE_WITHIN_S
+        while bench.clock() < ends_at_s and not bench.assembly.ports.module.is_read:
+            self.wait(0.4)
 
 
 def run(application: QApplication, sequences: int, seed: int) -> Report:
-    """Run this many sequences, in one window after the other, or until something is wrong; tell of each window."""
+    """Run this many sequences, in one window after the other, or until something is wrong."""
     report, number = Report(), 0
     while report.sequences < sequences and not report.faults:
         dice = random.Random(f"{seed} {number}")
@@ -353,8 +402,4 @@ def run(application: QApplication, sequences: int, seed: int) -> Report:
                 hands.sequence()
                 if report.faults:
                     break
-                if not hands.accidents.is_in_order or hands.dice.random() < 0.1:
-                    hands.recover()
-        frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
-        print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)
     return report

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.procedures.write import SettingChange
 from protocol.catalogue import LOCK, Request
@@ -57,6 +57,8 @@ WRITES: Final = frozenset({"settings_write", "notice_write_anyway", UNLOCK})
 MAX_LOCKS: Final = 50
 LOCKS_FOR_S: Final = 10.0
 SLACK_S: Final = 0.05
+OWED_FOR_S: Final = 70.0
+"""Time for which LOCK may follow an activation whose conversation ended."""
 HOLD: Final = "ritual_hold"
 _BEFORE: Final = {
     **{go: f"{go.removesuffix('_go')}_ask" for go in GO},
@@ -103,6 +105,7 @@ class Observer:
         self._writes = Counter[bytes]()
         self._locks, self._locked_at, self._owes_lock = 0, -math.inf, False
         self._gone = Counter[bytes]()
+        self._owed_until = -math.inf
 
     # What is on the screen
 
@@ -162,7 +165,7 @@ class Observer:
 
     def key_down(self, key: Qt.Key) -> None:
         self.keys_down.add(key)
-        focused = QApplication.focusWidget()
+        focused: QWidget | None = self.bench.window.focusWidget()
         self._note_write(focused)
         name = focused.objectName() if focused is not None else ""
         sight = self.sights.get(name)
@@ -175,7 +178,7 @@ class Observer:
         press = self.press
         if press and press.key == key:
             self.press = None
-            focused = QApplication.focusWidget()
+            focused: QWidget | None = self.bench.window.focusWidget()
             if focused is not None and focused.objectName() == press.name:
                 self._count(press.name)
         self.keys_down.discard(key)
@@ -259,6 +262,8 @@ class Observer:
         for kind in (*GO.values(), DEPLOY):
             if text.startswith(kind):
                 self._gone[frame] += 1
+                if kind == GO["act_activate_go"]:
+                    self._owed_until = self.bench.clock() + OWED_FOR_S
                 intended = sum(intent[1] == frame for intent in self.bench.journal.intents)
                 is_intended = self._gone[frame] <= intended
                 return kind, "" if self._take(kind) and is_intended else "without a whole gesture, or not in the log"
@@ -277,6 +282,8 @@ class Observer:
         return told is not None and (flag_in("active", told.raw) or self.bench.clock() - told.at > TOLD_S)
 
     def _feed_lock(self) -> str:
+        if self.bench.clock() < self._owed_until:
+            return ""
         if self._owes_lock and self.bench.clock() > self._locked_at + LOCKS_FOR_S:
             self._owes_lock = False
             self.lock_pressed()  # the test does it itself, also once a lost port is back

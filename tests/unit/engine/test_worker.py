@@ -25,8 +25,6 @@ from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S, quickest
 from tests.support.processes import run_module
 
-pytest_plugins = ["tests.support.port_fixtures"]
-
 
 @pytest.fixture
 def sim() -> Iterator[str]:

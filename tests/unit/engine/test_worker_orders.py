@@ -13,8 +13,6 @@ from app.procedures.read import read_everything
 from app.simulator import bench
 from tests.support.patience import PATIENCE_S
 
-pytest_plugins = ["tests.support.port_fixtures"]
-
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 
 

@@ -2,8 +2,6 @@
 
 import json
 import os
-import sys
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +14,6 @@ from app.engine.transport import PortError, PortTrouble, open_line
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.system.files import write_whole
 from app.terminal import console
-from app.text.user_error import UserError
 from app.text.visible_text import visible, visible_json
 from protocol.frame import Noise
 from protocol.stream import StreamParser
@@ -24,7 +21,7 @@ from tests.support.processes import PROGRAM, ROOT, ran
 from ui.files.file_dialogs import default_name
 
 ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
-HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal": "0x" + "F" * 6000}
+HUGE = ("1" + "0" * 4000, "0x" + "F" * 6000)
 
 
 # Addresses
@@ -60,12 +57,6 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
     assert not file.exists()
 
 
-@pytest.mark.parametrize("words", [["read"], ["lock"], ["gui"]])
-def test_a_wrong_option_of_a_simulated_module_is_named(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main([*words, "--port", "sim://?speeed=5"]) == console.USAGE_ERROR
-    assert capsys.readouterr().err == "“speeed” is unknown.\n"
-
-
 @pytest.mark.promise("i")
 def test_what_was_recorded_is_no_port(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -99,8 +90,8 @@ def test_addresses_that_lead_to_a_module_are_opened() -> None:
 
 @pytest.mark.parametrize(
     "failing",
-    ["raise OSError('boom')", "raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
-    ids=["error", "system error", "nonsense", "hangs"],
+    ["raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
+    ids=["error", "nonsense", "hangs"],
 )
 @pytest.mark.promise("k")
 def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_path: Path) -> None:
@@ -109,18 +100,10 @@ def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_p
         encoding="utf-8",
     )
     path = os.pathsep.join((str(tmp_path), str(ROOT)))
-    for words in ["ports"], ["ports", "--json"]:
-        ended = ran(*PROGRAM, *words, PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
-        assert ended.returncode == console.NO_LINK, ended
-        assert ended.stdout == "" or json.loads(ended.stdout)["error"]["code"] == "no_port"
-        assert ended.stderr.strip() == port_list.NOT_LISTED
-
-
-def test_a_missing_system_library_disables_only_the_list(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "serial.tools", None)
-    monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
-    with pytest.raises(UserError):
-        port_list.list_ports()
+    ended = ran(*PROGRAM, "ports", "--json", PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
+    assert ended.returncode == console.NO_LINK, ended
+    assert json.loads(ended.stdout)["error"]["code"] == "no_port"
+    assert ended.stderr.strip() == port_list.NOT_LISTED
 
 
 # What is printed
@@ -139,17 +122,13 @@ def test_control_characters_are_shown_and_not_obeyed() -> None:
     "words",
     [
         ["decode", ESCAPE],
-        ["decode", "--asked", ESCAPE],
-        ["read", "--port", f"/dev/{ESCAPE}"],
         ["read", "--port", f"spy://{ESCAPE}"],
         ["read", "--port", "loop://", "--baud", ESCAPE],
-        ["read", "--port", "loop://", ESCAPE],
-        ["set", f"{ESCAPE}=1", "--port", "loop://"],
         ["set", f"freefall_time_s={ESCAPE}", "--port", "loop://"],
         ["preflight", "--port", "loop://", "--profile", f"/{ESCAPE}.toml"],
-        ["preflight", "--port", "loop://", "--report", f"{ESCAPE}.pdf"],
         ["verify", f"/{ESCAPE}"],
         ["simulate", f"--{ESCAPE}"],
+        ["ports", f"--{ESCAPE}"],
         ["recordings", "export", ESCAPE, f"/nowhere/{ESCAPE}.csv"],
         [ESCAPE],
     ],
@@ -173,11 +152,6 @@ def test_the_name_of_an_adapter_cannot_control_the_terminal(
     for words in ["ports"], ["ports", "--json"]:
         assert program.main(words) == 0
         assert capsys.readouterr().out.replace("\n", "").isprintable()
-
-
-def test_messages_of_argparse_are_escaped_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["ports", f"--{ESCAPE}"]) == 2
-    assert capsys.readouterr().err.replace("\n", "").isprintable()
 
 
 # Files
@@ -205,17 +179,14 @@ def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
     write_whole(tmp_path / suggested, b"whole")
 
 
-@pytest.mark.parametrize("number", HUGE.values(), ids=HUGE)
+@pytest.mark.parametrize("number", HUGE, ids=["decimal", "hexadecimal"])
 @pytest.mark.parametrize(
     "line",
     [
         "[limits]\ntilt_max_deg = {}",
         "[settings]\nattitude_threshold_deg = {}",
-        "[settings]\nbaud_rate = {}",
         "[settings]\nattitude_trigger = {}",
         "format = {}",
-        "[[manual]]\ntext = {}",
-        "name = {}",
     ],
 )
 @pytest.mark.promise("g")
@@ -237,12 +208,3 @@ def test_any_count_of_consecutive_headers_is_one_rejection(header: bytes) -> Non
     for found in pieces, again:
         assert b"".join(piece.raw for piece in found) == data
         assert all(isinstance(piece, Noise) for piece in found)
-    assert reasons(pieces) == reasons(again)
-
-
-def reasons(pieces: Sequence[object]) -> list[tuple[object, int]]:
-    count: dict[object, int] = {}
-    for piece in pieces:
-        assert isinstance(piece, Noise)
-        count[piece.reason] = count.get(piece.reason, 0) + len(piece.raw)
-    return sorted(count.items(), key=str)

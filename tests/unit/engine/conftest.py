@@ -1,4 +1,4 @@
-"""Fixtures for tests of ports; a test file enables them with `pytest_plugins`."""
+"""What the tests of ports share."""
 
 from collections.abc import Iterator
 

@@ -22,8 +22,6 @@ from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import audit, audit_in, journal_in, open_store, register
 
-LIMIT_S = PATIENCE_S
-
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
@@ -35,7 +33,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def held(store: Store) -> Iterator[threading.Event]:
     """Block the writing thread until the event is set."""
     release = threading.Event()
-    store.write(lambda _facts: release.wait(LIMIT_S))
+    store.write(lambda _facts: release.wait(PATIENCE_S))
     try:
         yield release
     finally:
@@ -54,7 +52,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
         assert locked.is_locked
         assert not rig.bench.module.state.is_active
         assert store.read(audit_in) == ()
-    store.write(lambda _facts: None).result(LIMIT_S)
+    store.write(lambda _facts: None).result(PATIENCE_S)
     (entry,) = audit(store)
     assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 
@@ -67,21 +65,10 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
         rig.step_for(0.5)
         assert not acting.has_ended
         assert locked_by(rig, journal).is_locked
-    store.write(lambda _facts: None).result(LIMIT_S)
+    store.write(lambda _facts: None).result(PATIENCE_S)
     assert rig.end(acting).refusals
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
     assert (Act.LOCK, Outcome.CONFIRMED) in [(entry.act, entry.outcome) for entry in audit(store)]
-
-
-def test_an_intent_that_is_not_durable_within_a_second_is_taken_back(store: Store) -> None:
-    rig, journal = settled_rig(), journal_in(store, port="p")
-    with held(store):
-        acting = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
-        rig.step_for(5.0)
-        assert acting.has_ended
-        assert [refusal.condition for refusal in acting.outcome().refusals] == [Interlock.INTENT_DURABLE]
-    assert audit(store) == ()
-    assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
 
 
 @pytest.mark.promise("h")
@@ -95,7 +82,7 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
         assert acting.has_ended
         assert [refusal.condition for refusal in acting.outcome().refusals] == [Interlock.INTENT_DURABLE]
         other.execute("ROLLBACK")
-    journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)
+    journal.begin(Act.ZERO, b"", {}).result(PATIENCE_S)
     assert Act.ACTIVATE not in [entry.act for entry in audit(store)]
 
 
@@ -107,14 +94,14 @@ def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
     def write_slowly(facts: Facts) -> None:
         remember(facts, "M-08")
         inside.set()
-        release.wait(LIMIT_S)
+        release.wait(PATIENCE_S)
 
     writing = store.write(write_slowly)
-    assert inside.wait(LIMIT_S)
+    assert inside.wait(PATIENCE_S)
     assert [module.name for module in store.read(modules)] == ["M-07"]
     assert not writing.done()
     release.set()
-    writing.result(LIMIT_S)
+    writing.result(PATIENCE_S)
     assert {module.name for module in store.read(modules)} == {"M-07", "M-08"}
 
 
@@ -130,17 +117,6 @@ def test_writes_keep_their_order(store: Store) -> None:
     assert {one.outcome for one in newest_first} == {Outcome.CONFIRMED}
 
 
-def test_closing_writes_what_is_queued(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    journal = journal_in(store, port="p")
-    with held(store) as release:
-        journal.settle(journal.begin(Act.ZERO, b"", {}), Outcome.CONFIRMED, {})
-        release.set()
-        assert store.close(LIMIT_S)
-    with closing(open_store(tmp_path)) as again:
-        assert [one.outcome for one in audit(again)] == [Outcome.CONFIRMED]
-
-
 def test_closing_has_a_limit_and_says_what_was_not_written(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     store = open_store(tmp_path)
     journal = journal_in(store, port="p")
@@ -150,4 +126,6 @@ def test_closing_has_a_limit_and_says_what_was_not_written(tmp_path: Path, caplo
         assert "before everything was written" in caplog.text
         late = journal.begin(Act.ZERO, b"", {})
         assert late.cancelled()
-    assert store.close(LIMIT_S)  # what was left behind was written after all
+    assert store.close(PATIENCE_S)  # what was left behind was written after all
+    with closing(open_store(tmp_path)) as again:
+        assert [one.outcome for one in audit(again)] == [Outcome.CONFIRMED]

@@ -1,1 +1,0 @@
-"""Tests every fault of the line in every phase of every procedure."""

@@ -1,1 +1,0 @@
-"""Stateful, random and hostile scenarios."""

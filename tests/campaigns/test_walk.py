@@ -1,0 +1,56 @@
+"""A part of the walk and of the bad lines each time, another one each day; all of it where the tests are thorough."""
+
+import datetime
+
+import pytest
+
+from protocol.events import EndReason
+from tests.campaigns.lines import LINES, BadLine, watched
+from tests.campaigns.plug import Wear
+from tests.campaigns.walk import EXCHANGES, FAULTS, HAPPENINGS, JOBS, Plan, Run, cells, walk
+from tests.support.processes import ROOT
+from tests.support.thorough import IS_THOROUGH, some
+
+TODAY = datetime.datetime.now(datetime.UTC).date().toordinal()
+SEEDS = range(TODAY, TODAY + (20 if IS_THOROUGH else 1))
+NOTICED = some([name for name in HAPPENINGS if name in FAULTS or HAPPENINGS[name].must_end], one_in=2, first=TODAY)
+"""The shortest exchanges are a blind spot."""
+SECONDS = 3600.0 if IS_THOROUGH else 10.0
+
+
+@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.promise("f", "i", "k")
+def test_whatever_happens_a_job_ends_without_a_lie(job: str) -> None:
+    plans = [plan for seed in SEEDS for plan in cells(jobs=[job], happenings=NOTICED, seed=seed)]
+    results = list(walk(plans))
+    assert [result for result in results if result.findings] == []
+    assert all(result.has_happened for result in results)
+
+
+def test_the_judge_sees_a_set_at_another_module() -> None:
+    """A plug that is moved without any silence is not noticed before the next boot count."""
+    plans = [Plan("write four", name, frame) for frame in range(30) for name in EXCHANGES if " 0.0 s" in name]
+    assert any("another module" in text for result in walk(plans) for text in result.findings)
+
+
+def test_the_page_has_every_fault() -> None:
+    page = (ROOT / "docs" / "internals" / "line-faults.md").read_text(encoding="utf-8")
+    assert [name for name in FAULTS if f"\n| {name} |" not in page] == []
+
+
+@pytest.mark.parametrize("name", LINES)
+@pytest.mark.parametrize("streams", [False, True])
+@pytest.mark.promise("k")
+def test_no_conversation_ends_without_reason(name: str, *, streams: bool) -> None:
+    found = watched(LINES[name], SECONDS, streams=streams)
+    assert (found.begins, found.ends, found.unanswered) == (1, {}, 0)
+
+
+def test_on_a_line_that_is_dead_for_half_a_second_it_ends() -> None:
+    assert watched(BadLine(Wear(loss=0.9)), 20.0, streams=False).ends[EndReason.SILENT.value]
+
+
+def test_a_port_that_is_lost_ends_everything_and_says_how() -> None:
+    run = Run(Plan("read", "a write that blocks", 3))
+    assert run.go().findings == []
+    assert run.job.has_ended

@@ -1,0 +1,542 @@
+"""Every job at an independent module, and everything that may happen at any of its frames; in virtual time.
+
+Whatever happens, a job ends in time with its result, `Interrupted` or `Cancelled`; nothing is shown, called verified or
+confirmed that the module does not hold, or that is of two modules; nothing that changes a module is sent twice, or to
+another module than the one that was asked; and what must end the conversation ends it.
+"""
+
+import random
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from itertools import product
+from typing import Any, Final, NamedTuple
+
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Cancelled, Job, Pause, Procedure
+from app.engine.transport import PortError, PortTrouble
+from app.preflight.evidence import Evidence
+from app.preflight.run import run_preflight
+from app.procedures.act import Performed, perform
+from app.procedures.baud import BaudChanged, change_baud
+from app.procedures.find import RateSearch, find_rate
+from app.procedures.history import History, read_history
+from app.procedures.light import Band, measure_light
+from app.procedures.lock import Locked, lock
+from app.procedures.read import Everything, SettingsReading, read_everything, read_settings
+from app.procedures.stream import StreamSwitch, watch
+from app.procedures.write import SettingChange, WriteContext, WriteReport, set_each, write_all
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BY_NAME
+from protocol.events import Ended, EndReason
+from protocol.fields import Value
+from tests.campaigns.plug import PlugRig
+from tests.module.module import (
+    ACCELERATION,
+    ACTIVATION,
+    ATTITUDE,
+    ATTITUDE_OFF,
+    CELL,
+    CHARGING,
+    FREEFALL_OFF,
+    LIGHT_THRESHOLD,
+    OUTPUT,
+    STATUS,
+    TIME,
+    ZERO,
+    Module,
+)
+from tests.module.options import Options
+from tests.module.wire import FROM_HOST, answer, with_sum
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import FakeClock
+
+LIMIT_S: Final = 180.0
+FLAGS_FREE_S: Final = 3.2  # 16 and 17 may be set so long after a port was opened (E4)
+SETTLED_S: Final = 2.5
+NEW_RATE: Final = 57600
+
+# The modules
+
+
+class _Holds(NamedTuple):
+    """What a module says of itself, as D4."""
+
+    boots: int
+    tilt: int
+    acceleration: int
+    cell: int
+    light: int
+    light_threshold: int
+    attitude: int
+    freefall: int
+    time: int
+
+
+HELD: Final = (_Holds(10, 2, 10, 0xC8, 3, 18, 60, 5, 160), _Holds(90, 12, 9, 0xC0, 8, 28, 70, 4, 130))
+"""They have nothing in common."""
+
+
+def made_module(held: _Holds, name: str, now: float) -> Module:
+    module = Module(Options(light_closed=held.light), name=name, now=now)
+    readings = module.readings
+    readings.boots, readings.tilt_deg, readings.acceleration = held.boots, held.tilt, held.acceleration
+    readings.cell = held.cell
+    module.settings |= {LIGHT_THRESHOLD: held.light_threshold, ATTITUDE: held.attitude}
+    module.settings |= {ACCELERATION: held.freefall, TIME: held.time}
+    for _ in range(3):
+        module.trigger(now, 0x01)
+    module.triggered = False
+    return module
+
+
+def truth(module: Module) -> dict[str, Value]:
+    """What it holds, by the keys of the program."""
+    settings, readings = module.settings, module.readings
+    return {
+        "light_threshold_v": settings[LIGHT_THRESHOLD] / 10,
+        "attitude_threshold_deg": settings[ATTITUDE],
+        "freefall_acceleration_g": settings[ACCELERATION] / 10,
+        "freefall_time_s": settings[TIME] / 100,
+        "attitude_trigger": settings[ATTITUDE_OFF] == 0,
+        "freefall_trigger": settings[FREEFALL_OFF] == 0,
+        "serial_output": settings[OUTPUT] == 1,
+        "baud_rate": module.rate,
+        "boot_count": readings.boots,
+        "active": settings[ACTIVATION] == 1,
+        "triggered": module.triggered,
+        "tilt_deg": readings.tilt_deg,
+        "acceleration_g": readings.acceleration / 10,
+        "charging": readings.charging == 1,
+        "cell_voltage_v": readings.cell / 50,
+        "light_v": module.options.light_closed / 10,
+    }
+
+
+# The jobs
+
+CHANGES: Final = [
+    SettingChange(BY_NAME["freefall_time"], 1.8),
+    SettingChange(BY_NAME["attitude_threshold"], 65),
+    SettingChange(BY_NAME["freefall_acceleration"], 0.3),
+    SettingChange(BY_NAME["light_threshold"], 2.2),
+]
+FLAGS: Final = [SettingChange(BY_NAME["freefall_trigger"], True), SettingChange(BY_NAME["attitude_trigger"], True)]
+Begin = Callable[[PlugRig, FakeJournal], Job[Any]]
+
+
+def _idle() -> Procedure[None]:
+    yield Pause(3.0)
+
+
+def _simply(make: Callable[[], Procedure[Any]], *, outlives: bool = False) -> Begin:
+    return lambda rig, _journal: rig.start(make(), outlives=outlives)
+
+
+def _written(count: int) -> Begin:
+    return lambda rig, journal: rig.start(write_all(CHANGES[:count], WriteContext(journal=journal)))
+
+
+def _permit(act: Act, rig: PlugRig) -> Permit:
+    origin = Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE
+    return Permit(act, origin, rig.clock.now_s, rig.view.number)
+
+
+def _acted(act: Act) -> Begin:
+    def begin(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
+        rig.plug.module.settings[ACTIVATION] = int(act in (Act.DEPLOY, Act.FORBID_DEPLOY))
+        expects = frozenset({EndReason.SILENT}) if act is Act.SHUTDOWN else frozenset[EndReason]()
+        return rig.start(perform(act, journal, permit=_permit(act, rig)), expects=expects)
+
+    return begin
+
+
+def _baud(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
+    return rig.start(change_baud(NEW_RATE, journal, permit=_permit(Act.CHANGE_BAUD, rig)), outlives=True)
+
+
+def _lock(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
+    rig.plug.module.settings[ACTIVATION] = 1
+    return rig.start(lock(journal), is_urgent=True, outlives=True)
+
+
+JOBS: Final[Mapping[str, Begin]] = {
+    "nothing": _simply(_idle),
+    "read": _simply(read_everything),
+    "settings": _simply(read_settings),
+    "history": _simply(read_history),
+    "light": _simply(lambda: measure_light(samples=12)),
+    "find": _simply(lambda: find_rate(115200), outlives=True),
+    "write one": _written(1),
+    "write four": _written(4),
+    "triggers": lambda rig, journal: rig.start(set_each(FLAGS, WriteContext(journal=journal))),
+    "baud": _baud,
+    "activate": _acted(Act.ACTIVATE),
+    "zero": _acted(Act.ZERO),
+    "deploy": _acted(Act.DEPLOY),
+    "forbid": _acted(Act.FORBID_DEPLOY),
+    "shut down": _acted(Act.SHUTDOWN),
+    "check": lambda rig, journal: rig.start(run_preflight(Evidence(), is_enabling=True, journal=journal)),
+    "lock": _lock,
+}
+
+
+# What happens
+
+
+@dataclass(frozen=True)
+class Happening:
+    begin: Callable[["Run"], object]
+    must_end: bool = False
+    """The conversation; and what runs in it does not go on."""
+    hides: frozenset[str] = frozenset()
+    """Keys of what it changes without a sign."""
+
+
+def _exchange(silent_s: float, *, is_announced: bool) -> Happening:
+    """The plug is moved to another module."""
+    return Happening(lambda run: run.exchange(silent_s, is_announced=is_announced), must_end=silent_s >= 0.5)
+
+
+def _worn(**wear: Any) -> Happening:
+    def begin(run: "Run") -> None:
+        run.rig.plug.wear = replace(run.rig.plug.wear, **wear)
+
+    return Happening(begin)
+
+
+def _next_frame(change: Callable[[bytes], bytes]) -> Happening:
+    return Happening(lambda run: setattr(run.rig.plug, "change_next", change))
+
+
+def _comes(data: bytes, **more: Any) -> Happening:
+    """Bytes that are no answers, three times."""
+
+    def begin(run: "Run") -> None:
+        for number in range(3):
+            run.rig.plug.inject(data, 0.3 * number)
+
+    return Happening(begin, **more)
+
+
+def _asks_too(run: "Run") -> None:
+    """Another program asks, and the answers arrive here."""
+    for code in (STATUS, CELL, ATTITUDE):
+        run.module.hear(with_sum(FROM_HOST + bytes((code, 1, 0))), run.rig.clock.now_s)
+
+
+def _stays_silent(run: "Run") -> None:
+    run.module.be_silent(run.rig.clock.now_s, 1000.0)
+
+
+def _streams(run: "Run") -> None:
+    run.module.options.stream_hz = 400.0
+    run.module.settings[OUTPUT] = 1
+
+
+def _leaps(run: "Run") -> None:
+    run.rig.clock.now_s += 3600.0
+
+
+SILENCES_S: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0)
+EXCHANGES: Final[Mapping[str, Happening]] = {
+    f"another module after {silent_s} s{', announced' * is_announced}": _exchange(silent_s, is_announced=is_announced)
+    for silent_s, is_announced in product(SILENCES_S, (False, True))
+}
+FAULTS: Final[Mapping[str, Happening]] = {
+    "port lost": Happening(lambda run: run.fail(PortTrouble.LOST)),
+    "a write that blocks": Happening(lambda run: run.fail(PortTrouble.STUCK)),
+    "cancelled": Happening(lambda run: run.job.cancel()),
+    "module silent": Happening(_stays_silent, must_end=True),
+    "module silent for 0.3 s": Happening(lambda run: run.module.be_silent(run.rig.clock.now_s, 0.3)),
+    "module silent for 0.6 s": Happening(lambda run: run.module.be_silent(run.rig.clock.now_s, 0.6), must_end=True),
+    "module restarts": Happening(lambda run: run.module.restart(run.rig.clock.now_s), must_end=True),
+    "module switched off": Happening(lambda run: setattr(run.module, "is_on", False), must_end=True),
+    "clock leaps an hour": Happening(_leaps, must_end=True),
+    "request lost": Happening(lambda run: setattr(run.rig.plug, "loses_requests", 1)),
+    "reply lost": _next_frame(lambda _frame: b""),
+    "reply corrupted": _next_frame(lambda frame: frame[:-1] + bytes((frame[-1] ^ 0x10,))),
+    "reply cut off": _next_frame(lambda frame: frame[: len(frame) // 2]),
+    "replies in pieces": _worn(byte_pause_s=0.02),
+    "replies in bursts": _worn(blocks_s=0.2),
+    "adapter holds bytes for 16 ms": _worn(blocks_s=0.016),
+    "replies 700 ms late": _worn(lag_s=0.7),
+    "replies 1.4 s late": _worn(lag_s=1.4),
+    "replies doubled": _worn(repeats=1.0, repeats_after_s=(0.0, 0.0)),
+    # A status that was not asked for is taken for the stream.
+    "replies come again later": replace(_worn(repeats=0.2), hides=frozenset({"serial_output"})),
+    "echo of its own bytes": _worn(is_echoing=True),
+    "half duplex": _worn(is_half_duplex=True),
+    "wrong rate": Happening(lambda run: setattr(run.module, "rate", 19200), hides=frozenset({"baud_rate"})),
+    "login prompt": _comes(b"\r\nDebian GNU/Linux 12 raspberrypi ttyS0\r\n\r\nraspberrypi login: "),
+    "modem prober": _comes(b"AT\r" * 3 + b"ATE0\r" + b"\x7e\x00\x78\xf0\x7e"),
+    "half a frame": _comes(bytes.fromhex("41 75 32 41 75")),
+    # Asked in that very moment, it cannot be told apart.
+    "frames of another conversation": _comes(answer(CHARGING, b"\x01\x01"), hides=frozenset({"charging"})),
+    "a stream that does not stop": Happening(_streams),
+    "garbage that does not stop": _worn(noise_every_s=0.01),
+    "a second program reads": _worn(has_second_reader=True),
+    "a second program asks": Happening(_asks_too),
+    "5 % of all frames lost": _worn(loss=0.05),
+    "5 % of all bytes lost": _worn(lost_bytes=0.05),
+    "2 % of all bytes corrupted": _worn(turned_bytes=0.02),
+}
+HAPPENINGS: Final = {**FAULTS, **EXCHANGES}
+
+
+# One run
+
+
+class Plan(NamedTuple):
+    """It happens at the `frame`-th frame after the job began: before it leaves, or when the module has heard it."""
+
+    job: str
+    happening: str
+    frame: int
+    is_heard: bool = False
+    streams: bool = False
+
+
+@dataclass
+class Result:
+    plan: Plan
+    has_happened: bool = False
+    is_unnoticed: bool = False
+    """The conversation went on."""
+    findings: list[str] = field(default_factory=list)
+
+
+class Run:
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.result = Result(plan)
+        self.frames = self._frames_before = 0
+        clock = FakeClock()
+        self.modules = [made_module(held, name, clock.now_s) for held, name in zip(HELD, "AB", strict=True)]
+        switch = StreamSwitch(is_wanted=plan.streams)
+        self.rig: PlugRig = PlugRig(self.modules[0], clock, background=lambda: watch(switch, listen_s=0.2))
+        self.rig.on_step = self._look
+        self.rig.begin()
+        self.rig.step_for(FLAGS_FREE_S if plan.job in ("triggers", "check") else 0.8)
+        self.rig.plug.on_frame = self._before
+        self.rig.plug.on_heard = self._heard
+        self._before_s = clock.now_s
+        self._sent_before = len(self.rig.plug.sent)
+        self.job: Job[Any] = JOBS[plan.job](self.rig, FakeJournal())
+
+    @property
+    def module(self) -> Module:
+        return self.rig.plug.module
+
+    @property
+    def happening(self) -> Happening:
+        return HAPPENINGS.get(self.plan.happening, Happening(lambda _run: None))
+
+    @property
+    def sent(self) -> list[bytes]:
+        return self.rig.plug.sent[self._sent_before :]
+
+    def go(self) -> Result:
+        rig = self.rig
+        reason = EndReason.CLOSED
+        try:
+            end_s = rig.clock.now_s + LIMIT_S
+            while not self.job.has_ended and rig.clock.now_s < end_s + 3600.0 * (self.plan.happening in LEAPS):
+                rig.step()
+            if not self.job.has_ended:
+                self._find("the job goes on")
+            rig.step_for(SETTLED_S)
+            if rig.view.is_going:
+                self._judge_shown()
+        except PortError:
+            reason = EndReason.PORT_LOST
+        ends = [one for one in rig.events if isinstance(one, Ended)]
+        self.result.is_unnoticed = not ends
+        rig.session.close(reason)
+        if rig.plug.error is not None and reason is EndReason.CLOSED:
+            self._find("the port's error was not seen")
+        self._judge()
+        return self.result
+
+    def _find(self, text: str) -> None:
+        if text not in self.result.findings:
+            self.result.findings.append(text)
+
+    # It happens
+
+    def exchange(self, silent_s: float, *, is_announced: bool) -> None:
+        self.rig.plug.move(self.modules[1], silent_s, is_announced=is_announced)
+
+    def fail(self, trouble: PortTrouble) -> None:
+        self.rig.plug.error = PortError(trouble, "plug", "failed")
+
+    def _before(self, _frame: bytes) -> None:
+        if not self.plan.is_heard:
+            self._happen()
+        self.frames += not self.job.has_ended
+
+    def _heard(self, _frame: bytes) -> None:
+        if self.plan.is_heard:
+            self._happen()
+
+    def _happen(self) -> None:
+        is_now = self.frames == self.plan.frame + self.plan.is_heard and not self.job.has_ended
+        if is_now and not self.result.has_happened:
+            self.result.has_happened = True
+            self._frames_before = self.frames
+            self.happening.begin(self)
+
+    # The judge
+
+    def _look(self) -> None:
+        """Nothing shown in one conversation is of two modules."""
+        owners = {self._owner(key, known.value) for key, known in self.rig.view.values.items()} - {None}
+        if len(owners) > 1:
+            self._find("values of two modules in one conversation")
+
+    def _owner(self, key: str, value: Value) -> str | None:
+        """Whose value it is, where only one of them has or had it."""
+        number = _OWNERS.get((key, value))
+        return None if number is None else self.modules[number].name
+
+    def _judge_shown(self) -> None:
+        self._judge_values({key: self.rig.view.fresh(key, self.rig.clock.now_s) for key in self.rig.view.values})
+
+    def _judge_values(self, values: Mapping[str, Value | None], *, may_be_before: bool = False) -> None:
+        """`may_be_before`: what was read may have been changed since by a restart, whose count then is another one."""
+        holds = truth(self.module)
+        for key, value in values.items():
+            if value is None or key in self.happening.hides or value == holds[key]:
+                continue
+            if may_be_before and (key, value) == ("boot_count", HELD[0].boots):
+                continue
+            self._find(f"{key} is {value}, and the module holds {holds[key]}")
+
+    def _judge(self) -> None:
+        rig, job = self.rig, self.job
+        must_end = self.happening.must_end and self.result.has_happened
+        if must_end and self.result.is_unnoticed:
+            self._find("the conversation goes on")
+        must_end = must_end and (self.frames > self._frames_before or not self.plan.is_heard)
+        if any(rig.view.fresh(key, rig.clock.now_s) is not None for key in rig.view.values):
+            self._find("shown as certain although the port is closed")
+        self._judge_sent()
+        if not job.has_ended:
+            self._find("the job goes on although the port is closed")
+        elif job.error is None:
+            self._judge_result(job.outcome(), must_end=must_end)
+        elif not isinstance(job.error, Interrupted | Cancelled):
+            self._find(f"ended with {job.error!r}")
+
+    def _judge_sent(self) -> None:
+        sets = Counter(frame for frame in self.sent if frame[3] == 2 or frame[2] == ZERO)
+        for frame, count in sets.items():
+            is_lock = frame[2] == ACTIVATION and frame[4] == 0
+            if count > 1 and frame[2] != OUTPUT and not is_lock:  # LOCK is repeated until it is reported
+                self._find(f"{frame.hex(' ')} was sent {count} times")
+        for entry in [*self.modules[1].log.sets(), *self.modules[1].log.acts()]:
+            is_lock = entry.code == ACTIVATION and entry.value == 0
+            if entry.code != OUTPUT and not (is_lock and self.plan.job == "lock"):
+                self._find(f"{entry.frame.hex(' ')} to another module")
+
+    def _judge_result(self, result: object, *, must_end: bool) -> None:
+        first = self.modules[0]
+        match result:
+            case WriteReport():
+                self._judge_report(result)
+                if must_end and result.is_fine:
+                    self._find("the report is fine")
+            case Performed():
+                self._judge_act(result)
+            case Evidence():
+                if must_end and result.void is None:
+                    self._find("the check is not void")
+            case Everything() | SettingsReading():
+                if self.module is first:
+                    self._judge_values(result.values, may_be_before=True)
+            case History():
+                kept = [with_sum(b"\x41\x75" + record) for record in first.records]
+                if any(record.raw not in kept for record in result.records):
+                    self._find("a record that it does not keep")
+                if result.is_confirmed and len(result.records) != len(kept):
+                    self._find("complete, and not all that it keeps")
+            case Locked(is_locked=True) if self.module.settings[ACTIVATION]:
+                self._find("called locked")
+            case BaudChanged():
+                self._judge_rate(result.written.read_back)
+            case RateSearch():
+                self._judge_rate(result.baud_rate)
+            case Band():
+                if set(result.raws) - {first.options.light_closed}:
+                    self._find(f"light {result.raws}")
+
+    def _judge_rate(self, found: Value | None) -> None:
+        if found not in (None, self.module.rate) and "baud_rate" not in self.happening.hides:
+            self._find(f"found at {found}, and the module is at {self.module.rate}")
+
+    def _judge_report(self, report: WriteReport) -> None:
+        first = self.modules[0]
+        for written in report.results:
+            request = written.command.set(written.target)
+            is_held = first.settings[written.command.code] == request.data
+            if written.verified and not is_held:
+                self._find(f"{written.command.name} verified, but not held")
+            if not written.is_sent and request.encode() in self.sent:
+                self._find(f"{written.command.name} called not sent")
+            if written.is_acknowledged and not first.log.sets(written.command.code):
+                self._find(f"{written.command.name} called acknowledged")
+
+    def _judge_act(self, done: Performed) -> None:
+        first, frame = self.modules[0], REQUESTS[done.act].encode()
+        is_done = any(entry.frame == frame and not entry.note for entry in first.log.got())
+        if done.act is Act.DEPLOY:
+            is_done = len(first.records) > 3
+        if done.outcome is Outcome.CONFIRMED and not is_done:
+            self._find(f"{done.act.value} confirmed, but not done")
+        if done.outcome is Outcome.REFUSED and is_done:
+            self._find(f"{done.act.value} called refused, and done")
+        if done.outcome is Outcome.NOT_SENT and frame in self.sent:
+            self._find(f"{done.act.value} called not sent")
+
+
+def _owners() -> Mapping[tuple[str, Value], int]:
+    """Whose each value is, where it tells. A restart adds one to the boot count."""
+    owners: dict[tuple[str, Value], int] = {}
+    for number, held in enumerate(HELD):
+        module = made_module(held, "", 0.0)
+        values = truth(module).items()
+        owners |= {item: number for item in values if not isinstance(item[1], bool) and item[0] != "baud_rate"}
+        owners |= {("boot_count", held.boots + starts): number for starts in range(4)}
+    owners |= {(change.command.key, change.value): 0 for change in CHANGES}  # written to the first one only
+    return owners
+
+
+_OWNERS: Final = _owners()
+LEAPS: Final = ("clock leaps an hour",)
+
+
+# The walk
+
+
+@cache
+def frames_of(job: str, *, streams: bool) -> int:
+    """How many frames it sends when nothing happens."""
+    run = Run(Plan(job, "", -1, streams=streams))
+    assert run.go().findings == [], job
+    return run.frames
+
+
+def cells(*, jobs: Iterable[str] = JOBS, happenings: Iterable[str] = HAPPENINGS, seed: int = 1) -> Iterator[Plan]:
+    """Each job with each happening, at a frame that the seed chooses."""
+    for job, happening in product(jobs, happenings):
+        dice = random.Random(f"{seed} {job} {happening}")
+        streams = dice.random() < 0.5
+        frame = dice.randrange(frames_of(job, streams=streams))
+        yield Plan(job, happening, frame, dice.random() < 0.5, streams)
+
+
+def walk(plans: Iterable[Plan]) -> Iterator[Result]:
+    return (Run(plan).go() for plan in plans)
