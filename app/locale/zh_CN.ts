@@ -1272,20 +1272,12 @@
         <translation>正式执行时将发送 {frame}。</translation>
     </message>
     <message>
-        <source>Its approved settings code was removed.</source>
-        <translation>已删除其中批准的参数校验码。</translation>
-    </message>
-    <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面复核。</translation>
     </message>
     <message>
         <source>Judge its records, then close the notice.</source>
         <translation>请判定其记录，然后关闭提示。</translation>
-    </message>
-    <message>
-        <source>Judged as enabled: {names}.</source>
-        <translation>按启用判断：{names}。</translation>
     </message>
     <message>
         <source>Judged with: {values}</source>
@@ -2528,10 +2520,6 @@
         <translation>另存为…</translation>
     </message>
     <message>
-        <source>Save in a profile…</source>
-        <translation>保存到配置文件…</translation>
-    </message>
-    <message>
         <source>Save picture…</source>
         <translation>保存图片…</translation>
     </message>
@@ -3398,10 +3386,6 @@
         <translation>重试</translation>
     </message>
     <message>
-        <source>Try on recorded data</source>
-        <translation>用数据记录试算</translation>
-    </message>
-    <message>
         <source>Try proposal</source>
         <translation>试用建议</translation>
     </message>
@@ -3640,10 +3624,6 @@
     <message>
         <source>Wobbles</source>
         <translation>晃动</translation>
-    </message>
-    <message>
-        <source>Would it have fired?</source>
-        <translation>是否会触发？</translation>
     </message>
     <message>
         <source>Write</source>

@@ -22,11 +22,6 @@ class DraftExchange(QObject):
 
     used = Signal(object)
     """Values by the setting's key, to become drafts in Settings, unsent."""
-    tried = Signal(object, object, object)
-    """Values by the setting's key, to be tried on flights and on the recording at this path, or None; and what waits,
-    not in the window's thread, until that file holds what has come."""
-    forgotten = Signal()
-    """What was tried is of a former module."""
     limits_used = Signal()
     """`LimitsInUse` are those of another profile."""
     measured = Signal()
@@ -55,7 +50,7 @@ class Services:
     in_use: LimitsInUse = field(default_factory=LimitsInUse)
     """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
-    """Drafts that are tried on what was measured."""
+    """What one page hands to another."""
 
     @property
     def lock(self) -> LockControl:

@@ -4,7 +4,6 @@ import logging
 import threading
 from collections.abc import Callable
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from app.engine.conversation import ConversationView
@@ -17,7 +16,6 @@ if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wa
     from ui.services.recording_jobs import RecordingJobs
 
 _log = logging.getLogger(__name__)
-SETTLE_LIMIT_S = 2.0
 
 
 class RecordingState(NamedTuple):
@@ -62,20 +60,10 @@ class SessionRecording:
         since = None if opening is None else opening.started_at
         return RecordingState(since, recorder.dropped, trouble)
 
-    @property
-    def path(self) -> Path | None:
-        """Of what is recorded now; None before the first byte."""
-        return None if self._recorder is None else self._recorder.path
-
     def name_module(self, name: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
         if self._recorder is not None:
             self._recorder.name_module(name, conversation)
-
-    def settle(self) -> None:
-        """Wait, for a moment at most, until the file holds what has come. Not for the window's thread."""
-        if self._recorder is not None:
-            self._recorder.settle(SETTLE_LIMIT_S)
 
     def stop(self, deadline_s: float) -> bool:
         """End the recording and its thread; whether that was done in time. What was written before is safe in any

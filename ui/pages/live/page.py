@@ -10,12 +10,11 @@ from typing import Final, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
-from app.flights.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
 from app.system.wall_clock import wall_offset_s
 from app.text.i18n import tr
@@ -119,14 +118,6 @@ class LivePage(Page):
         self._in_use = services.in_use
         self.data = LiveData()
         self.panel = LivePanel()
-        self.try_out = control(
-            QToolButton(),
-            "live_would_fire",
-            text=tr("Would it have fired?"),
-            keys="Ctrl+T",
-            picture=Icon.PARACHUTE,
-            slot=self._try_out,
-        )
         drawn = live_lanes(self.data, self._in_use)
         self.plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
         self.save = SaveBar(
@@ -191,7 +182,6 @@ class LivePage(Page):
         self._process_waiting()
         now_s, data = self._ports.clock(), self.data
         self._refreshed_at = now_s
-        self.try_out.setEnabled(self._ports.current.recording.path is not None)
         if data.has_samples and self.is_empty:
             self._stack.setCurrentWidget(self._content)
         if self.is_empty:
@@ -244,14 +234,6 @@ class LivePage(Page):
         self._stack.setCurrentWidget(self.empty)
         self._refresh_empty()
 
-    def _try_out(self) -> None:
-        """The module's last thresholds are tried on what was recorded, in the page where others can be, too."""
-        recording, held = self._ports.current.recording, self.data.last()
-        known = zip(TriggerLimits._fields, (held.fires_deg, held.free_fall_g, held.free_fall_s), strict=False)
-        self.page_wanted.emit("logs")
-        values = {key: value for key, value in known if value is not None}
-        self._services.exchange.tried.emit(values, recording.path, recording.settle)
-
     def _refresh_empty(self) -> None:
         if self.is_empty:
             self.empty.refresh()
@@ -278,7 +260,6 @@ class LivePage(Page):
         head = self.header = self.make_header(tr("Live"))
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.save, 1)  # shows where something was saved
-        head.add(self.try_out)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
         in_column(head, (self._seen, 1), of=content, spacing=0, margins=0)

@@ -4,7 +4,7 @@
 `ProposalBar`; `LogView` shows one log in their place.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -14,22 +14,21 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
 from app.flights.columns import CsvColumns
-from app.flights.judge import ASSUMPTIONS, RULES, TriggerLimits
+from app.flights.judge import ASSUMPTIONS, RULES
 from app.flights.read_log import SUFFIXES
 from app.flights.thresholds import FlightGroup
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import in_brackets, join_names, join_sentences, labelled
-from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.pages.logs.proposal import ProposalBar, bounds_lines
-from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, assumed_text, button, limits_text, row_text, sides_text
+from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, button, limits_text, row_text, sides_text
 from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
 from ui.pages.logs.viewer import LogView
-from ui.pages.logs.work import LogRow, LogsWork, Reading, Settle
+from ui.pages.logs.work import LogRow, LogsWork, Reading
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
@@ -79,17 +78,15 @@ class LogsPage(Page):
         self.counts = named(QLabel(), "logs_counts", "small")
         self.thresholds = ThresholdPanel()
         self.map = FireMapView()
-        self.proposal = ProposalBar(services, self.work, self.result)
+        self.proposal = ProposalBar(services.exchange, self.work)
         self.strip = self.proposal.strip
         self.view = LogView(services.in_use)
         self._are_kept_read = False
+        # What a person opened last is one file, which is shown once it is read.
+        self._is_single = False
         self._polls = 0
         # Recordings whose deletion was asked for.
         self._to_delete: tuple[RecordingEntry, ...] = ()
-        # What is to be chosen in the list once it is read, and whether it is to be opened, too.
-        self._wanted: tuple[str, bool] = ("", False)
-        # The thresholds that were tried last, and the settings that they are of.
-        self._tried_with: tuple[TriggerLimits, Mapping[str, Value]] | None = None
         self._make_actions()
         self._lay_out()
         self._wire()
@@ -121,27 +118,9 @@ class LogsPage(Page):
             self._folder = paths[0].parent
             self.result.dismiss()
             self._show_list()
-            self._wanted = (str(paths[0]), True) if len(paths) == 1 else ("", False)
+            self._is_single = len(paths) == 1
             self.work.open(paths, columns)
             self.refresh_list()
-
-    def _try(self, values: Mapping[str, Value], path: Path | None, settle: Settle) -> None:
-        """These thresholds, on the logs that are there and on what was recorded."""
-        self.work.choose(self.thresholds.nearest(values))
-        self._tried_with = self.work.limits, values
-        self.result.set_notice_of_now(self._assumed_notice)
-        self._show_list()
-        if path is not None:
-            self._wanted = str(path), False
-            self.work.read_again(path, settle)
-        self.refresh_list()
-
-    def _forget_tried(self) -> None:
-        """What was tried is of a former module: where nobody chose otherwise since, the thresholds are too."""
-        tried, self._tried_with = self._tried_with, None
-        if tried is not None and tried[0] == self.work.limits:
-            self.work.choose(TriggerLimits())
-        self._refresh_notice()
 
     def open_row(self, row: LogRow) -> None:
         """Shows a log, or why it could not be read."""
@@ -164,16 +143,13 @@ class LogsPage(Page):
     def _end_loading(self, ended: Reading) -> None:
         self.result.set_notice_of_now(partial(self._ended_notice, ended))
         self.refresh_list()
-        if ended.is_restored:  # what a person chose or opened meanwhile stays so
-            return
-        (wanted, is_shown), self._wanted = self._wanted, ("", False)
-        names = {wanted} if wanted else set(ended.names)
-        self.table.choose(lambda row: row.name in names)
+        self.table.choose(lambda row: row.name in ended.names)
         chosen = self.table.chosen()
         if chosen:
             self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
-        if is_shown and len(chosen) == 1 and not ended.was_cancelled:
+        if self._is_single and len(chosen) == 1 and not ended.was_cancelled:
             self.open_row(chosen[0])
+        self._is_single = False
 
     # Showing
 
@@ -230,7 +206,7 @@ class LogsPage(Page):
         if not ended.names:
             return Notice(Meaning.INFORMATION, tr("No logs found."))
         if not unread:
-            return self._assumed_notice()
+            return None
         reasons = [
             labelled(clean(Path(log.name).name, longest=80), clean(log.why_not.translated(), longest=400))
             for log in unread[:_REASONS_SHOWN]
@@ -238,12 +214,6 @@ class LogsPage(Page):
         ]
         text = tr("{count} of {total} not read.", count=len(unread), total=len(ended.names))
         return Notice(Meaning.ATTENTION, "\n".join([text, *reasons]), dismiss=self.result.dismiss)
-
-    def _assumed_notice(self) -> Notice | None:
-        """As long as these thresholds are the chosen ones."""
-        limits, values = self._tried_with or (None, {})
-        text = assumed_text(values) if limits == self.work.limits else ""
-        return Notice(Meaning.ATTENTION, text, dismiss=self.result.dismiss) if text else None
 
     def _explain(self) -> None:
         library = self.jobs.library
@@ -258,7 +228,7 @@ class LogsPage(Page):
         self.work.poll()
         if self._polls % 10 == 0:
             self.jobs.refresh()
-            self.work.judge_recordings()
+            self.work.read_waiting()
         self._polls += 1
         self._refresh_notice()
 
@@ -380,7 +350,6 @@ class LogsPage(Page):
         folder.setShortcut("Ctrl+Shift+O")
         self.addAction(folder)
         self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
-        self.header.add_rare("logs_profile", tr("Save in a profile…"), self.proposal.save_in_profile)
         self.map.setMinimumWidth(_MAP_PX)
         both = in_row(
             (in_column(self.bar, self.counts, (self.list, 1)), 7), (in_column(self.thresholds, (self.map, 1)), 3)
@@ -408,8 +377,6 @@ class LogsPage(Page):
         self.view.closed.connect(self._show_list)
         self.view.columns_chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
-        self._services.exchange.tried.connect(self._try)
-        self._services.exchange.forgotten.connect(self._forget_tried)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
 
     # Qt

@@ -1,8 +1,6 @@
-"""Says what is proposed; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
+"""Says what is proposed; puts thresholds into Settings as edits. Nothing is sent."""
 
-from collections.abc import Mapping, Sequence
-from functools import partial
-from pathlib import Path
+from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
@@ -19,16 +17,11 @@ from app.flights.thresholds import (
     FlightGroup,
     FlightMargin,
 )
-from app.settings.profile_file import save_or_say_why_not
-from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names, join_sentences, labelled
-from protocol.fields import Value
-from ui.files.file_dialogs import AskPath, ask_path
+from app.text.sentences import capitalised, join_names, labelled
 from ui.pages.logs.rows import button, limits_text, short_name
 from ui.pages.logs.work import LogsWork
-from ui.services.context import Services
-from ui.services.job_notice import JobNotice
+from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space
 from ui.widgets.controls import named
@@ -44,12 +37,10 @@ class ProposalBar(QFrame):
 
     settings_wanted = Signal()
 
-    def __init__(self, services: Services, work: LogsWork, result: JobNotice) -> None:
+    def __init__(self, exchange: DraftExchange, work: LogsWork) -> None:
         super().__init__()
         named(self, "logs_proposal", "card")
-        self.ask_save: AskPath = partial(ask_path, is_extended=True)
-        self._work, self._result = work, result
-        self._exchange, self._remembered = services.exchange, services.preferences
+        self._work, self._exchange = work, exchange
         self.picture = IconLabel("logs_proposal_icon", IconSize.NOTICE)
         self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
         self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
@@ -136,33 +127,6 @@ class ProposalBar(QFrame):
     def _use(self) -> None:
         self._exchange.used.emit(self._work.settings())
         self.settings_wanted.emit()
-
-    # Profiles
-
-    def save_in_profile(self) -> None:
-        """Saves the three thresholds in a new profile, or changes them in one that is there."""
-        suggested = self._remembered.profile_folder / "profile.toml"
-        write = partial(self._write, self._work.settings())
-        self.ask_save(self, tr("Save in a profile…"), suggested, "*.toml", write)
-
-    def _write(self, thresholds: Mapping[str, Value], path: Path) -> None:
-        profile: Profile | None = Profile(name=path.stem or tr("Profile"))
-        source = path if path.exists() else None
-        if source is not None:
-            profile = self._result.read_profile(path)
-        if profile is None:
-            return
-        settings = {**profile.settings, **thresholds}
-        loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
-        approved = None if loses_approval else profile.approved_fingerprint
-        changed = profile._replace(settings=settings, approved_fingerprint=approved)
-        fault = save_or_say_why_not(path, changed, source=source)
-        if fault is not None:
-            self._result.notify(Meaning.DANGER, fault.translated())
-            return
-        self._remembered.add_profile(path)
-        note = tr("Its approved settings code was removed.") if loses_approval else ""
-        self._result.notify_saved(path, join_sentences([tr("Saved to {path}.", path=path), note]))
 
 
 def _scrolled(content: QWidget) -> QScrollArea:

@@ -1,7 +1,6 @@
 """The list's columns, and the verdicts on logs in words."""
 
 import math
-from collections.abc import Mapping
 from datetime import datetime
 from enum import IntEnum
 from pathlib import Path
@@ -15,12 +14,10 @@ from app.flights.judging import Answer, RuleReading
 from app.flights.summary import FirstFire, moment_text
 from app.flights.thresholds import FlightGroup, FlightOutcome
 from app.recordings.library import entry_text
-from app.settings.profiles import SETTINGS_BY_KEY
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import capitalised, in_brackets, join_names, join_sentences, labelled
-from protocol.fields import Value
+from app.text.sentences import capitalised, in_brackets, join_names, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
@@ -33,9 +30,6 @@ READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
     RuleReading.DAMPED: marked("Triggers after 0.2 s"),
 }
-THRESHOLD_KEYS: Final = TriggerLimits._fields[:3]
-"""Of the settings, in the order of the sliders."""
-_TRIGGER_KEYS: Final = ("attitude_trigger", "freefall_trigger")
 
 
 class Side(NamedTuple):
@@ -54,18 +48,6 @@ SIDES: Final = {
     FlightGroup.MUST: Side(marked("Must fire"), marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
     FlightGroup.UNSORTED: Side(marked("Not sorted"), marked("On neither side"), "U", Icon.UNKNOWN),
 }
-
-
-def assumed_text(values: Mapping[str, Value]) -> str:
-    """Of a module's settings, by key, that are tried: what is judged without them, or against them."""
-    unknown = [tr(SETTINGS_BY_KEY[key].title) for key in THRESHOLD_KEYS if key not in values]
-    disabled = [tr(SETTINGS_BY_KEY[key].title) for key in _TRIGGER_KEYS if values.get(key) is False]
-    parts = []
-    if unknown:
-        parts.append(tr("Vendor defaults, not of a module: {names}.", names=join_names(unknown)))
-    if disabled:
-        parts.append(tr("Judged as enabled: {names}.", names=join_names(disabled)))
-    return join_sentences(parts)
 
 
 # Verdicts

@@ -1,6 +1,5 @@
 """The chosen thresholds: sliders and the map of false and missing triggers."""
 
-from collections.abc import Mapping
 from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
@@ -14,9 +13,7 @@ from app.flights.judge import TriggerLimits
 from app.flights.thresholds import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
-from protocol.fields import Value
 from protocol.translatable import marked
-from ui.pages.logs.rows import THRESHOLD_KEYS
 from ui.plots.static_plot import StaticPlot
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import named
@@ -68,13 +65,6 @@ class ThresholdPanel(QWidget):
         self.tilt.set_value(limits.attitude_threshold_deg)
         self.acceleration.set_value(limits.freefall_acceleration_g)
         self.time.set_value(limits.freefall_time_s)
-
-    def nearest(self, values: Mapping[str, Value]) -> TriggerLimits:
-        """The vendor's defaults replaced by these, by the setting's key, as the sliders can show them."""
-        dials = self.tilt, self.acceleration, self.time
-        for dial, key, usual in zip(dials, THRESHOLD_KEYS, TriggerLimits(), strict=False):
-            dial.set_value(float(values.get(key, usual)))
-        return TriggerLimits(self.tilt.value, self.acceleration.value, self.time.value)
 
     def _choose(self, limits: TriggerLimits) -> None:
         self._limits = limits

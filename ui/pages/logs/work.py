@@ -4,7 +4,7 @@ It never sends anything to a module.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -34,7 +34,6 @@ from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.recording_jobs import RecordingJobs
 
-Settle = Callable[[], object]
 # So many of the newest recordings are judged without being asked.
 MOST_JUDGED: Final = 100
 
@@ -89,8 +88,7 @@ class LogRow(NamedTuple):
 class Reading:
     """Files and folders to read; `names`, `total` and `done` are written by the reading thread.
 
-    `skipped`: what is already read. `settle` is called by that thread before it reads. `is_asked`: somebody waits for
-    it. `is_restored`: it is of the last start, and nobody chose it now.
+    `skipped`: what is already read. `is_asked`: somebody waits for it.
     """
 
     def __init__(
@@ -98,13 +96,11 @@ class Reading:
         paths: Iterable[Path] = (),
         columns: CsvColumns | None = None,
         skipped: Iterable[str] = (),
-        settle: Settle = bool,
         *,
         is_asked: bool = True,
-        is_restored: bool = False,
     ) -> None:
-        self._paths, self._columns, self._skipped, self._settle = tuple(paths), columns, frozenset(skipped), settle
-        self.is_asked, self.is_restored = is_asked, is_restored
+        self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
+        self.is_asked = is_asked
         # None until they are counted.
         self.total: int | None = None
         self.names: tuple[str, ...] = ()
@@ -116,8 +112,7 @@ class Reading:
         self.why = ""
 
     def run(self, running: Running) -> None:
-        self._settle()
-        found = list(find_logs(self._paths))
+        found = list(find_logs(self._paths)) if self.is_asked else self._paths
         self.names = tuple(map(str, found))
         paths = [path for path in found if str(path) not in self._skipped]
         self.total = len(paths)
@@ -149,7 +144,7 @@ class LogsWork(QObject):
         self.proposal: ThresholdProposal | None = None
         # The present one, or the last.
         self.loading = Reading()
-        self._waiting: deque[Reading] = deque()
+        self._orders: deque[Reading] = deque()
         self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
         self._maps: list[FireMap] = []
         # The acceleration of the maps.
@@ -221,39 +216,30 @@ class LogsWork(QObject):
 
     # Reading
 
-    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None, settle: Settle = bool) -> None:
+    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without logs that are already there."""
         read = [log.name for log in self.logs.values() if log.summary is not None]
-        self._order(Reading(paths, columns, read, settle))
-
-    def _order(self, reading: Reading) -> None:
-        self._waiting.append(reading)
+        self._orders.append(Reading(paths, columns, read))
         if self.task.is_running and not self.loading.is_asked:
             self.poll()
             self.task.cancel()
         if not self.task.is_running:
-            self._begin(self._waiting.popleft())
-
-    def read_again(self, path: Path, settle: Settle) -> None:
-        """Reads a recording that may have grown, and grows to its present end by `settle`; it stays on its side."""
-        known = self.logs.get(str(path), LogFile(str(path)))
-        self.logs[known.name] = LogFile(known.name, known.group)
-        self.open([path], settle=settle)
+            self._begin(self._orders.popleft())
 
     def restore(self, kept: Iterable[str]) -> None:
-        """Reads the logs of the last start."""
+        """The logs of the last start, which are read when nothing else is."""
         for line in kept:
             word, _, name = line.partition(" ")
             self.logs[name] = LogFile(name, FlightGroup.__members__.get(word, FlightGroup.UNSORTED))
-        if self.logs:
-            self._order(Reading(map(Path, self.logs), is_restored=True))
+        self.read_waiting()
 
-    def judge_recordings(self) -> None:
-        """Reads the newest recordings that are not judged yet; whatever a person opens goes first."""
+    def read_waiting(self) -> None:
+        """Reads what waits, and the newest recordings that are not judged yet; whatever a person opens goes first."""
         if not self.task.is_running:
-            missing = [entry.path for entry in self.recordings.entries[:MOST_JUDGED] if self._is_to_judge(entry)]
-            if missing:
-                self._begin(Reading(missing, is_asked=False))
+            waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
+            waiting += [entry.path for entry in self.recordings.entries[:MOST_JUDGED] if self._is_to_judge(entry)]
+            if waiting:
+                self._begin(Reading(waiting, is_asked=False))
 
     def _is_to_judge(self, entry: RecordingEntry) -> bool:
         log = self.logs.get(str(entry.path))
@@ -276,12 +262,11 @@ class LogsWork(QObject):
 
     def cancel(self) -> None:
         """Returns at once; logs already read stay, logs being read are dropped."""
-        if self.task.is_running:
-            self._waiting.clear()
+        if self.is_loading:
+            self._orders.clear()
             self.task.cancel()
             self.loading.was_cancelled = True
             self._end()
-            self.loading = Reading()  # discards what the thread still reads
 
     def _begin(self, reading: Reading) -> None:
         self.loading = reading
@@ -289,13 +274,16 @@ class LogsWork(QObject):
 
     def _end(self, error: Exception | None = None) -> None:
         self.poll()
+        ended, self.loading = self.loading, Reading()  # what its thread still reads is discarded
         self._change()
         if error is not None:
-            self.loading.why = error_text(error)
-        if self.loading.is_asked:
-            self.loading_ended.emit(self.loading)
-        if self._waiting:
-            self._begin(self._waiting.popleft())
+            ended.why = error_text(error)
+        if ended.is_asked:
+            self.loading_ended.emit(ended)
+        if self._orders:
+            self._begin(self._orders.popleft())
+        elif error is None and not ended.was_cancelled:
+            self.read_waiting()
         if error is not None and not isinstance(error, OSError):
             raise error
 
@@ -308,15 +296,10 @@ class LogsWork(QObject):
 
     def move(self, names: Iterable[str], group: FlightGroup) -> None:
         """Puts logs on a side; a recording that was not read yet is read for it."""
-        unread = []
         for name in names:
-            log = self.logs.get(name, LogFile(name))
-            self.logs[name] = log._replace(group=group)
-            if log.is_waiting:
-                unread.append(Path(name))
+            self.logs[name] = self.logs.get(name, LogFile(name))._replace(group=group)
         self._change()
-        if unread:
-            self.open(unread)
+        self.read_waiting()
 
     def remove(self, names: Iterable[str]) -> None:
         """Removes logs from the list; the files stay."""

@@ -81,7 +81,6 @@ class SettingsPage(Page):
     def show_module(self, module: ShownModule) -> None:
         self.baud.forget_choice()
         super().show_module(module)
-        self._services.exchange.forgotten.emit()
 
     def refresh(self) -> None:
         work, now = self.work, self.module.now_s
@@ -159,12 +158,6 @@ class SettingsPage(Page):
         """From another page."""
         self.work.close_panels()
         self.work.fill(values)
-
-    def _try_out(self) -> None:
-        """The edits, and for the rest what the module has."""
-        held = {row.command.key: row.module_value.value for row in self.work.rows if row.module_value is not None}
-        self.page_wanted.emit("logs")
-        self._services.exchange.tried.emit({**held, **self.work.form.edited}, None, bool)
 
     # Profiles
 
@@ -244,7 +237,6 @@ class SettingsPage(Page):
         self.as_found = header.add_rare(
             "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.work.as_found or {})
         )
-        header.add_rare("settings_try", tr("Try on recorded data"), self._try_out)
         title = named(QLabel(tr("Profile")), "profile_title_label", "small")
         profile = (title, self.open, self.recent, self.save)
         content = named(QWidget(), "settings_content")

@@ -19,7 +19,6 @@ from app.flights.judge import TriggerLimits
 from app.flights.many_logs import SummarisedLog
 from app.flights.summary import FirstFire, summarise
 from app.flights.thresholds import FireMap, FlightGroup
-from app.settings.profile_file import read_profile
 from app.text.messages import message
 from protocol.messages import Source
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
@@ -112,9 +111,8 @@ def test_the_logs_of_the_last_start_take_no_choice_away(desk: Desk, tmp_path: Pa
     desk.page.work.restore([f"MUST {path}" for path in kept])
     desk.page.open_file(single)
     desk.qtbot.waitUntil(desk.page.view.isVisible)
-    desk.page.work.restore([f"MUST {path}" for path in kept])
-    desk.qtbot.waitUntil(lambda: desk.page.work.loading.is_restored and not desk.page.work.task.is_running)
-    desk.wait_proposal()
+    desk.qtbot.waitUntil(lambda: desk.on(MUST) == sorted(map(str, kept)))
+    desk.wait_read()
     assert {row.name for row in desk.page.table.chosen()} <= {str(single)}
 
 
@@ -464,31 +462,3 @@ def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
         {"attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25},
     ]
     assert wanted == ["settings"]
-
-
-def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
-    bar = desk.page.proposal
-    path = tmp_path / "new.toml"
-    bar.ask_save = choosing(path)
-    desk.page.work.choose(TriggerLimits(62, 0.4, 1.25))
-    bar.save_in_profile()
-    assert read_profile(path).settings == {
-        "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25,
-    }  # fmt: skip
-    assert desk.notice() == f"Saved to {path}."
-    path.write_text(
-        'format = 1\nname = "H6"\nairframe = "H6"\napproved_fingerprint = "JFKY-2WSC"\n'
-        "[settings]\nattitude_threshold_deg = 70\nlight_threshold_v = 1.8\n[limits]\ncell_voltage_min_v = 3.9\n",
-        encoding="utf-8",
-    )
-    before = read_profile(path)
-    bar.save_in_profile()
-    after = read_profile(path)
-    assert after.settings == {**before.settings, **desk.page.work.settings()}
-    assert (after.name, after.airframe, after.limits) == (before.name, before.airframe, before.limits)
-    assert after.approved_fingerprint is None
-    assert "approved settings code was removed" in desk.notice()
-    path.write_text("no profile", encoding="utf-8")
-    bar.save_in_profile()
-    assert "new.toml is not a profile" in desk.notice()
-    assert path.read_text(encoding="utf-8") == "no profile"

@@ -53,7 +53,7 @@ def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None
     assert sorted(one.texts(LogColumn.MODULE)) == ["Left wing", "—"]
     assert sorted(one.texts(LogColumn.NAME)) == ["Left wing", "ttyUSB0"]
     assert all(f"{NOON.astimezone():%m-%d %H:%M}" in text for text in one.texts(LogColumn.WHEN))
-    one.page.work.judge_recordings()
+    one.page.work.read_waiting()
     one.until(lambda: sorted(one.texts(LogColumn.ANSWER)) == ["10.0 s", "1:00.0"])
     assert one.said() == ""  # nobody asked for it
     assert one.page.work.kept == ()
