@@ -39,6 +39,8 @@ Clock = Callable[[], datetime]
 
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
+# For the copy of the day that is still being made then; else it is made at the next opening.
+COPY_LIMIT_S = 0.3
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 _SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
@@ -148,6 +150,7 @@ class Store:
         self._lock = threading.Lock()
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._is_closed = False
+        self._copying: threading.Thread | None = None
         self._thread: threading.Thread | None = None
         if not starts_late:
             self.start()
@@ -205,7 +208,8 @@ class Store:
         """Returns at once: the day's copy is made in a thread of its own."""
         if self.opened.done() and self.opened.exception() is None:
             copy = partial(copy_if_due, self.path, self._clock())
-            threading.Thread(target=copy, name="dps-s copies", daemon=True).start()
+            self._copying = threading.Thread(target=copy, name="dps-s copies", daemon=True)
+            self._copying.start()
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
         """Write what is left; returns whether all of it was written within the limit. Idempotent, never raises."""
@@ -216,6 +220,8 @@ class Store:
         if self._thread is None:
             return True
         self._thread.join(limit_s)
+        if self._copying is not None:
+            self._copying.join(COPY_LIMIT_S)
         if self._thread.is_alive():
             _log.warning("The store was closed before everything was written")
         return not self._thread.is_alive()

@@ -73,7 +73,7 @@ def test_go_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> Non
     _assert_only_questions(wire, flags=2)
 
 
-def test_the_report_is_written_kept_chained_and_verified(
+def test_the_report_is_written_kept_and_verified(
     port: str, dps_s: Program, tmp_path: Path, qapp: object, kept: Store
 ) -> None:
     profile, report = tmp_path / "h6.toml", tmp_path / "r.pdf"

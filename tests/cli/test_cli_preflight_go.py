@@ -107,5 +107,5 @@ def test_an_audit_log_that_is_not_written_in_time_is_said(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     close = Store.close
-    monkeypatch.setattr(Store, "close", lambda store, *limit: close(store, *limit) + 1)
+    monkeypatch.setattr(Store, "close", lambda store, *limit: not close(store, *limit))
     assert "The audit log is incomplete." in dps_s([*ACTIVATE, "--port", port]).err

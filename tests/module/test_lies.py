@@ -30,13 +30,6 @@ def verdict(modules: list[Module], words: tuple[str, ...]) -> str:
     return found
 
 
-def test_an_honest_module_is_ready_and_then_go() -> None:
-    module = with_both_disabled(Options())
-    assert verdict([module], AND_ACTIVATE) == "GO"
-    assert [module.settings[code] for code in (0x10, 0x16, 0x17)] == [1, 0, 0]
-    assert len(module.log.acts()) == 1
-
-
 @pytest.mark.parametrize(
     "make",
     [

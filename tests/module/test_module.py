@@ -156,15 +156,6 @@ def test_a_set_that_is_only_acknowledged_is_not_verified() -> None:
     assert ended.returncode == 1, ended.stderr
 
 
-def test_lock() -> None:
-    module = Module(now=now())
-    module.settings[0x10] = 1
-    with Line(module) as line:
-        ended = dps_s(line, "lock", "--yes")
-    assert ended.returncode == 0, ended.stderr
-    assert module.settings[0x10] == 0
-
-
 def test_history() -> None:
     module = Module(now=now())
     module.trigger(now() + 108, BY_ATTITUDE)
@@ -185,14 +176,3 @@ def test_monitor() -> None:
     rows = [json.loads(row) for row in ended.stdout.splitlines()]
     assert {row["tilt_deg"] for row in rows} == {12}
     assert [entry.value for entry in module.log.sets(0x13)] == [1, 0]
-
-
-def test_preflight() -> None:
-    module = Module(now=now())
-    with Line(module) as line:
-        ended = dps_s(line, "preflight", "--json")
-        checks = {check["id"]: check["result"] for check in json.loads(ended.stdout)["checks"]}
-    assert ended.returncode == 1, ended.stderr
-    assert checks["attitude_trigger"] == "unknown"
-    assert checks["cell_voltage"] == "pass"
-    assert module.log.acts() == []

@@ -1,4 +1,4 @@
-"""Records are kept, also by several processes and after a kill; and the chain of the audit log."""
+"""Records are kept, also by several processes and after a kill."""
 
 import sys
 from contextlib import closing

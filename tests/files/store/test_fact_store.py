@@ -178,9 +178,8 @@ def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
 def test_the_store_is_copied_when_it_is_opened(folder: Path) -> None:
     with opened(folder) as store:
         store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
-        for thread in threading.enumerate():
-            if thread.name == "dps-s copies":
-                thread.join(PATIENCE_S)
+        assert store._copying is not None
+        store._copying.join(PATIENCE_S)
     assert [copy.name for copy in copies_of(folder / FILE_NAME)] == ["dps-s.20260102.sqlite"]
 
 
