@@ -42,6 +42,7 @@ from ui.shell.attention import UncaughtErrors
 from ui.shell.label_actions import LabelActions
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process, has_seen_status, write_evidence
+from ui.shell.sounds import Sounds
 from ui.shell.state_announcer import announce_states
 from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
@@ -147,7 +148,7 @@ def assemble(
     watcher = watcher or PortWatcher()
     storage = storage or Storage()
     ports = Ports(watcher, storage)
-    announce_states(ports)
+    announce_states(ports, Sounds(preferences, ports))
     services = Services(ports, appearance, preferences, log=log)
     left_active = LeftActiveWatch(ports)
     window = MainWindow(services, left_active, entries=entries)

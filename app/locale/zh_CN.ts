@@ -2764,6 +2764,10 @@
         <translation>有人将此模块标记为新模块。</translation>
     </message>
     <message>
+        <source>Sound: TRIGGERED, ACTIVE, link lost while ACTIVE</source>
+        <translation>提示音：已触发、已激活、激活时通信中断</translation>
+    </message>
+    <message>
         <source>Source</source>
         <translation>来源</translation>
     </message>

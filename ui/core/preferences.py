@@ -75,6 +75,7 @@ class Preferences:
     """Logs of the Logs page, each with its side."""
     who = _Entry("preflight/who", _text)
     """Who checked last."""
+    has_sounds = _Entry("sounds", lambda value: value == "on", lambda is_on: "on" if is_on else "off")
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
     layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
     """Where the docks are."""

@@ -3,6 +3,7 @@ next start."""
 
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -63,23 +64,26 @@ class PreferencesDialog(QDialog):
         self.language.setAccessibleName(tr("Language"))
         when = text_label("preferences_when", "small")
         when.setText(tr("Language and text size take effect at the next start."))
+        self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
         close.setText(tr("Close"))
         control(close, "preferences_close", key="Esc")
-        column = in_column(form, when, self.buttons, of=self, spacing=Space.L, margins=Space.XL)
+        column = in_column(form, when, self.sounds, self.buttons, of=self, spacing=Space.L, margins=Space.XL)
         column.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
         self.refresh()
         self.language.activated.connect(self._keep_language)
         self.theme.activated.connect(self._use_theme)
         self.zoom.activated.connect(self._keep_zoom)
+        self.sounds.toggled.connect(self._keep_sounds)
 
     def refresh(self) -> None:
         preferences = self._preferences
         self.language.setCurrentIndex(max(0, self.language.findData(preferences.language or language())))
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
+        self.sounds.setChecked(preferences.has_sounds)
 
     def bring_up(self) -> None:
         self.refresh()
@@ -95,6 +99,9 @@ class PreferencesDialog(QDialog):
 
     def _keep_zoom(self, row: int) -> None:
         self._preferences.zoom_percent = self.zoom.itemData(row)
+
+    def _keep_sounds(self, is_on: bool) -> None:
+        self._preferences.has_sounds = is_on
 
     def _use_theme(self, row: int) -> None:
         self._preferences.theme = self.theme.itemData(row)

@@ -1,4 +1,7 @@
-"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed."""
+"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed.
+
+The first two, and a lost link to an active module, have a sound, too.
+"""
 
 from typing import Final
 
@@ -11,17 +14,18 @@ from app.text.sentences import join_sentences
 from ui.session.interruptions import UNTOLD
 from ui.session.port import Port
 from ui.session.ports import Ports
+from ui.shell.sounds import Sound, Sounds
 from ui.style.accessible_roles import announce
 
 _LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
 
 
-def announce_states(ports: Ports) -> None:
+def announce_states(ports: Ports, sounds: Sounds) -> None:
     """Of the modules on all ports, those that are added later too."""
 
     def add(port: Port) -> None:
-        StateAnnouncer(port, ports)
+        StateAnnouncer(port, ports, sounds)
 
     for port in ports.all:
         add(port)
@@ -31,9 +35,9 @@ def announce_states(ports: Ports) -> None:
 class StateAnnouncer(QObject):
     """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
 
-    def __init__(self, port: Port, ports: Ports) -> None:
+    def __init__(self, port: Port, ports: Ports, sounds: Sounds) -> None:
         super().__init__(port)
-        self._port, self._ports = port, ports
+        self._port, self._ports, self._sounds = port, ports, sounds
         self._is_linked = self._has_failed = False
         self._reset()
         port.module_changed.connect(self._reset)
@@ -64,6 +68,7 @@ class StateAnnouncer(QObject):
             parts = [link_text(state, port.now_s).what]
             if port.is_active:
                 parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
+                self._sounds.play(Sound.LOST_WHILE_ACTIVE)
             self._announce(join_sentences(parts), is_urgent=True)
 
     def _announce_trigger(self) -> None:
@@ -72,12 +77,15 @@ class StateAnnouncer(QObject):
             return  # what was told stands until it is known
         was, self._is_triggered = self._is_triggered, is_triggered is True
         if self._is_triggered and not was:
+            self._sounds.play(Sound.TRIGGERED)
             self._announce(tr("TRIGGERED"), is_urgent=True)
 
     def _announce_activation(self) -> None:
         state = self._port.module.activation.state
         if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
             self._activation = state
+            if state is Activation.ACTIVE:
+                self._sounds.play(Sound.ACTIVE)
             self._announce(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
 
     def _announce(self, text: str, *, is_urgent: bool = False) -> None:

@@ -25,7 +25,9 @@ from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
+from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
+from ui.shell.sounds import Sound, Sounds
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
@@ -205,6 +207,7 @@ USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 class Listener(NamedTuple):
     ports: FakePorts
     said: list[str]
+    played: list[Sound]
 
     def heard(self, qtbot: QtBot, count: int) -> list[str]:
         """What was announced since it was last asked."""
@@ -216,14 +219,30 @@ class Listener(NamedTuple):
 
 
 @pytest.fixture
-def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
+def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Listener]:
     window = QWidget()
     qtbot.addWidget(window)
     window.show()
     ports = ports_alone()
-    announce_states(ports.ports)
-    yield Listener(ports, announced(monkeypatch))
+    sounds, played = Sounds(Preferences(tmp_path / "window.ini"), window), list[Sound]()
+    monkeypatch.setattr(sounds, "play", played.append)
+    announce_states(ports.ports, sounds)
+    yield Listener(ports, announced(monkeypatch), played)
     ports.stop()
+
+
+def test_a_sound_is_that_of_the_module_that_is_the_cause(qtbot: QtBot, listener: Listener) -> None:
+    _, first = listener.ports.plug_in(USB0)
+    _, second = listener.ports.plug_in(USB1, active=True)
+    listener.heard(qtbot, 2)
+    first.unplug()  # it was locked, whatever the other one is
+    listener.heard(qtbot, 1)
+    assert listener.played == [Sound.ACTIVE]
+    second.say(active=True, triggered=True)
+    listener.heard(qtbot, 1)
+    second.unplug()
+    listener.heard(qtbot, 1)
+    assert listener.played == [Sound.ACTIVE, Sound.TRIGGERED, Sound.LOST_WHILE_ACTIVE]
 
 
 @pytest.mark.promise("j")
