@@ -209,19 +209,13 @@ def test_no_files_import_each_other() -> None:
     assert circle({name: names & imported.keys() - {name} for name, names in imported.items()}) == []
 
 
-def test_a_circle_is_found() -> None:
-    assert set(circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
-    assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
-
-
 def test_no_class_name_means_two_things() -> None:
     """Below the window. `Serial` is what pyserial looks for in a module that handles a scheme of URLs."""
     named: dict[str, list[str]] = {}
     for path in sources(("protocol", "app")):
         for name in re.findall(r"^ *class (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE):
             named.setdefault(name, []).append(path.relative_to(ROOT).as_posix())
-    former = {"Copier", "Facts", "Kept", "Opened", "Store"}  # of the store that goes
-    twice = {name: places for name, places in named.items() if len(places) > 1 and name not in former}
+    twice = {name: places for name, places in named.items() if len(places) > 1}
     assert twice == {}
 
 
@@ -235,49 +229,20 @@ def test_packaging_is_no_package() -> None:
     ("path", "source"),
     [
         ("protocol/frame.py", "import numpy"),
-        ("protocol/frame.py", "import serial.tools"),
         ("protocol/frame.py", "from app.text import i18n"),
         ("protocol/link.py", "def now():\n    from time import monotonic\n    return monotonic()"),
-        ("protocol/link.py", "import threading"),
-        ("protocol/link.py", "import struct, time"),
-        ("protocol/link.py", "import asyncio.queues"),
         ("protocol/link.py", "from importlib import import_module\nclock = import_module('time')"),
         ("app/engine/conversation.py", "from PySide6.QtCore import QObject"),
-        ("app/engine/conversation.py", "if True:\n    import pyqtgraph as pg"),
         ("app/engine/conversation.py", "def show():\n    import ui.main"),
         ("app/engine/conversation.py", "from app.safety.permit import Permit"),
-        ("app/engine/conversation.py", "def check():\n    from app.preflight import run"),
-        ("app/text/i18n.py", "from app import __main__"),
-        ("app/stray.py", "from app.text import i18n"),
-        ("app/new_room/thing.py", "from app.text import i18n"),
         ("app/__main__.py", "import ui.main"),
-        ("app/__main__.py", "try:\n    from ui import main\nexcept ImportError:\n    pass"),
-        ("app/__main__.py", "def main():\n    from PySide6 import QtCore"),
         ("ui/core/bridge.py", "import serial"),
         ("ui/core/bridge.py", "from ui.shell.main_window import MainWindow"),
-        ("ui/pages/live/page.py", "from serial.tools import list_ports"),
-        ("ui/pages/live/page.py", "import importlib\nimportlib.import_module('serial')"),
         ("ui/pages/live/page.py", "from ui.pages.settings.rows import SettingsRow"),
-        ("app/simulator/answers.py", "from tests.doubles import Clock"),
     ],
 )
 def test_a_forbidden_import_is_found(path: str, source: str) -> None:
     assert len(faults(path, source)) == 1
-
-
-@pytest.mark.parametrize(
-    ("path", "source"),
-    [
-        ("protocol/frame.py", "import struct\nfrom protocol.catalogue import COMMANDS\nfrom . import text"),
-        ("app/engine/conversation.py", "import time, threading, numpy, serial\nfrom protocol import frame"),
-        ("app/preflight/run.py", "from app import version\nfrom app.engine.conversation import Conversation"),
-        ("app/__main__.py", "def gui():\n    from ui.main import show\n    show()"),
-        ("ui/core/bridge.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
-        ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.lanes import Mark"),
-    ],
-)
-def test_an_allowed_import_is_left_alone(path: str, source: str) -> None:
-    assert faults(path, source) == []
 
 
 def test_the_map_in_the_documents_is_the_tree() -> None:

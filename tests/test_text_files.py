@@ -29,8 +29,3 @@ def test_every_text_file_has_a_stated_encoding(folder: str) -> None:
         for line, name in unstated(path.read_text(encoding="utf-8"))
     ]
     assert found == []
-
-
-def test_a_call_without_an_encoding_is_found() -> None:
-    calls = ("p.read_text()", 'p.read_text("utf-8")', 'p.write_text("x")', 'p.write_text("x", encoding="utf-8")')
-    assert list(unstated("\n".join(calls))) == [(1, "read_text"), (3, "write_text")]

@@ -1,0 +1,122 @@
+"""What README.md, docs/flight-logs.md and docs/integrating.md show can be done, and says what they say."""
+
+import doctest
+import json
+import re
+import shlex
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app import __main__ as program
+from tests.module.line import Line, now
+from tests.module.module import Module
+from tests.support.flights import log_bytes as made
+from tests.support.processes import ROOT, environment, ran, ran_code
+
+FLIGHT_LOGS = (ROOT / "docs" / "flight-logs.md").read_text(encoding="utf-8")
+INTEGRATING = (ROOT / "docs" / "integrating.md").read_text(encoding="utf-8")
+PYTHON = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", INTEGRATING, re.DOTALL)
+(SHELL,) = re.findall(r"```sh\n(.*?)```", INTEGRATING, re.DOTALL)
+PROFILE = 'format = 1\nname = "Survey"\n[settings]\nattitude_threshold_deg = 65\nfreefall_time_s = 1.4\n'
+TIMES = np.arange(0, 20, 0.1)
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+def test_every_command_of_the_readme_does_what_it_says(tmp_path: Path) -> None:
+    """One after the other, as some use what one before has left; the simulated module's check is NO-GO, code 1."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = re.findall(r"(?m)^\.venv/bin/dps-s (\S.*?)\s+#", text)
+    assert len(lines) > 5
+    for line in lines:
+        words = [str(tmp_path / word) if word.endswith((".toml", ".pdf")) else word for word in shlex.split(line)]
+        done = ran(sys.executable, "-m", "app", *words, HOME=str(tmp_path), LC_ALL="C.UTF-8")
+        assert done.returncode == (1 if words[0] == "preflight" else 0), f"{line}: {done.stderr}"
+
+
+# Flight logs
+
+
+def flight_log_examples() -> list[list[str]]:
+    """Each command line, and what it prints with its exit code."""
+    block = re.findall(r"^```\n(.*?)^```", FLIGHT_LOGS, re.DOTALL | re.MULTILINE)[0]
+    return [part.split("\n", 1) for part in block.split("$ dps-s ")[1:]]
+
+
+@pytest.fixture
+def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    tilts = np.where(TIMES >= 12.35, 61.2, 5.0)
+    Path("crash.ulg").write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, tilts) + made.ulog_force(TIMES, 1.0)))
+    for name, head, per_s, rest in (
+        ("calm.csv", "time_s,tilt_deg,acceleration_g", 1, ",1"),
+        ("tilt-only.csv", "time_s,tilt_deg", 1, ""),
+        ("odd.csv", "when,angle,load", 1000, ",1"),
+    ):
+        rows = "".join(f"{at_s * per_s:.1f},5{rest}\n" for at_s in TIMES)
+        Path(name).write_text(f"{head}\n{rows}", encoding="utf-8")
+
+
+@pytest.mark.usefixtures("logs")
+@pytest.mark.parametrize(("line", "said"), flight_log_examples())
+def test_an_example_of_flight_logs_prints_what_the_page_says(
+    line: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = program.main(shlex.split(line))
+    assert f"{capsys.readouterr().out}(exit code {code})\n" == said
+
+
+# Integrating
+
+
+def module(boots: int = 1) -> Module:
+    one = Module(now=now())
+    one.readings.boots = boots
+    return one
+
+
+@POSIX
+@pytest.mark.parametrize(("code", "said"), PYTHON, ids=["app", "protocol"])
+def test_an_example_in_python_prints_what_the_page_says(code: str, said: str) -> None:
+    one = module()
+    with Line(one) as line:
+        done = ran_code(code.replace("/dev/ttyUSB0", line.port), LC_ALL="C.UTF-8")
+    assert done.stderr == ""
+    assert doctest.OutputChecker().check_output(said, done.stdout, doctest.ELLIPSIS), done.stdout
+    assert one.log.acts() == []
+
+
+@POSIX
+def test_a_production_line_names_what_it_checked(tmp_path: Path) -> None:
+    """A person moves the plug when told to."""
+    first, second = module(3), module(7)
+    (tmp_path / "survey.toml").write_text(PROFILE, encoding="utf-8")
+    script = f'set -e\ndps-s() {{ "{sys.executable}" -m app "$@"; }}\n{SHELL.replace("--timeout 600", "--timeout 60")}'
+    with Line(first) as line, subprocess.Popen(
+        ["bash", "-c", script], cwd=tmp_path, encoding="utf-8", stderr=subprocess.PIPE,
+        env=environment(DPS_S_PORT=line.port, LC_ALL="C.UTF-8", QT_QPA_PLATFORM="offscreen"),
+    ) as hall:  # fmt: skip
+        said = []
+        assert hall.stderr is not None
+        for told in hall.stderr:
+            said.append(told)
+            if "UNPLUG" in told and line.modules == (first,):
+                line.modules = ()
+                time.sleep(0.7)
+                line.modules = (second,)
+        assert hall.wait() == 0, "".join(said)
+    batch = json.loads((tmp_path / "batch.json").read_text("utf-8"))
+    assert batch["complete"] is True
+    assert [one["name"] for one in batch["modules"]] == ["M-001", "M-002"]
+    assert (tmp_path / "labels.pdf").read_bytes().startswith(b"%PDF")
+    report = json.loads((tmp_path / "report.json").read_text("utf-8"))
+    assert {one["module"] for one in report["modules"]} == {"M-001", "M-002"}
+    assert "M-001" in (tmp_path / "M-001.json").read_text("utf-8")
+    assert "ports" in json.loads((tmp_path / "ports.json").read_text("utf-8"))
+    for one in (first, second):
+        assert (one.settings[0x20], one.settings[0x22]) == (65, 140)
+        assert one.log.acts() == []
