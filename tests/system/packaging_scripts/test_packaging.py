@@ -18,13 +18,6 @@ NAME = "dps-s-configurator"
 METAINFO = LINUX / "io.github.dps_s.configurator.metainfo.xml"
 
 
-def test_the_time_of_a_release_is_given_or_the_commits(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    assert setup.release.words()["DATE"] == "2023-11-14"
-    monkeypatch.delenv("SOURCE_DATE_EPOCH")
-    assert setup.release.epoch() > 1_700_000_000
-
-
 @pytest.mark.parametrize("path", sorted((ROOT / ".github" / "workflows").iterdir()), ids=lambda path: path.name)
 def test_what_was_never_run_says_so_first(path: Path) -> None:
     first = path.read_text(encoding="utf-8").splitlines()[0]
@@ -127,12 +120,3 @@ def test_who_maintains_it_is_stated_once(setup: SetupFiles) -> None:
     assert [path for path in files if any(one in path.read_text(encoding="utf-8") for one in stated)] == []
     for page in ("SECURITY.md", "CONTRIBUTING.md"):
         assert "(pyproject.toml)" in (ROOT / page).read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("path", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.md")), ids=lambda path: path.stem)
-def test_issue_templates_have_the_head_that_the_forge_reads(path: Path) -> None:
-    _, head, body = path.read_text(encoding="utf-8").split("---\n", 2)
-    assert {line.partition(":")[0] for line in head.splitlines()} == {"name", "about"}
-    assert "**" in body
-    if path.stem == "fault":
-        assert "SECURITY.md" in body

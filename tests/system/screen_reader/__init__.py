@@ -1,1 +1,0 @@
-"""Manual check on the accessibility bus."""
