@@ -300,10 +300,6 @@
         <translation>先预备，再按住两秒。松开、按 Esc 或离开本页则不发送。</translation>
     </message>
     <message>
-        <source>Arrow keys move, + and − zoom, Shift with arrow keys reads off</source>
-        <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
-    </message>
-    <message>
         <source>Ask the administrator for access to serial ports.</source>
         <translation>请管理员授予串口访问权限。</translation>
     </message>
@@ -748,10 +744,6 @@
         <translation>坠机了吗？那么必须触发。</translation>
     </message>
     <message>
-        <source>Dimmed with an age: stale. Dashed: never reported.</source>
-        <translation>变淡并注明时间：已过时。虚线框：从未上报。</translation>
-    </message>
-    <message>
         <source>Disabled</source>
         <translation>已禁用</translation>
     </message>
@@ -874,10 +866,6 @@
     <message>
         <source>Enable triggers and check</source>
         <translation>启用触发并检查</translation>
-    </message>
-    <message>
-        <source>Enabled or disabled.</source>
-        <translation>启用或禁用。</translation>
     </message>
     <message>
         <source>Ended after {seconds:.0f} s.</source>
@@ -2100,10 +2088,6 @@
         <translation>一个代码代表所有可读参数。</translation>
     </message>
     <message>
-        <source>One of {values} {unit}.</source>
-        <translation>{values} {unit} 之一。</translation>
-    </message>
-    <message>
         <source>Only a test by hand proves the sensors.</source>
         <translation>只有手动测试能证明传感器有效。</translation>
     </message>
@@ -2576,14 +2560,6 @@
         <translation>检查期间不要发送命令。</translation>
     </message>
     <message>
-        <source>Sends each edited row once and reads it back; never to an ACTIVE module.</source>
-        <translation>每个修改过的行发送一次并回读；不会写入处于激活状态的模块。</translation>
-    </message>
-    <message>
-        <source>Sends it once: never repeated, never kept for later.</source>
-        <translation>只发送一次：不重复，也不留待以后。</translation>
-    </message>
-    <message>
         <source>Sends only when asked.</source>
         <translation>仅在查询时应答。</translation>
     </message>
@@ -2774,10 +2750,6 @@
     <message>
         <source>Speed of the serial line.</source>
         <translation>串口通讯速率。</translation>
-    </message>
-    <message>
-        <source>Standby at once: always allowed, never asked twice.</source>
-        <translation>立即待机：始终允许，从不二次询问。</translation>
     </message>
     <message>
         <source>Start</source>
@@ -3142,10 +3114,6 @@
     <message>
         <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>
         <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
-    </message>
-    <message>
-        <source>The test makes the module fire.</source>
-        <translation>该测试会使模块触发。</translation>
     </message>
     <message>
         <source>The unit of “{name}” is not certain.</source>
@@ -3538,10 +3506,6 @@
         <translation>验证文件…</translation>
     </message>
     <message>
-        <source>Void after a restart, a lost link, a change, or fifteen minutes.</source>
-        <translation>重启、通信中断、有更改或满十五分钟后作废。</translation>
-    </message>
-    <message>
         <source>Void: {why}</source>
         <translation>作废：{why}</translation>
     </message>
@@ -3564,10 +3528,6 @@
     <message>
         <source>What is read twice and agrees is one module's.</source>
         <translation>两次读取一致，才是同一模块的数据。</translation>
-    </message>
-    <message>
-        <source>What is this? Point at it</source>
-        <translation>这是什么？点击查看</translation>
     </message>
     <message>
         <source>What was done</source>
@@ -4962,10 +4922,6 @@
         <translation>{key}：应为 {expected}。</translation>
     </message>
     <message>
-        <source>{least} to {most}, in steps of {step}.</source>
-        <translation>{least} 至 {most}，步长 {step}。</translation>
-    </message>
-    <message>
         <source>{limit} (assumed)</source>
         <translation>{limit}（假定）</translation>
     </message>
@@ -5150,10 +5106,6 @@
         <translation>模块上的{setting}：{value}</translation>
     </message>
     <message>
-        <source>{setting}: command {code}</source>
-        <translation>{setting}：命令 {code}</translation>
-    </message>
-    <message>
         <source>{setting}: {before}, then {after}. Two modules on this line?</source>
         <translation>{setting}：先是 {before}，后是 {after}。此线路上有两个模块吗？</translation>
     </message>
@@ -5328,10 +5280,6 @@
     <message>
         <source>{word}: neither hex nor a file</source>
         <translation>{word}：既不是十六进制，也不是文件</translation>
-    </message>
-    <message>
-        <source>“Verified” means written, asked for again, and equal.</source>
-        <translation>“已验证”表示：写入后再次读取，且值相同。</translation>
     </message>
     <message>
         <source>“dps-s verify FILE” tells what this file says and who signed it. Keep it with the aircraft.</source>

@@ -113,20 +113,3 @@ def advice_text(command: Command) -> str:
     elif command in _TRADE_OFFS:
         parts.append(tr(_TRADE_OFFS[command]))
     return " · ".join(parts)
-
-
-def what_is(command: Command) -> str:
-    """Return the "What's this?" text: the vendor's term and code, explanation, range, default and advice."""
-    title = tr(command.title)
-    head = title if title == command.vendor_term else f"{title} {command.vendor_term}"
-    lines = [tr("{setting}: command {code}", setting=head, code=f"{command.code:02X}"), tr(command.explanation)]
-    match command.write:
-        case Quantity() as field:
-            values = {"least": field.text(0), "most": field.text(255), "step": field.text(1)}
-            lines.append(tr("{least} to {most}, in steps of {step}.", **values))
-        case Choice() as field:
-            rates = ", ".join(str(value) for value in field.values.values())
-            lines.append(tr("One of {values} {unit}.", values=rates, unit=tr(field.unit)))
-        case Flag():
-            lines.append(tr("Enabled or disabled."))
-    return "\n".join([*lines, *filter(None, [advice_text(command)])])

@@ -62,7 +62,6 @@ class ActRow(QFrame):
         self.notice_bar = named(NoticeBar(), f"{name}_said")
         self._title.setText(tr(TITLES[act]))
         self._effect.setText(tr(EFFECTS[act]))
-        self.setWhatsThis(tr(EFFECTS[act]))
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._dismiss)
         self._lay_out()

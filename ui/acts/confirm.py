@@ -35,7 +35,6 @@ class Confirm(QWidget):
             f"{name}_go",
             role="danger",
             slot=self._go,
-            about=tr("Sends it once: never repeated, never kept for later."),
         )
         self.cancel = control(
             StepButton(tr("Cancel"), is_safe=True),

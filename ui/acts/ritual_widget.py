@@ -83,7 +83,7 @@ class RitualWidget(QFrame):
             "ritual_choose",
             role="danger",
             slot=partial(self._choose, is_rehearsal=False),
-            about=tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing."),
+            tip=tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing."),
         )
         self.rehearse = control(
             StepButton(tr("Rehearse…")),

@@ -7,7 +7,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QWidget
 
 from app.engine.conversation import How, Known
-from app.settings.values import DEFAULTS, value_text, what_is
+from app.settings.values import DEFAULTS, value_text
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command
@@ -99,11 +99,6 @@ def make_editor(command: Command) -> FieldEditor:
         case _:
             raise LookupError(f"{command.name} cannot be set")
     return control(editor, f"{command.name}_wanted", says=tr(command.title), tip=tr(command.explanation))
-
-
-def explain_setting(widget: QWidget, command: Command) -> None:
-    """Sets the "What's this?" text of a setting: term, code, explanation, range, default and advice."""
-    widget.setWhatsThis(what_is(command))
 
 
 # The module's value

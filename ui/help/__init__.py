@@ -1,1 +1,1 @@
-"""Guide, shortcuts, What's This, about."""
+"""Guide, shortcuts, about."""

@@ -1,39 +1,17 @@
-"""Actions of the Help menu, and "What's this?" of every control. All help windows are modeless: LOCK stays within
-reach."""
+"""Actions of the Help menu. All help windows are modeless: LOCK stays within reach."""
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QObject
-from PySide6.QtWidgets import QWhatsThis, QWidget
+from PySide6.QtCore import QObject
 
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.services.context import PageEntry, Services
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
-from ui.widgets.controls import name_of
-from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
     from ui.help.windows import GuideViewer, ShortcutsView
-
-_QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
-_SAYS_TOOLTIP: Final = "says_tooltip"
-
-
-def explain(widget: QWidget) -> None:
-    """Where neither a widget nor what it is part of was made with a text, the nearest with a tooltip or an accessible
-    name gets that."""
-    around = [widget]
-    while (parent := around[-1].parentWidget()) is not None:
-        around.append(parent)
-    if any(candidate.whatsThis() and not candidate.property(_SAYS_TOOLTIP) for candidate in around):
-        return
-    for candidate in around:
-        candidate.setWhatsThis(candidate.toolTip() or name_of(candidate))
-        candidate.setProperty(_SAYS_TOOLTIP, True)
-        if candidate.whatsThis():
-            return
 
 
 class HelpActions(QObject):
@@ -49,26 +27,8 @@ class HelpActions(QObject):
             MenuEntry("guide", marked("User guide"), self.show_guide, "F1"),
             MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
             None,
-            MenuEntry("what", marked("What is this? Point at it"), self._ask, "Shift+F1"),
-            None,
             MenuEntry("about", marked("About"), self.show_about),
         )
-
-    # "What's this?"
-
-    def _ask(self) -> None:
-        """The next click explains a control."""
-        if not QWhatsThis.inWhatsThisMode():
-            application().installEventFilter(self)
-            QWhatsThis.enterWhatsThisMode()
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Of the application, until the click."""
-        if event.type() == QEvent.Type.LeaveWhatsThisMode:
-            application().removeEventFilter(self)
-        elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
-            explain(watched)
-        return False
 
     # Documents
 

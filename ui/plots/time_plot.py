@@ -49,7 +49,6 @@ class TimePlot(QWidget):
         self.pause = self._head.pause
         in_column(self._head, (self.canvas, 1), of=self, spacing=Space.XS, margins=0)
         self.canvas.setAccessibleName(tr("Plots"))
-        self.canvas.setWhatsThis(tr("Arrow keys move, + and − zoom, Shift with arrow keys reads off"))
         self.canvas.customContextMenuRequested.connect(self._show_menu)
         self.time_range.changed.connect(self._redraw)
         self.apply_theme()

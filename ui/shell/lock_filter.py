@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWindow
-from PySide6.QtWidgets import QApplication, QLabel, QWhatsThis
+from PySide6.QtWidgets import QApplication, QLabel
 
 from ui.session.ports import LockControl
 from ui.widgets.gestures import application
@@ -54,12 +54,11 @@ class LockFilter(QObject):
         return True
 
     def _on_press(self, event: QMouseEvent) -> bool:
-        """Without this a click would only close the menu or the list, or ask what LOCK is."""
+        """Without this a click would only close the menu or the list."""
         popup, button = QApplication.activePopupWidget(), QApplication.widgetAt(event.globalPosition().toPoint())
         act = None if button is None else self._lock.buttons.get(button)
-        if act is None or (popup is None and not QWhatsThis.inWhatsThisMode()):
+        if act is None or popup is None:
             return False
-        if popup is not None:
-            popup.close()
+        popup.close()
         act()
         return True

@@ -11,8 +11,6 @@ from app.safety.trigger_flags import TriggerFlags, trigger_flags
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
-from protocol.catalogue import BY_NAME
-from ui.forms.field_editors import explain_setting
 from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, is_text_large, scale_in_use, scaled
@@ -124,7 +122,6 @@ class TopBar(QFrame):
             key="Ctrl+L",
             picture=Icon.LOCK,
             slot=ports.lock.press,
-            about=tr("Standby at once: always allowed, never asked twice."),
         )
         # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
         self.lock_others = control(QPushButton(), "lock_others_button", role="danger")
@@ -150,16 +147,15 @@ class TopBar(QFrame):
 
     def _name_states(self) -> None:
         """Their captions, and room for the widest words, so that nothing moves when a state changes."""
-        explained = (
-            (self.activation, tr("Activation"), "activation"),
-            (self.trigger, tr("Trigger"), "triggered"),
-            (self.triggers, tr("triggers"), "attitude_trigger"),
-            (self.cell, tr("Cell voltage"), "cell_voltage"),
+        captions = (
+            (self.activation, tr("Activation")),
+            (self.trigger, tr("Trigger")),
+            (self.triggers, tr("triggers")),
+            (self.cell, tr("Cell voltage")),
         )
-        for chip, caption, setting in explained:
+        for chip, caption in captions:
             chip.set_caption(caption)
             chip.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-            explain_setting(chip, BY_NAME[setting])
         ages = [tr("{time} ago", time=duration(seconds)) for seconds in (59 * 60, 99, 1.9)]
         ages.append(tr("unknown"))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)

@@ -46,7 +46,6 @@ def control(
     text: str = "",
     says: str = "",
     tip: str = "",
-    about: str = "",
     key: str = "",
     keys: str = "",
     picture: Icon | None = None,
@@ -58,9 +57,9 @@ def control(
 
     `text` is for a tool button, whose constructor takes none. `says` is the accessible name; a button with a text has
     that text as its name, which is what users of voice control say, and `says` describes it. `tip` is needed only where
-    it adds something; `about` is the text of "What's this?" where the tooltip does not say it all. `keys`, such as
-    "F5; Ctrl+R" press it, see `Shortcut`; the tooltip names the first, or a `key` that something else handles. `role`
-    is one of the style sheet's. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
+    it adds something. `keys`, such as "F5; Ctrl+R" press it, see `Shortcut`; the tooltip names the first, or a `key`
+    that something else handles. `role` is one of the style sheet's. `slot` is called when a button is clicked, or when
+    the press of a `StepButton` counted.
     """
     named(widget, name, role)
     if keys:
@@ -86,8 +85,6 @@ def control(
         widget.setAccessibleDescription(says)
     elif says:
         widget.setAccessibleName(says)
-    if about:
-        widget.setWhatsThis(about)
     if key:
         widget.setProperty(_KEY, key)
         tip += in_brackets(key)

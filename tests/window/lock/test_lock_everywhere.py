@@ -11,7 +11,7 @@ from typing import Final
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QFileDialog, QMenu, QMessageBox, QWhatsThis, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QFileDialog, QMenu, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
@@ -259,7 +259,7 @@ def _lock_over_menus(bench: Bench) -> None:
 
 
 @pytest.mark.promise("l")
-def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
+def test_over_a_list_of_choices(bench: Bench) -> None:
     main = bench.assembly.window
     main.menus["preferences"].trigger()
     box = find(main, QComboBox, "preferences_theme")
@@ -270,13 +270,6 @@ def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
         act(bench, popup)
         bench.await_locked()
         box.hidePopup()
-    bench.activate()
-    main.menus["what"].trigger()
-    assert QWhatsThis.inWhatsThisMode()
-    button = main.top_bar.lock
-    QTest.mouseClick(main.windowHandle(), Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))
-    bench.await_locked()
-    QWhatsThis.leaveWhatsThisMode()
 
 
 @pytest.mark.promise("l")

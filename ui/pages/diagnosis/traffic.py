@@ -19,7 +19,7 @@ from protocol.translatable import marked
 from ui.forms.table_kit import Index, list_rows
 from ui.pages.diagnosis.traffic_texts import colour_of, hex_of, icon_of, is_rejected, is_streamed, shown, words_of
 from ui.style.icons import Icon, icon
-from ui.style.theme import RowHeight, Size, Space, fixed_font, font
+from ui.style.theme import RowHeight, Size, Space, fixed_font, font, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
@@ -251,7 +251,8 @@ class TrafficView(QWidget):
         table.setModel(self.shown)
         list_rows(table, row_px=RowHeight.DENSE)
         head = table.horizontalHeader()
-        head.setSectionResizeMode(Column.MEANING.value, QHeaderView.ResizeMode.Stretch)
+        for column in (Column.BYTES, Column.MEANING) if is_text_large() else (Column.MEANING,):
+            head.setSectionResizeMode(column.value, QHeaderView.ResizeMode.Stretch)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)

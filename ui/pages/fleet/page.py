@@ -121,7 +121,7 @@ class FleetPage(Page):
         # Qt makes the scroll buttons anyway, and names them in English only.
         for name, says in (("ScrollLeftButton", marked("Scroll left")), ("ScrollRightButton", marked("Scroll right"))):
             for button in bar.findChildren(QToolButton, name):
-                control(button, name, says=tr(says), about=tr(says))
+                control(button, name, says=tr(says))
         page = QVBoxLayout(self)
         page.setContentsMargins(Space.M, 0, Space.M, Space.S)
         page.addWidget(head)

@@ -15,11 +15,10 @@ from app.safety.trigger_flags import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_fla
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
-from ui.forms.field_editors import explain_setting
 from ui.plots.gauge import TiltGauge
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space, scaled
-from ui.widgets.controls import control, named
+from ui.widgets.controls import named
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import Readout, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -42,7 +41,7 @@ _NO_STREAM: Final = marked("no stream")
 class LivePanel(QFrame):
     def __init__(self) -> None:
         super().__init__()
-        control(self, "live_panel", role="card", about=tr("Dimmed with an age: stale. Dashed: never reported."))
+        named(self, "live_panel", "card")
         self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
@@ -145,15 +144,6 @@ class LivePanel(QFrame):
             widget.set_caption(tr(caption))
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             readout.setToolTip(tr(BY_NAME[command].explanation))
-        for readout, command in (
-            (self.tilt, "attitude_threshold"),
-            (self.acceleration, "freefall_acceleration"),
-            (self.light, "light_threshold"),
-            (self.cell, "cell_voltage"),
-            (self.boot_count, "boot_count"),
-            (self.stream, "serial_output"),
-        ):
-            explain_setting(readout, BY_NAME[command])
 
     def _lay_out(self) -> None:
         height_px = scaled(_GAUGE_PX)

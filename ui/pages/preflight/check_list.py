@@ -127,7 +127,6 @@ class CheckRow(_Row):
         self.reason.setText(reason)
         self.reason.setVisible(is_explained)
         self.setToolTip(reason)
-        self.setWhatsThis(reason)
         parts = (self.title.text(), state or self.word.text(), self.measured.text(), self.limit.text())
         self.setAccessibleName(", ".join(part for part in parts if part))
         self.setAccessibleDescription(reason)

@@ -167,7 +167,6 @@ class GuidedPanel(QWidget):
         self.title = text_label("guided_title", "title")
         self.safety, self.notice_bar = named(NoticeBar(), "guided_safety"), named(NoticeBar(), "guided_said")
         self.made_safe = named(QCheckBox(), "guided_made_safe")
-        self.made_safe.setWhatsThis(tr("The test makes the module fire."))
         self.activate = ActRow(services, Act.ACTIVATE, place="guided")
         self.live, self.steps = text_label("guided_live", "heading"), text_label("guided_steps")
         self.picture, self.verdict = GuidedPicture(), text_label("guided_verdict", "heading")

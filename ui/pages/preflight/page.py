@@ -59,7 +59,6 @@ class PreflightPage(Page):
         self.files = RecordFiles(services.storage, self.result, self)
         self.form = PreflightForm(services, self.result)
         self.banner = VerdictBanner()
-        self.banner.setWhatsThis(tr("Void after a restart, a lost link, a change, or fifteen minutes."))
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.list = CheckList(services)
         self.guided = GuidedPanel(services, self.form)

@@ -10,7 +10,7 @@ from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import open_conditions
-from ui.forms.field_editors import HeldValue, explain_setting, make_editor
+from ui.forms.field_editors import HeldValue, make_editor
 from ui.pages.settings.rows import LARGE_SHARES, MIDDLE, SHARES, SettingsTable
 from ui.services.context import Services
 from ui.widgets.controls import set_role
@@ -32,8 +32,6 @@ class BaudRow(QObject):
         self.name.setBuddy(self.editor)
         self.message = text_label("baud_message", "small")
         self.confirm = Confirm("baud", ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
-        for cell in (self.name, self.held, self.editor, self.message):
-            explain_setting(cell, BAUD_RATE)
         place = table.add_cells(self.name, self.held, self.editor)
         if table.shares is LARGE_SHARES:
             table.grid.addWidget(self.message, place + 1, 0, 1, len(LARGE_SHARES))

@@ -210,7 +210,6 @@ class SettingsPage(Page):
             keys="Ctrl+Return; Ctrl+Enter",
             role="primary",
         )
-        self.write.setWhatsThis(tr("Sends each edited row once and reads it back; never to an ACTIVE module."))
         self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
         self.note.setPlaceholderText(tr("Who writes, and why"))
         self.note.setMaxLength(MAX_NOTE)

@@ -12,7 +12,6 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.translatable import marked
-from ui.forms.field_editors import explain_setting
 from ui.session.settings_draft import Comparison, SettingsDraft, Side
 from ui.style.icons import Icon
 from ui.style.theme import Space, is_text_large
@@ -81,7 +80,6 @@ class _CompareRow:
         # A check box does not wrap its text.
         self.tick = named(QCheckBox(title.replace(" ", "\n") if is_text_large() else title), f"profile_tick_{name}")
         self.tick.setAccessibleName(title)
-        explain_setting(self.tick, command)
         self.wanted = named(QLabel(), f"profile_wanted_{name}", "strong")
         self.held = named(QLabel(), f"profile_stands_{name}")
         self.match = text_label(f"profile_match_{name}")

@@ -16,7 +16,7 @@ from app.text.sentences import capitalised, join_sentences, labelled, with_units
 from protocol.catalogue import Command
 from protocol.fields import Quantity
 from protocol.translatable import marked
-from ui.forms.field_editors import FieldEditor, HeldValue, explain_setting, make_editor
+from ui.forms.field_editors import FieldEditor, HeldValue, make_editor
 from ui.session.settings_draft import SettingsDraft
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space, is_text_large
@@ -158,9 +158,6 @@ class SettingRow(QObject):
             retain_size(button)  # so that none of them ever takes the other's place
 
     def _lay_out(self, table: SettingsTable) -> None:
-        for cell in (self.name, self.held, self.editor, self.reason):
-            explain_setting(cell, self.command)
-        self.state.setWhatsThis(tr("“Verified” means written, asked for again, and equal."))
         place = table.add_cells(self.name, self.held, self.editor)
         state = in_row(self.picture, self.state, 1, spacing=Space.XS, margins=0)
         self._buttons = in_row(1, self.default, self.discard, spacing=Space.XS, margins=0)
