@@ -11,7 +11,7 @@ from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.preferences import Preferences
 from ui.services.page import Page
-from ui.services.storage import PendingEdits, Storage
+from ui.services.storage import Storage
 from ui.session.ports import LockControl, Ports
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
@@ -45,7 +45,6 @@ class Services:
     preferences: Preferences = field(default_factory=Preferences)
     armed: Armed = field(default_factory=Armed)
     """What is armed in this window; the procedures ask it too."""
-    pending_edits: PendingEdits = field(default_factory=PendingEdits)
     log: Log | None = None
     in_use: LimitsInUse = field(default_factory=LimitsInUse)
     """What measured values are compared with, wherever they are shown."""

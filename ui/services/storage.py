@@ -1,8 +1,7 @@
-"""Shared storage of the window: store, journal, recordings, pending edits."""
+"""Shared storage of the window: store, journal, recordings."""
 
 import logging
 import threading
-from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
 from typing import Protocol
@@ -128,11 +127,3 @@ class Storage(QObject):
             if self._opening is None and not self._is_closed:
                 self._opening = Store(self._folder)
             return None if self._is_closed else self._opening
-
-
-class PendingEdits:
-    """Edits of files that closing the window would lose. Those of settings are with their modules."""
-
-    def __init__(self) -> None:
-        self.has_profile: Callable[[], bool] = bool
-        """A profile is edited and not saved."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
@@ -23,7 +23,6 @@ from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, join_sentences, labelled
-from ui.services.storage import PendingEdits
 from ui.session.interruptions import Remainder, RemainderKind
 from ui.session.left_active import LeftActiveWatch
 from ui.session.name_question import NameQuestion
@@ -33,78 +32,41 @@ from ui.session.shown_module import ShownModule, module_label
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
+if TYPE_CHECKING:
+    from ui.shell.main_window import MainWindow
+
 # Longer than it takes a keyboard to repeat a key that is held, also on a busy computer, where X may call the first
 # repetition another press.
 AGAIN_S: Final = 2.0
 _ASKS_WHY: Final = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 
 
-def link_notice(state: LinkState, now: float, acts: dict[NextStep, Callable[[], None]]) -> Notice | None:
-    """The trouble of the link and the step that helps; None while the link is fine."""
-    if state.is_fine:
-        return None
-    words = link_text(state, now)
-    is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
-    parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
-    if state.was_active and not is_calm:
-        parts = [tr(LAST_HEARD_ACTIVE), parts[0], keep_away()]  # no more, so that nothing of it is elided
-    steps: tuple[NextStep, ...] = () if words.step is None else (words.step,)
-    if state.phase in _ASKS_WHY:
-        steps = (*steps, NextStep.WHY)
-    choices = tuple(
-        Choice(step.value, tr(STEP_WORDS[step]), acts[step], is_main=step is steps[0] and not is_calm) for step in steps
-    )
-    meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
-    return Notice(meaning, join_sentences(parts), choices, cause=f"link {state.phase.value}")
-
-
-def is_risky_to_leave(port: Port) -> bool:
-    """The module is or may be ready to fire, and can still be locked."""
-    return port.is_open and (port.is_active or port.lock.is_unproven)
-
-
 @dataclass(eq=False)
 class _Leaving:
-    """A person wants to leave `ports`, and is asked about what would be left behind: a module that is ACTIVE, then
-    edits."""
+    """A person wants to leave `ports`, and is asked about what would be left behind: a module that is ACTIVE, edits."""
 
     proceed: Callable[[], object]
     ports: tuple[Port, ...]
-    is_closing: bool
-    may_stay_active: bool = False
-    may_lose_edits: bool = False
+    is_closing: bool = False
+    is_opened_again: bool = False
     is_locking: bool = False
 
 
 class Attention(QObject):
-    """Shows the notices of the window. `acts` are those of the link's buttons."""
+    """Shows the notices of the window."""
 
-    def __init__(
-        self,
-        ports: Ports,
-        bar: NoticeBar,
-        *,
-        acts: dict[NextStep, Callable[[], None]],
-        pending_edits: PendingEdits,
-        go_to: Callable[[str], None],
-        shown_page: Callable[[], str],
-        is_choosing: Callable[[], bool],
-        left_active: LeftActiveWatch,
-        parent: QObject,
-    ) -> None:
-        """`go_to` shows the page with this key, `shown_page` is that of the page shown. `is_choosing`: no notice needs
-        to lead to the list of ports."""
-        super().__init__(parent)
-        self._is_choosing, self._left_active = is_choosing, left_active
-        self._ports, self._bar, self._acts = ports, bar, acts
-        self._pending_edits, self._go_to, self._shown_page = pending_edits, go_to, shown_page
-        self._has_read_trigger = False
+    def __init__(self, window: "MainWindow", ports: Ports, left_active: LeftActiveWatch) -> None:
+        super().__init__(window)
+        self._window, self._ports, self._left_active = window, ports, left_active
+        self._bar: NoticeBar = window.notice_bar
         # When somebody last tried to close the window.
         self._tried_at = -inf
         self._leaving: _Leaving | None = None
         self._name_question = NameQuestion(ports)
-        # Until they are closed, by key; each with whether it ends with another module.
-        self._said: dict[str, tuple[Notice, bool]] = {}
+        # By key, until a person closes them.
+        self._said: dict[str, Notice] = {}
+        # Causes whose notice a person has closed, as long as they last.
+        self._closed: set[str] = set()
         ports.shown.connect(self._on_another_module)
         for changed in (ports.any_changed, ports.ticked, self._name_question.changed, left_active.changed):
             changed.connect(self.refresh)
@@ -116,30 +78,27 @@ class Attention(QObject):
         leaving = self._leaving
         if leaving is not None and not leaving.is_locking and self._leaving_notice(leaving) is None:
             self._leaving = None  # what was asked about is over
-        self._bar.show_notices(list(self._notices()))
+        notices = list(self._notices())
+        self._closed &= {notice.key for notice in notices}
+        self._bar.show_notices([notice for notice in notices if notice.key not in self._closed])
 
-    def say(self, notice: Notice, *, key: str = "", is_of_module: bool = False) -> None:
-        """Shows a notice until it is closed. It replaces one of the same `key`, by default its text. One `is_of_module`
-        ends with another module."""
-        key = key or notice.text
-        dismiss = notice.dismiss or partial(self.withdraw, key)
-        self._said[key] = notice._replace(dismiss=dismiss, cause=key), is_of_module
+    def say(self, notice: Notice) -> None:
+        """Shows a notice until it is closed; it replaces one of the same cause."""
+        self._said[notice.key] = notice._replace(dismiss=notice.dismiss or partial(self.withdraw, notice.key))
         self.refresh()
 
     def withdraw(self, key: str) -> None:
         self._said.pop(key, None)
         self.refresh()
 
-    def say_unrecorded(self, why: UserMessage) -> None:
-        """Recording stopped; of several reasons the last one is said."""
-        show = Choice("recordings", tr("Recordings"), lambda: self._go_to("logs"))
-        self.say(Notice(Meaning.ATTENTION, why.translated(), (show,)), key="recordings")
+    def _close(self, cause: str) -> None:
+        self._closed.add(cause)
+        self.refresh()
 
     def _on_another_module(self, _module: ShownModule) -> None:
         """What a person has seen or was asked was about the former one."""
-        self._said = {key: said for key, said in self._said.items() if not said[1]}
         self._leaving = None
-        self._has_read_trigger = False
+        self._closed.clear()
         self.refresh()
 
     def _notices(self) -> Iterator[Notice]:
@@ -151,9 +110,14 @@ class Attention(QObject):
         yield from self._fired_notices(port)
         left = self._left_active.notices()
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
-        yield from (notice for notice, _is_of_module in self._said.values())
-        link = link_notice(state, port.now_s, self._acts)
-        if link is not None and not (state.phase is Phase.CLOSED and self._is_choosing()):
+        yield from self._said.values()
+        unrecorded = port.recording.state.trouble
+        if unrecorded is not None:
+            show = Choice("recordings", tr("Recordings"), partial(self._window.go_to, "logs"))
+            close = partial(self._close, "unrecorded")
+            yield Notice(Meaning.ATTENTION, unrecorded.translated(), (show,), close, "unrecorded")
+        link = self._link_notice(state, port.now_s)
+        if link is not None and not (state.phase is Phase.CLOSED and self._window.is_choosing):
             yield link
         if (asked := self._name_question.notice()) is not None:
             yield asked
@@ -172,24 +136,21 @@ class Attention(QObject):
         A second attempt to close while the question is shown is an answer too, unless it is of a double click or a key
         that is held.
         """
-        now, before, leaving = self._ports.clock(), self._tried_at, self._leaving
+        now, before = self._ports.clock(), self._tried_at
         self._tried_at = now
-        if leaving is None or not leaving.is_closing:
-            leaving = _Leaving(close, self._ports.all, is_closing=True)
-        elif now - before < AGAIN_S:
-            return False
-        else:
-            self._note_answer(leaving)
+        if self._leaving is not None and self._leaving.is_closing:
+            return now - before >= AGAIN_S
+        leaving = _Leaving(close, self._ports.all, is_closing=True)
         if self._leaving_notice(leaving) is None:
             return True
         self._ask(leaving)
         return False
 
-    def leave_port(self, proceed: Callable[[], object], *, port: Port | None = None, only_edits: bool = False) -> None:
-        """Calls `proceed`; asks before an ACTIVE module is left or edits would be lost. `port`: else the shown one.
-        `only_edits`: the same port is opened again."""
-        ports = (port or self._ports.current,)
-        self._ask(_Leaving(proceed, ports, is_closing=False, may_stay_active=only_edits))
+    def leave_port(
+        self, proceed: Callable[[], object], *, port: Port | None = None, is_opened_again: bool = False
+    ) -> None:
+        """Calls `proceed`; asks before an ACTIVE module is left or edits would be lost. `port`: else the shown one."""
+        self._ask(_Leaving(proceed, (port or self._ports.current,), is_opened_again=is_opened_again))
 
     def stay(self) -> None:
         """Cancels leaving; nothing is sent."""
@@ -197,31 +158,23 @@ class Attention(QObject):
         self.refresh()
 
     def _ask(self, leaving: _Leaving) -> None:
-        """Asks what is still to be asked; else leaves."""
-        if self._leaving_notice(leaving) is not None:
-            self._leaving = leaving
-            self.refresh()
-            button = self._bar.button("lock_and_leave") or self._bar.button("stay")
-            if button is not None:
-                button.setFocus()
+        """Asks what is to be asked; else leaves."""
+        if self._leaving_notice(leaving) is None:
+            self._leave(leaving)
             return
+        self._leaving = leaving
+        self.refresh()
+        button = self._bar.button("lock_and_leave") or self._bar.button("stay")
+        if button is not None:
+            button.setFocus()
+
+    def _leave(self, leaving: _Leaving) -> None:
         self._leaving = None
         for port in leaving.ports:
             port.module.discard_edits()
             if leaving.is_closing or port is not self._ports.current:
                 port.interruptions.discard_drafts()
         leaving.proceed()
-
-    def _accept(self, leaving: _Leaving) -> None:
-        self._note_answer(leaving)
-        self._ask(leaving)
-
-    def _note_answer(self, leaving: _Leaving) -> None:
-        """To what is asked now."""
-        if self._is_risky(leaving):
-            leaving.may_stay_active = True
-        else:
-            leaving.may_lose_edits = True
 
     def _lock_first(self, leaving: _Leaving) -> None:
         leaving.is_locking = True
@@ -237,30 +190,28 @@ class Attention(QObject):
         else:
             leaving.ports[0].lock.press(then=on_locked)
 
-    def _is_risky(self, leaving: _Leaving) -> bool:
-        is_any = any(is_risky_to_leave(port) or (leaving.is_closing and port.is_active) for port in leaving.ports)
-        return is_any and not leaving.may_stay_active
-
     def _leaving_notice(self, leaving: _Leaving) -> Notice | None:
+        """One question about all that would be left behind; None where there is nothing."""
         stays = Choice("stay", tr("Cancel"), self.stay)
-        port = leaving.ports[0]
-        is_elsewhere = not leaving.is_closing and port is not self._ports.current
-        if self._is_risky(leaving):
-            text = tr("Treat the module as ACTIVE: it does not report LOCKED.")
+        leave = partial(self._leave, leaving)
+        text = self._unsent_text(leaving)
+        if _is_risky(leaving):
+            risk = tr("Treat the module as ACTIVE: it does not report LOCKED.")
             if any(port.is_active for port in leaving.ports):
-                text = tr("The module is ACTIVE: it fires also without this program.")
+                risk = tr("The module is ACTIVE: it fires also without this program.")
+            text = join_sentences((risk, text))
             choices: tuple[Choice, ...] = (
                 Choice("lock_and_leave", tr("LOCK first"), partial(self._lock_first, leaving), is_main=True),
-                Choice("leave_active", tr("Leave it ACTIVE"), partial(self._accept, leaving), is_step=True),
+                Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True),
                 stays,
             )
-        else:
-            text = self._unsent_text(leaving)
-            if not text or leaving.may_lose_edits:
-                return None
-            drop = Choice("drop_edits", tr("Discard edits"), partial(self._accept, leaving), is_step=True)
+        elif text:
+            drop = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
             choices = (stays._replace(is_main=True), drop)
-        if is_elsewhere:
+        else:
+            return None
+        port = leaving.ports[0]
+        if not leaving.is_closing and port is not self._ports.current:
             text = labelled(port.module.name or port.connection.port, text)
         return Notice(Meaning.ATTENTION, text, choices, cause="leaving")
 
@@ -270,9 +221,30 @@ class Attention(QObject):
         if leaving.is_closing or leaving.ports[0] is not self._ports.current:
             count += sum(port.interruptions.count_drafts() for port in leaving.ports)
         parts = [tr("Settings not written: {count}.", count=count)] if count else []
-        if leaving.is_closing and self._pending_edits.has_profile():
+        if leaving.is_closing and self._window.has_unsaved_profile:
             parts.append(labelled(tr("Profile"), tr("Unsaved edits.")))
         return join_sentences(parts)
+
+    # The link
+
+    def _link_notice(self, state: LinkState, now: float) -> Notice | None:
+        """The trouble of the link and the step that helps; None while the link is fine."""
+        if state.is_fine:
+            return None
+        words = link_text(state, now)
+        is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+        parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
+        if state.was_active and not is_calm:
+            parts = [tr(LAST_HEARD_ACTIVE), parts[0], keep_away()]  # no more, so that nothing of it is elided
+        steps = [] if words.step is None else [words.step]
+        if state.phase in _ASKS_WHY:
+            steps.append(NextStep.WHY)
+        choices = tuple(
+            Choice(step.value, tr(STEP_WORDS[step]), partial(self._window.take_step, step), is_main=is_main)
+            for step, is_main in zip(steps, (not is_calm, False), strict=False)
+        )
+        meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
+        return Notice(meaning, join_sentences(parts), choices, cause=f"link {state.phase.value}")
 
     # LOCK, and what has fired
 
@@ -283,7 +255,7 @@ class Attention(QObject):
             yield notice._replace(cause="lock")
         ports = [port for port in self._ports.all if port is not here]
         ports = [port for port in ports if port.lock.is_unproven and not port.lock.is_repeating]
-        if not ports or self._shown_page() == "fleet":
+        if not ports or self._window.shown_page == "fleet":
             return
         names = join_names(port.module.name or port.connection.port for port in ports)
 
@@ -299,24 +271,17 @@ class Attention(QObject):
         module = port.module
         choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
         known = module.view.known("triggered", port.now_s)
-        if known is not None and known.value is False:
-            self._has_read_trigger = False
-        is_triggered = port.is_open and known is not None and known.value is True
-        if is_triggered and not self._has_read_trigger and not module.is_fired_by_test:
+        if port.is_open and known is not None and known.value is True and not module.is_fired_by_test:
             text = tr("The module has triggered: LOCK, read the record, pack, check again.")
-            yield Notice(Meaning.DANGER, text, choices, self._dismiss_trigger, "triggered")
+            yield Notice(Meaning.DANGER, text, choices, partial(self._close, "triggered"), "triggered")
         seen = [one for one in port.interruptions.remainders if one.kind is RemainderKind.TRIGGERED]
         for remainder in seen:
-            who, when = module_label(remainder.module), clock_time(remainder.at)
+            who, when = module_label(remainder.module), _clock_time(remainder.at)
             text = tr("{module} reported TRIGGERED before {time}.", module=who, time=when)
             yield Notice(Meaning.DANGER, text, choices, partial(self._close_triggered, port, remainder))
         if not seen and port.firing_doubt.is_to_be_told:
             text = tr("The module may have fired before the restart: read the trigger records.")
             yield Notice(Meaning.DANGER, text, choices, partial(self._close_doubt, port))
-
-    def _dismiss_trigger(self) -> None:
-        self._has_read_trigger = True
-        self.refresh()
 
     def _close_triggered(self, port: Port, remainder: Remainder) -> None:
         port.interruptions.close_remainder(remainder)
@@ -331,12 +296,12 @@ class Attention(QObject):
 
     def _interruptions_notice(self, port: Port, last: UserMessage) -> Notice:
         kept = port.interruptions
-        text = tr("Interrupted at {time}: {why}", time=clock_time(kept.last_at), why=last.translated())
+        text = tr("Interrupted at {time}: {why}", time=_clock_time(kept.last_at), why=last.translated())
         if kept.count > 1:
             text = tr(
                 "Interrupted {count} times since {time}, last: {why}",
                 count=kept.count,
-                time=clock_time(kept.first_at),
+                time=_clock_time(kept.first_at),
                 why=last.translated(),
             )
         check = self._page_choices("after_restart", tr("Pre-flight"), "preflight")
@@ -345,7 +310,7 @@ class Attention(QObject):
     def _remainder_notice(self, port: Port, remainder: Remainder) -> Notice:
         """A report, or the edits of an ended conversation beside what the module holds now."""
         module = port.module
-        who, when = module_label(remainder.module), clock_time(remainder.at)
+        who, when = module_label(remainder.module), _clock_time(remainder.at)
         close = partial(port.interruptions.close_remainder, remainder)
         cause = f"remainder {id(remainder)}"
         if remainder.kind is RemainderKind.REPORT:
@@ -358,7 +323,7 @@ class Attention(QObject):
             if module.settings.can_edit:
                 module.settings.take_over(remainder)
                 close()
-                self._go_to("settings")
+                self._window.go_to("settings")
 
         what = module.settings.beside(remainder)
         text = tr("{module}, interrupted {time}, not written: {what}.", module=who, time=when, what=what)
@@ -370,26 +335,34 @@ class Attention(QObject):
 
     def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
         """A button that leads to a page; none while that page is shown."""
-        if self._shown_page() == page:
+        if self._window.shown_page == page:
             return ()
-        return (Choice(key, text, lambda: self._go_to(page), is_main=is_main),)
+        return (Choice(key, text, partial(self._window.go_to, page), is_main=is_main),)
 
 
-def clock_time(at: float) -> str:
+def _clock_time(at: float) -> str:
     """Of the day, such as 10:02; `at` in seconds since 1970."""
     return time.strftime("%H:%M", time.localtime(at))
 
 
+def _is_risky(leaving: _Leaving) -> bool:
+    """A module is or may be ready to fire, and can still be locked."""
+    if leaving.is_opened_again:
+        return False
+    return any(
+        (port.is_active and (port.is_open or leaving.is_closing)) or (port.is_open and port.lock.is_unproven)
+        for port in leaving.ports
+    )
+
+
 class UncaughtErrors(QObject):
-    """`report` may be called from any thread. Repeated errors share one notice with a count."""
+    """`report` may be called from any thread. Errors of the same place share one notice."""
 
     _reported = Signal(object)
 
     def __init__(self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject) -> None:
         super().__init__(parent)
         self._attention, self._armed, self._say = attention, armed, say
-        # By details; those whose notice is open.
-        self._counts: dict[str, int] = {}
         # Queued also in the window's thread: the error may have happened while painting.
         self._reported.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
@@ -399,18 +372,11 @@ class UncaughtErrors(QObject):
         self._reported.emit(error)
 
     def _show(self, error: UncaughtError) -> None:
-        count = self._counts[error.details] = self._counts.get(error.details, 0) + 1
         text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
-        if count > 1:
-            text = f"{text} (×{count})"
 
         def copy_details() -> None:
             QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
             self._say(tr("Copied."))
 
-        def dismiss() -> None:
-            self._counts.pop(error.details, None)
-            self._attention.withdraw(error.details)
-
         choices = (Choice("copy_details", tr("Copy"), copy_details),)
-        self._attention.say(Notice(Meaning.ATTENTION, text, choices, dismiss), key=error.details)
+        self._attention.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))

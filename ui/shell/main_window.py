@@ -81,23 +81,7 @@ class MainWindow(QMainWindow):
         self.menus = Actions(self, self.stack)
         self.top_bar.menu.setMenu(self.menus.main)
         self._preferences: PreferencesDialog | None = None
-        acts = {
-            NextStep.CHOOSE_PORT: self.toggle_panel,
-            NextStep.FIND_RATE: self._find_rate,
-            NextStep.CONNECT_AGAIN: self._connect_again,
-            NextStep.WHY: self._show_why,
-        }
-        self.attention = Attention(
-            self._ports,
-            self.notice_bar,
-            acts=acts,
-            pending_edits=services.pending_edits,
-            go_to=self.go_to,
-            shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
-            is_choosing=self._is_choosing,
-            left_active=left_active,
-            parent=self,
-        )
+        self.attention = Attention(self, self._ports, left_active)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
         services.appearance.style(self)
         self._wire()
@@ -121,7 +105,6 @@ class MainWindow(QMainWindow):
         ports.changed.connect(self.menus.refresh)
         ports.shown.connect(self._on_shown)
         ports.leaving.connect(self._disarm)
-        self.recording_sign.troubled.connect(self.attention.say_unrecorded)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
@@ -180,7 +163,12 @@ class MainWindow(QMainWindow):
                 when=lambda: len(ports.all) > 1,
                 picture=Icon.LOCK,
             ),
-            MenuEntry("find_rate", marked("Find the baud rate"), self._find_rate, when=lambda: ports.current.is_open),
+            MenuEntry(
+                "find_rate",
+                marked("Find the baud rate"),
+                partial(self.take_step, NextStep.FIND_RATE),
+                when=lambda: ports.current.is_open,
+            ),
             MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4", is_checkable=True),
         )
         menus["lock"].setShortcuts(
@@ -288,22 +276,35 @@ class MainWindow(QMainWindow):
         for question in self.findChildren(Confirm):
             question.withdraw()
 
-    def _find_rate(self) -> None:
-        self._ports.current.find_rate()
+    @property
+    def shown_page(self) -> str:
+        """Its key; "" while the list of ports is shown."""
+        return "" if self.panel.isVisible() else self.navigation.chosen
 
-    def _is_choosing(self) -> bool:
+    @property
+    def has_unsaved_profile(self) -> bool:
+        return any(page.has_unsaved_profile for page in self._pages.values())
+
+    @property
+    def is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown."""
         page = self.stack.currentWidget()
         return self.panel.isVisible() or not self.has_pages or (isinstance(page, Page) and page.shows_link)
 
-    def _connect_again(self) -> None:
-        if self._ports.current.target is not None:
-            self.attention.leave_port(partial(self._ports.connect_to, self._ports.current.target), only_edits=True)
-
-    def _show_why(self) -> None:
-        self.go_to("diagnosis")
-        if "diagnosis" in self._pages:
-            self._pages["diagnosis"].go_to("why")
+    def take_step(self, step: NextStep) -> None:
+        """What a person can do about the link."""
+        port = self._ports.current
+        match step:
+            case NextStep.CHOOSE_PORT:
+                self.toggle_panel()
+            case NextStep.FIND_RATE:
+                port.find_rate()
+            case NextStep.CONNECT_AGAIN if port.target is not None:
+                self.attention.leave_port(partial(self._ports.connect_to, port.target), is_opened_again=True)
+            case NextStep.WHY:
+                self.go_to("diagnosis")
+                if "diagnosis" in self._pages:
+                    self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self) -> None:
         port = self._ports.current

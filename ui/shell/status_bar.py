@@ -4,7 +4,7 @@ attention."""
 from collections.abc import Callable
 from typing import Final
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
 
@@ -57,7 +57,7 @@ class StatusBar(QStatusBar):
         self.addWidget(notice_bar, 1)
         self.add(self.age)
         # Room for two lines of a notice, for the longest age, and for a button.
-        self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 2 * Space.XS)
+        self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)
         longest = max((tr("{time} ago", time=duration(seconds)) for seconds in (99, 1.9)), key=len)
         self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.M)
         notice_bar.changed.connect(self._share)
@@ -131,9 +131,6 @@ class StatusBar(QStatusBar):
 class RecordingSign(QWidget):
     """Shows since when the session is recorded, or that it is not; `find_sign` is called at each `refresh`."""
 
-    troubled = Signal(object)
-    """Recording stopped, with the reason; emitted once."""
-
     def __init__(self, find_sign: Callable[[], RecordingState]) -> None:
         super().__init__()
         self.setObjectName("session_sign")
@@ -141,7 +138,6 @@ class RecordingSign(QWidget):
         self._picture = IconLabel("session_sign_icon", 12, keeps_place=True)
         self.label = named(QLabel(), "session_sign_text", "small")
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=(0, 0, Space.M, 0))
-        self._is_reported = False
         VisibilityTimer(self, self.refresh)
         self.refresh()
 
@@ -164,6 +160,3 @@ class RecordingSign(QWidget):
             self._picture.show_icon(Icon.RECORD, is_muted=True)
         else:
             self._picture.clear_icon()
-        was_reported, self._is_reported = self._is_reported, sign.trouble is not None
-        if self._is_reported and not was_reported:
-            self.troubled.emit(sign.trouble)

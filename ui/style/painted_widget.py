@@ -8,9 +8,7 @@ from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetricsF, QPainter, Q
 from PySide6.QtWidgets import QWidget
 
 from ui.style.accessible_roles import Spoken
-from ui.style.theme import Meaning, Space, Theme, current
-
-_FOOT_EDGE_PX = 2
+from ui.style.theme import Theme, current
 
 
 class Freshness(Enum):
@@ -59,22 +57,6 @@ class PaintedWidget(Spoken, QWidget):
         """Lets screen readers say `text`, see `Spoken.say`, and paints again."""
         self.say(text, name=name)
         self.update()
-
-
-def paint_banner(widget: QWidget, meaning: Meaning, *, is_foot: bool = False) -> None:
-    """The ground of a bar that tells something, from its `paintEvent`: washed, with a strong edge at its left, and at
-    its top where it `is_foot` of the window."""
-    theme = current()
-    tint = theme.tint(meaning)
-    painter = QPainter(widget)
-    painter.fillRect(widget.rect(), QColor(tint.wash))
-    painter.fillRect(0, 0, Space.XS, widget.height(), QColor(tint.ink))
-    if is_foot:
-        painter.fillRect(0, 0, widget.width(), _FOOT_EDGE_PX, QColor(tint.ink))
-    else:
-        bottom = widget.height() - theme.border_px
-        painter.fillRect(0, bottom, widget.width(), theme.border_px, QColor(theme.divider))
-    painter.end()
 
 
 _HATCH_PX = 7.0

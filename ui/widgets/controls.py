@@ -33,6 +33,14 @@ def set_role(widget: QWidget, role: str) -> None:
         widget.style().polish(widget)
 
 
+def set_look(look: str, *widgets: QWidget) -> None:
+    """Changes what the style sheet makes of a value or a state: "danger", "stale", …; "" is plain."""
+    for widget in widgets:
+        if (widget.property("look") or "") != look:
+            widget.setProperty("look", look)
+            widget.style().polish(widget)
+
+
 TEXT_GAP_PX: Final = 2
 """Between the icon and the text of a button, beside the 4 px of Qt."""
 _KEY: Final = "key"

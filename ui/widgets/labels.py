@@ -1,15 +1,13 @@
-"""Labels: wrapping text, one elided line, text in a given height, a ticking figure, an icon of the theme, and
-what stands in place of an empty list."""
+"""Labels: wrapping and elided text, a ticking figure, an icon of the theme, what stands in place of an empty list."""
 
 from typing import ClassVar, Final
 
-from PySide6.QtCore import QEvent, QRect, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QRect, Qt
+from PySide6.QtGui import QAccessible, QColor, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtWidgets import QLabel, QWidget
 
-from app.text.sentences import join_sentences
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import IconSize, Meaning, Size, Space, current, font, scaled
+from ui.style.theme import IconSize, Meaning, Space, current, scaled
 from ui.widgets.controls import named
 from ui.widgets.layouts import in_column
 
@@ -28,79 +26,36 @@ def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLa
 
 
 class ElidedLabel(QLabel):
-    """One line of plain text, elided at `mode` where it has no room. `text()` is always the whole text."""
+    """Plain text that ends in "…" where it has no room, and is then whole in the tooltip. `text()` is always whole.
+
+    It is one line, elided at `mode`; with word wrap it takes the height that the layout gives.
+    """
 
     def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
-        self._mode = mode
         super().__init__()
-
-    def setText(self, text: str) -> None:
-        super().setText(text)
-        self._update_tip()
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(0, super().minimumSizeHint().height())
+        self._mode = mode
+        self.setMinimumWidth(1)  # less than its text
 
     def paintEvent(self, _event: QPaintEvent) -> None:
+        shown = self._wrapped() if self.wordWrap() else self._elided()
+        self.setToolTip("" if shown == self.text() else self.text())
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
-        painter.drawText(self.contentsRect(), self.alignment(), self._elided())
+        wrap = Qt.TextFlag.TextWordWrap.value if self.wordWrap() else 0
+        painter.drawText(self.contentsRect(), self.alignment().value | wrap, shown)
         painter.end()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._update_tip()
 
     def _elided(self) -> str:
         return QFontMetrics(self.font()).elidedText(self.text(), self._mode, self.contentsRect().width())
 
-    def _update_tip(self) -> None:
-        self.setToolTip("" if self._elided() == self.text() else self.text())
-
-
-class FittedLabel(QLabel):
-    """Plain text that wraps within the height that the layout gives: small where it is long, and at last elided, then
-    with a tooltip."""
-
-    def __init__(self, *, is_bold: bool = False) -> None:
-        super().__init__()
-        self._whole, self._is_bold = "", is_bold
-        self.setWordWrap(True)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
-
-    def show_text(self, text: str, note: str = "") -> None:
-        """Shows `text`, and after it a `note`."""
-        whole = join_sentences([text, note])
-        if self._whole != whole:
-            self._whole = whole
-            self._fit()
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(0, 0)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        for size in (Size.BODY, Size.SMALL):
-            letters = font(size)
-            letters.setBold(self._is_bold)
-            if self._has_room(self._whole, letters):
-                break
-        shown, end = self._whole, len(self._whole)
-        while end and not self._has_room(shown, letters):
+    def _wrapped(self) -> str:
+        metrics, room = QFontMetrics(self.font()), self.contentsRect()
+        wide, flags = QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value
+        shown, end = self.text(), len(self.text())
+        while end and metrics.boundingRect(wide, flags, shown).height() > room.height():
             end -= 1
-            shown = f"{self._whole[:end].rstrip()}…"
-        self.setFont(letters)
-        self.setText(shown)
-        self.setToolTip("" if shown == self._whole else self._whole)
-
-    def _has_room(self, text: str, letters: QFont) -> bool:
-        room = self.contentsRect()
-        flags = Qt.TextFlag.TextWordWrap.value
-        needed = QFontMetrics(letters).boundingRect(QRect(0, 0, room.width(), 0), flags, text)
-        return needed.height() <= room.height() and needed.width() <= room.width()
+            shown = f"{self.text()[:end].rstrip()}…"
+        return shown
 
 
 class TickingLabel(QLabel):

@@ -2,7 +2,7 @@
 
 from typing import Final, TypeVar
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLayout,
     QScrollArea,
+    QSizePolicy,
     QStackedLayout,
     QStackedWidget,
     QVBoxLayout,
@@ -104,6 +105,9 @@ class ScrollArea(QScrollArea):
     def __init__(self) -> None:
         super().__init__()
         self.setWidgetResizable(True)
+        # Qt would ask for up to 24 lines, so that the page around it would scroll, too.
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+        self.setMinimumSize(1, scaled(_LEAST_PX))
         self._bars = (self.verticalScrollBar(), self.horizontalScrollBar())
         for bar in self._bars:
             bar.rangeChanged.connect(self._offer_focus)
@@ -112,14 +116,6 @@ class ScrollArea(QScrollArea):
     def _offer_focus(self) -> None:
         scrolls = any(bar.maximum() > bar.minimum() for bar in self._bars)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus if scrolls else Qt.FocusPolicy.NoFocus)
-
-    # Qt asks for up to 24 lines: the page around it would scroll, too.
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize()
-
-    def sizeHint(self) -> QSize:
-        return QSize()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
@@ -141,7 +137,6 @@ def scroll_area(
     where it `is_transparent` the card below it shows through."""
     area = control(ScrollArea(), name, says=says)
     area.setWidget(content)
-    area.setMinimumHeight(scaled(_LEAST_PX))
     if is_vertical:
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     if is_transparent:

@@ -5,16 +5,24 @@ from functools import partial
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from app.text.sentences import join_sentences, labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.painted_widget import paint_banner
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
-from ui.widgets.controls import control, named, without_key
-from ui.widgets.labels import FittedLabel, IconLabel, text_label
+from ui.widgets.controls import control, named, set_look, without_key
+from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
@@ -35,6 +43,11 @@ class Choice(NamedTuple):
     # A disabled one shows what will be possible; the text of the notice says when.
     is_enabled: bool = True
 
+    @property
+    def look(self) -> tuple[str, str, bool, bool]:
+        """What a person sees of it, but whether it is enabled."""
+        return self.key, self.text, self.is_main, self.is_shown
+
 
 class Notice(NamedTuple):
     """`text` is in the language in use. `dismiss` adds a button to close it. `cause` tells a notice whose text changes
@@ -51,7 +64,7 @@ class Notice(NamedTuple):
         return self.cause or self.text
 
 
-class NoticeBar(QWidget):
+class NoticeBar(QFrame):
     """Shows one notice whole, and leads to the others; hidden while there is none.
 
     That at the foot of the window fits its text into the height of its place, so that nothing around it moves.
@@ -62,19 +75,21 @@ class NoticeBar(QWidget):
 
     def __init__(self, *, is_foot: bool = False) -> None:
         super().__init__()
-        self.setObjectName("notice_bar")
+        named(self, "notice_bar", "notice-foot" if is_foot else "notice")
         self.hide()
         self.notice: Notice | None = None
         self.notices: Sequence[Notice] = ()
         # The notice that a person chose from the list, until it ends or a new one is graver.
         self._chosen = ""
         self._note = ""
+        self._is_foot = is_foot
         self._focus = FocusBack(self)
-        self.is_foot = is_foot
-        self._text: QLabel = named(FittedLabel(), "notice_text") if is_foot else text_label("notice_text")
+        self._text = named(ElidedLabel() if is_foot else QLabel(), "notice_text")
+        self._text.setWordWrap(True)
         if not is_foot:
-            self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        vertical = QSizePolicy.Policy.Ignored if is_foot else QSizePolicy.Policy.Preferred
+        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, vertical)
         self.more = control(QToolButton(), "notice_more", says=tr("More messages"), role="quiet")
         self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -89,14 +104,14 @@ class NoticeBar(QWidget):
         self._buttons: list[QPushButton] = []
         self._choices = QHBoxLayout()
         self._choices.setSpacing(Space.S)
-        self.picture = IconLabel("notice_icon", IconSize.NOTICE, keeps_place=True)
-        margins = (Space.M, 0 if is_foot else Space.XS)
+        self._picture = IconLabel("notice_icon", IconSize.NOTICE, keeps_place=True)
+        margins = (Space.S, 0 if is_foot else Space.XS)
         if is_text_large() and not is_foot:
             # Beside the buttons large text would have a word a line.
-            head = in_row(self.picture, (self._text, 1), self.more, self._dismiss, spacing=Space.S)
+            head = in_row(self._picture, (self._text, 1), self.more, self._dismiss, spacing=Space.S)
             in_column(head, in_row(1, self._choices), of=self, spacing=Space.XS, margins=margins)
         else:
-            row = (self.picture, (self._text, 1), self._choices, self.more, self._dismiss)
+            row = (self._picture, (self._text, 1), self._choices, self.more, self._dismiss)
             in_row(*row, of=self, spacing=Space.S, margins=margins)
         self.more.hide()
 
@@ -122,10 +137,8 @@ class NoticeBar(QWidget):
 
     def show_note(self, note: str) -> None:
         """Shows a passing message after the text of the notice."""
-        if note != self._note:
-            self._note = note
-            if self.notice is not None:
-                self._show_text(self.notice.text)
+        self._note = note
+        self._show_text()
 
     def button(self, key: str) -> QPushButton | None:
         """The button of the choice with this key, if the notice shown has it."""
@@ -133,31 +146,33 @@ class NoticeBar(QWidget):
         return next((button for button in buttons if button.objectName() == f"notice_{key}"), None)
 
     def _show(self, notice: Notice | None) -> None:
-        """An equal notice changes nothing but what its buttons do."""
         old, self.notice = self.notice, notice
         if notice is None:
             self._focus.leave(self._hide)
         else:
-            if old is None or _appearance_of(old) != _appearance_of(notice):
-                self._fill(old, notice)
+            looks = [choice.look for choice in notice.choices]
+            if old is None or looks != [choice.look for choice in old.choices]:
+                self._make_buttons(notice)
+            for button, choice in zip(self._buttons, notice.choices, strict=True):
+                button.setEnabled(choice.is_enabled)
+            self._dismiss.setVisible(notice.dismiss is not None)
+            self._picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
+            set_look(notice.meaning.value, self)
+            self._show_text()
             self.show()
         if (old is None) != (notice is None):
             self.changed.emit()
 
+    def _show_text(self) -> None:
+        if self.notice is not None:
+            self._text.setText(join_sentences([self.notice.text, self._note]) if self._note else self.notice.text)
+            said = labelled(tr("Message"), self.notice.text)
+            if said != self.accessibleName():
+                self.setAccessibleName(said)
+
     def _hide(self) -> None:
         leave_focus(self)  # else Qt gives it to the next button, which may be dangerous
         self.hide()
-
-    def _fill(self, old: Notice | None, notice: Notice) -> None:
-        if old is None or _buttons_of(old) != _buttons_of(notice):
-            self._make_buttons(notice)
-        for button, choice in zip(self._buttons, notice.choices, strict=True):
-            button.setEnabled(choice.is_enabled)
-        self._show_text(notice.text)
-        self._dismiss.setVisible(notice.dismiss is not None)
-        self.setAccessibleName(labelled(tr("Message"), notice.text))
-        self.picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
-        self.update()
 
     def _fill_list(self) -> None:
         self._list.clear()
@@ -172,16 +187,6 @@ class NoticeBar(QWidget):
     def _choose(self, key: str) -> None:
         self._chosen = key
         self.show_notices(self.notices)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        if self.notice is not None:
-            paint_banner(self, self.notice.meaning, is_foot=self.is_foot)
-
-    def _show_text(self, text: str) -> None:
-        if isinstance(self._text, FittedLabel):
-            self._text.show_text(text, self._note)
-        else:
-            self._text.setText(text)
 
     def _make_buttons(self, notice: Notice) -> None:
         """Called only where the choices differ: a new button under the pointer would swallow a click in progress."""
@@ -202,25 +207,22 @@ class NoticeBar(QWidget):
             self._focus.give()
         self.order_tabs()
 
+    def _make_button(self, choice: Choice, number: int) -> QPushButton:
+        button = named(StepButton() if choice.is_step else QPushButton(), f"notice_{choice.key}")
+        if choice.is_main:
+            button.setProperty("role", "primary")
+        button.setText(without_key(choice.text))
+        pressed = button.chosen if isinstance(button, StepButton) else button.clicked
+        pressed.connect(lambda: self._act(number))  # an equal notice may have replaced this one, with other acts
+        return button
+
     def order_tabs(self) -> None:
         """Tab reaches the buttons from the text on, not after everything made earlier; the foot is at the end."""
-        before: QWidget | None = self.window().previousInFocusChain() if self.is_foot else self._text
+        before: QWidget | None = self.window().previousInFocusChain() if self._is_foot else self._text
         for button in (*self._buttons, self.more, self._dismiss):
             if before is not None and button is not before:
                 self.setTabOrder(before, button)
             before = button
-
-    def _make_button(self, choice: Choice, number: int) -> QPushButton:
-        # By number: an equal notice may have replaced this one, with other acts.
-        button = control(
-            StepButton() if choice.is_step else QPushButton(),
-            f"notice_{choice.key}",
-            text=choice.text,
-            role="primary" if choice.is_main else "",
-            slot=lambda: self._act(number),
-        )
-        button.setText(without_key(choice.text))
-        return button
 
     def _act(self, number: int) -> None:
         if self.notice is not None and number < len(self.notice.choices):
@@ -229,12 +231,3 @@ class NoticeBar(QWidget):
     def _close(self) -> None:
         if self.notice is not None and self.notice.dismiss is not None:
             self.notice.dismiss()
-
-
-def _appearance_of(notice: Notice) -> object:
-    enabled = [choice.is_enabled for choice in notice.choices]
-    return notice.meaning, notice.text, notice.dismiss is None, _buttons_of(notice), enabled
-
-
-def _buttons_of(notice: Notice) -> list[tuple[str, str, bool, bool]]:
-    return [(choice.key, choice.text, choice.is_main, choice.is_shown) for choice in notice.choices]

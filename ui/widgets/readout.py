@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import ClassVar
 
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout
 
 from app.engine.conversation import Known
 from app.safety.last_known import Activation, SeenActivation
@@ -18,6 +18,7 @@ from ui.style.accessible_roles import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import Freshness
 from ui.style.theme import IconSize, Meaning, Size, Space, current, font
+from ui.widgets.controls import set_look
 from ui.widgets.labels import IconLabel
 
 
@@ -33,13 +34,6 @@ def _label(role: str) -> QLabel:
     label.setProperty("role", role)
     label.setAccessibleName(role)  # without one Qt tells each change of its text; the frame around it speaks
     return label
-
-
-def _set_look(look: str, *widgets: QWidget) -> None:
-    for widget in widgets:
-        if widget.property("look") != look:
-            widget.setProperty("look", look)
-            widget.style().polish(widget)
 
 
 class Readout(Spoken, QFrame):
@@ -128,13 +122,13 @@ class Readout(Spoken, QFrame):
         self._unit_label.setVisible(is_known and bool(self._unit_label.text()))
         meaning = "" if self.meaning is None else self.meaning.value
         fresh = self.freshness is Freshness.FRESH
-        _set_look(meaning if fresh else self.freshness.value, self._number)
+        set_look(meaning if fresh else self.freshness.value, self._number)
         if self._note_label.text() != self.note:
             self._note_label.setText(self.note)
         self._icon.setVisible(self.meaning is not None and bool(self.note))
         if self.meaning is not None:
             self._icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
-        _set_look(meaning, self._note_label)
+        set_look(meaning, self._note_label)
         self._say()
 
     def _say(self) -> None:
@@ -235,7 +229,7 @@ class StateChip(Spoken, QFrame):
             look = f"stale-{meaning}" if meaning and self._keeps_colour else "stale"
         else:
             look = meaning
-        _set_look(look, self, self._word_label, self._below_label)
+        set_look(look, self, self._word_label, self._below_label)
         is_filled = is_loud and not self._stale_age
         self._icon.show_icon(self._picture, self.meaning, is_muted=look == "stale", is_filled=is_filled)
         name = f"{self._caption}: {self.word}"

@@ -117,7 +117,8 @@ def _in_label(label: QLabel) -> Iterator[Text]:
     """A label cuts off what has no room; only our own elided one may, if its tooltip has the whole text."""
     text, room, metrics = label.text(), label.contentsRect(), label.fontMetrics()
     if label.wordWrap():
-        yield Text(text, label.heightForWidth(label.width()), label.height(), across=" of height")
+        is_told = isinstance(label, ElidedLabel) and _is_told(label, text)
+        yield Text(text, label.heightForWidth(label.width()), label.height(), is_told, across=" of height")
         longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
         if not _has_chinese(longest):
             yield _along(longest, metrics, room.width())

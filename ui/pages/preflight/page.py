@@ -87,9 +87,12 @@ class PreflightPage(Page):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
         self._lay_out()
         self._wire()
-        services.pending_edits.has_profile = lambda: self.view == "profile" and self.editor.is_edited
 
     # The views
+
+    @property
+    def has_unsaved_profile(self) -> bool:
+        return self.view == "profile" and self.editor.is_edited
 
     def show_view(self, view: str) -> None:
         """Leaving the profile asks first where something was edited."""

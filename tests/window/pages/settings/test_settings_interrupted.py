@@ -13,7 +13,7 @@ from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.line.odd_module import end_faults
-from tests.support.window.fake_ports import fake_services, show_alone
+from tests.support.window.fake_ports import fake_services, fake_window, show_alone
 from tests.support.window.settings_bench import (
     Desk,
     choose,
@@ -29,9 +29,6 @@ from tests.support.window.settings_bench import (
 from tests.support.window.steps import given, notice_text
 from ui.pages.settings.page import SettingsPage
 from ui.session.interruptions import RemainderKind
-from ui.session.left_active import LeftActiveWatch
-from ui.shell.attention import AGAIN_S, Attention
-from ui.widgets.notice_bar import NoticeBar
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
@@ -185,14 +182,14 @@ def test_losing_edits_is_confirmed(one: Desk) -> None:
     assert "Settings not written: 1" in notice_text(bar)
     choose(one, "stay", bar)
     opening = ports.current.connection.opening
-    window._connect_again()
+    window.take_step(NextStep.CONNECT_AGAIN)
     assert "Settings not written: 1" in notice_text(bar)
     choose(one, "stay", bar)
     assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
     assert one.settings.work.form.edited == {TIME: 1.2}
     window.close()
     assert window.isVisible()
-    window._connect_again()
+    window.take_step(NextStep.CONNECT_AGAIN)
     choose(one, "drop_edits", bar)
     one.until(lambda: ports.current.connection.opening > opening and ports.module.is_read)
     type_into(one, "freefall_time", "1.2")
@@ -214,24 +211,23 @@ def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one
     one.until(lambda: not window.isVisible())
 
 
-def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_edits_and_an_active_module_are_one_question(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
         window, bar = one.assembly.window, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
         window.close()
-        assert bar.button("lock_and_leave") is not None
-        one.wait(AGAIN_S)
-        window.close()  # a second attempt is an answer to the first question, not to the next
         assert window.isVisible()
-        assert bar.button("drop_edits") is not None
+        assert "The module is ACTIVE" in notice_text(bar)
+        assert "Settings not written: 1" in notice_text(bar)
+        choose(one, "lock_and_leave", bar)
+        one.until(lambda: bar.button("drop_edits") is not None)
+        assert "ACTIVE" not in notice_text(bar)
         choose(one, "stay", bar)
         assert one.settings.work.form.edited != {}
         window.close()
-        choose(one, "leave_active", bar)
-        assert window.isVisible()
         choose(one, "drop_edits", bar)
         one.until(lambda: not window.isVisible())
-        assert one.changes() == []
+        assert len(one.changes()) == 1  # LOCK, and no setting
 
 
 def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
@@ -276,22 +272,10 @@ def test_edits_stay_with_their_module_while_another_one_is_shown(qtbot: QtBot, q
 
 
 def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_closed(
-    qtbot: QtBot, qapp: QApplication
+    qapp: QApplication, tmp_path: Path
 ) -> None:
-    with fake_services(qapp) as (ports, services):
-        bar = NoticeBar()
-        qtbot.addWidget(bar)
-        attention = Attention(
-            services.ports,
-            bar,
-            acts=dict.fromkeys(NextStep, print),
-            pending_edits=services.pending_edits,
-            go_to=lambda _page: None,
-            shown_page=lambda: "fleet",
-            is_choosing=lambda: False,
-            left_active=LeftActiveWatch(services.ports),
-            parent=services.ports,
-        )
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        attention, bar = assembly.window.attention, assembly.window.notice_bar
         ports.plug_in("/dev/port0")
         second, worker = ports.plug_in("/dev/port1")
         qapp.processEvents()
