@@ -27,7 +27,7 @@ Table = dict[str, Floats]
 """The records of one kind: a column of numbers for each name, `TIME` in seconds."""
 TIME: Final = "time"
 STANDARD_GRAVITY_M_S2: Final = 9.80665
-AT_ONCE: Final = 1 << 20
+AT_ONCE: Final = 1 << 18
 """Bytes that are searched for records: what may be one takes a multiple of its size in memory."""
 
 

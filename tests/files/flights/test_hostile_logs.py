@@ -241,8 +241,8 @@ def a_line_without_end() -> bytes:
 
 
 @pytest.mark.parametrize(("make", "megabytes"), [
-    (deep_formats, 16), (many_subscriptions, 8), (times_years_apart, 8), (rubbish_like_samples, 96),
-    (rubbish_like_records, 96), (a_line_without_end, 60),
+    (deep_formats, 16), (many_subscriptions, 8), (times_years_apart, 8), (rubbish_like_samples, 48),
+    (rubbish_like_records, 24), (a_line_without_end, 60),
 ])  # fmt: skip
 @pytest.mark.promise("g")
 def test_memory_is_bounded(tmp_path: Path, make: Callable[[], bytes], megabytes: int) -> None:
