@@ -804,10 +804,6 @@
         <translation>把飞行日志拖到这里：是否会触发？</translation>
     </message>
     <message>
-        <source>Drop {height} m</source>
-        <translation>坠落 {height} m</translation>
-    </message>
-    <message>
         <source>Dropped: sends too much or no frames, or does not read.</source>
         <translation>已断开：发送过多、发送的不是数据帧，或不读取数据。</translation>
     </message>
@@ -2216,10 +2212,6 @@
         <translation>插头与线缆</translation>
     </message>
     <message>
-        <source>Plug in</source>
-        <translation>插入</translation>
-    </message>
-    <message>
         <source>Plug the adapter in, then do it again.</source>
         <translation>请插入适配器，然后重试。</translation>
     </message>
@@ -3432,10 +3424,6 @@
     <message>
         <source>Unpin</source>
         <translation>取消固定</translation>
-    </message>
-    <message>
-        <source>Unplug</source>
-        <translation>拔出</translation>
     </message>
     <message>
         <source>Unplug the adapter and plug it in again.</source>

@@ -67,7 +67,6 @@ def test_cell_voltage(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
 
 def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
     type_into(qtbot, panel.fall_height, "30")
-    assert "30" in panel.drop.text()
     click(qtbot, panel.drop)
     assert bench.world.is_falling(bench.clock())
     assert not panel.drop.isEnabled()
@@ -87,12 +86,10 @@ def test_bay_charger_and_wobble(qtbot: QtBot, panel: SimulatorPanel, bench: Simu
 def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     click(qtbot, panel.restart)
     assert bench.module.memory.boot_count == 38
-    click(qtbot, panel.plug)
+    click(qtbot, panel.unplugged)
     assert not bench.is_plugged_in
-    assert panel.plug.text() == "Plug in"
-    click(qtbot, panel.plug)
+    click(qtbot, panel.unplugged)
     assert bench.is_plugged_in
-    assert panel.plug.text() == "Unplug"
     assert not panel.press.isEnabled()
     bench.power_off()
     panel.refresh()
