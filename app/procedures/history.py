@@ -14,7 +14,7 @@ from typing import NamedTuple
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, ask_value
 from protocol.catalogue import BOOT_COUNT, HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Counters, Role
-from protocol.messages import EmptySlot, Message, TriggerRecord
+from protocol.messages import Message, TriggerRecord
 from protocol.translatable import marked
 
 # After so many passes the union of all is returned as incomplete.
@@ -50,14 +50,13 @@ class Pass(NamedTuple):
     is_clean: bool = False
 
     @property
-    def is_doubled(self) -> bool:
-        """Whether every record came an even number of times, as on a line that doubles frames."""
-        counts = self.counts
-        return bool(counts) and all(count % 2 == 0 for count in counts.values())
+    def records(self) -> tuple[TriggerRecord, ...]:
+        return tuple(message for message in self.messages if isinstance(message, TriggerRecord))
 
     @property
     def counts(self) -> Counter[TriggerRecord]:
-        return Counter(message for message in self.messages if isinstance(message, TriggerRecord))
+        """The module may hold equal records."""
+        return Counter(self.records)
 
 
 def read_history() -> Procedure[History]:
@@ -75,24 +74,17 @@ def read_history() -> Procedure[History]:
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
     end: EngineView = yield Inspect()
     strays = end.conversation.stray_records[len(begin.conversation.stray_records) :]
-    return _with_strays(history_of(passes, is_confirmed=is_confirmed), strays)
-
-
-def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
-    """Add the records received outside an answer that no pass has."""
-    news = tuple(stray for stray in dict.fromkeys(strays) if stray not in history.all)
-    if not news:
-        return history
-    return history._replace(seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
+    return _combined(passes, strays, is_confirmed=is_confirmed)
 
 
 def _read_once() -> Procedure[Pass]:
     before: EngineView = yield Inspect()
     outcome = yield Ask(TRIGGER_RECORDS.query())
     after: EngineView = yield Inspect()
-    messages = outcome.messages if isinstance(outcome, Answered) else ()
-    answer = Pass(messages, is_clean=_is_clean(after.link.counters - before.link.counters))
-    return answer._replace(is_clean=False) if answer.is_doubled else answer
+    answer = Pass(outcome.messages if isinstance(outcome, Answered) else ())
+    counts = answer.counts.values()
+    is_doubled = bool(counts) and all(count % 2 == 0 for count in counts)  # as on a line that doubles frames
+    return answer._replace(is_clean=not is_doubled and _is_clean(after.link.counters - before.link.counters))
 
 
 def _is_clean(counted: Counters) -> bool:
@@ -118,28 +110,20 @@ def _is_line_good() -> Procedure[bool]:
     return _is_clean(after.link.counters - before.link.counters)
 
 
-def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False) -> History:
-    """Combine the passes, the records of the fullest pass first. The module may hold equal records. The second answer
-    is certain only in a confirmed history, as a line may double frames."""
-    seen: Counter[TriggerRecord] = Counter()
-    for answer in passes:
-        seen |= answer.counts
-    records: list[TriggerRecord] = []
-    seen_once: list[TriggerRecord] = []
-    for record in _in_order(passes):
-        passes_with = sum(record in answer.counts for answer in passes)
-        certain = seen[record] if is_confirmed else int(passes_with > 1)
-        records += [record] * certain
-        seen_once += [record] * (seen[record] - certain)
-    if is_confirmed:  # as the module sent them, equal ones too
-        records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
-    empty = max((sum(isinstance(message, EmptySlot) for message in answer.messages) for answer in passes), default=0)
+def _combined(passes: Sequence[Pass], strays: Sequence[TriggerRecord], *, is_confirmed: bool) -> History:
+    """All that came, in the order of the fullest pass. `strays`: came outside an answer."""
+    fullest_first = sorted(passes, key=lambda answer: len(answer.messages), reverse=True)
+    most: Counter[TriggerRecord] = Counter()
+    for answer in fullest_first:
+        most |= answer.counts
+    news = tuple(stray for stray in dict.fromkeys(strays) if stray not in most)
+    if is_confirmed:
+        records, seen_once = passes[-1].records, news
+    else:
+        # An equal second one is not certain, as a line may double frames.
+        records = tuple(record for record in most if sum(record in answer.counts for answer in passes) > 1)
+        seen_once = (*(most - Counter(records)).elements(), *news)
+    empty = max(len(answer.messages) - len(answer.records) for answer in passes)
     empty = min(empty, max(0, MAX_RECORDS - len(records) - len(seen_once)))  # that pass may lack a record
-    is_answered = any(answer.messages for answer in passes)
-    return History(tuple(records), empty, is_confirmed, tuple(seen_once), is_answered)
-
-
-def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:
-    """Each record once, in the order of the fullest pass, then those of other passes."""
-    ordered = sorted(passes, key=lambda answer: len(answer.messages), reverse=True)
-    return tuple(dict.fromkeys(m for answer in ordered for m in answer.messages if isinstance(m, TriggerRecord)))
+    is_answered = bool(news) or any(answer.messages for answer in passes)
+    return History(records, empty, is_confirmed and not news, seen_once, is_answered)
