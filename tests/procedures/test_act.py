@@ -148,13 +148,18 @@ def test_on_a_line_that_is_too_slow_commands_are_refused_in_one_sentence(act: Ac
 
 @pytest.mark.promise("h")
 def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
-    rig = settled_rig(active_late_ms=500)
+    rig = ModuleRig().begin()
     began = rig.clock()
-    done = do(rig, Act.ACTIVATE)
+
+    def report_late(question: Any) -> None:
+        is_late = rig.module.settings[0x10] == 1 and rig.clock() - began < 0.6
+        rig.module.options.instead = {0x30: "01 00", 0x32: "02 0a 00 00"} if is_late else {}
+
+    rig.module.at_frame = report_late
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE)))
     assert rig.clock() - began < 0.8, "it is asked often"
-    assert rig.bench.module.state.is_active
     assert done.outcome is Outcome.CONFIRMED
-    assert len(rig.acts) == 1
+    assert len(rig.module.log.sets(0x10)) == 1
 
 
 def test_after_activating_30_has_to_agree_too() -> None:

@@ -22,7 +22,6 @@ RECORD_LIES: tuple[dict[str, Any], ...] = (
     {"double_codes": "35"},
     {"double_codes": "35", "double_ms": "30"},
     {"double_codes": "01,35", "double_ms": "5"},
-    {"foreign_replies": "35:22"},
     {"drop": "0.1"},
     {"drop": "0.3"},
     {"corrupt": "0.004"},
@@ -30,7 +29,6 @@ RECORD_LIES: tuple[dict[str, Any], ...] = (
     {"lose": "0.01"},
     {"double": "0.5"},
     {"min_gap_ms": "2"},
-    {"half_duplex": "yes"},
     {"lag_ms": "700"},
 )
 RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(

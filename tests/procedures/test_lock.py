@@ -273,7 +273,6 @@ LOSSY: dict[str, dict[str, Any]] = {
     "answers up to 0.4 s late, some lost": {"delay_ms": 100.0, "jitter_ms": 300.0, "drop": 0.2},
     "a module that needs 5 ms between frames": {"min_gap_ms": 5.0},
     "30 ms, and some are lost": {"min_gap_ms": 30.0, "drop": 0.2, "direction": "both"},
-    "half duplex under a stream of 200 Hz": {"half_duplex": True, "stream_at_boot": True, "rate": 200},
     "damaged": {"corrupt": 0.04, "direction": "both"},
 }
 

@@ -1,14 +1,13 @@
-"""A simulated module that lies: side effects of a set or a query, and wrong, doubled, foreign and missing replies; and
-one that does not hear every request.
+"""A simulated module that lies: side effects of a set or a query, doubled and missing replies; and one that does not
+hear every request.
 
     lying_bench({"cross_talk": "21:20=14/2@500", "ack": "one"}, clock)
 
-A rule such as `21:20=14/2@500`: a request to 21 changes or sends 20, with the value 14, the second time only, 500 ms
+A rule such as `21:20=14/2@500`: a request to 21 changes 20, with the value 14, the second time only, 500 ms
 later. A mark such as `35/2`: that code or record number, the second time.
 """
 
 import math
-import random
 import re
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -19,10 +18,10 @@ from typing import Any, Final, NamedTuple
 from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.module import ACCEPTED, BITS_PER_BYTE, SimulatedModule
 from app.simulator.setup import parse_options
-from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
+from protocol.catalogue import FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
-from tests.support.line.odd_module import OddModule, OddSetup, as_text, clamped, codes, odd, read_raw
+from tests.support.line.odd_module import OddModule, OddSetup, as_text, codes, odd
 
 _RULE: Final = re.compile(r"(\w{2}):(\w{2})(?:=(\w{2}))?(?:/(\d+))?(?:@([\d.]+))?", re.ASCII)
 _IN_MEMORY: Final = {
@@ -37,14 +36,13 @@ _ROUNDING_S: Final = 1e-9
 """Times that differ by less are equal."""
 CHANGEABLE_CODES: Final = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
 """Codes of what a rule can change."""
-_REVERTING: Final = CHANGEABLE_CODES - {_ACTIVATION, 0x13}
 
 
 class Rule(NamedTuple):
     cause: int
     effect: int
     value: int | None
-    """Byte of the effect; None for the one that was set, or for the true one."""
+    """Byte of the effect; None for the one that was set."""
     time: int
     """The n-th time only; 0 for every time."""
     after_s: float
@@ -64,28 +62,15 @@ class Lies:
     """Effects of a set."""
     read_changes: tuple[Rule, ...] = ()
     """Effects of a query."""
-    foreign_replies: tuple[Rule, ...] = ()
     drop_records: tuple[Mark, ...] = ()
     double_codes: frozenset[int] = frozenset()
     double_ms: float = 0.0
-    revert_ms: float = 0.0
-    clamp_ms: float = 0.0
     silent_restart_ms: float = 0.0
-    stream_jitter_ms: float = 0.0
-    active_late_ms: float = 0.0
     min_gap_ms: float = 0.0
     """Requests that begin sooner after the last reply or request are ignored."""
-    half_duplex: bool = False
-    """Bytes that arrive while it sends are not heard."""
     activates: bool = True
     locks: bool = True
-    zeroes: bool = True
     shuts_down: bool = True
-
-    @property
-    def latest_ms(self) -> float:
-        """By how much a reply may be older than the line makes it."""
-        return self.double_ms + self.stream_jitter_ms + self.active_late_ms
 
 
 def _rule(text: str) -> Rule:
@@ -109,7 +94,7 @@ def _marks(text: str, base: int) -> tuple[Mark, ...]:
 
 _PARSED: Final[Mapping[str, Callable[[str], Any]]] = {
     "mute_codes": partial(_marks, base=16), "drop_records": partial(_marks, base=10), "double_codes": codes,
-    "cross_talk": _rules, "read_changes": _rules, "foreign_replies": _rules,
+    "cross_talk": _rules, "read_changes": _rules,
 }  # fmt: skip
 
 
@@ -160,11 +145,6 @@ class LyingModule(OddModule):
         self._is_streamed = False
         self._said: list[bytes] = []
         """What was sent for the request that is carried out."""
-        self._reported = (False, -math.inf)
-        self._jitter = random.Random(1)
-        self._jitter_until_s = -math.inf
-        self._sending: deque[tuple[float, float]] = deque(maxlen=16384)
-        """Spans in which it was sending, oldest first: from, to."""
         self._ready_s = -math.inf
         """When it next heeds a request."""
         self.lies = Lies()
@@ -177,10 +157,6 @@ class LyingModule(OddModule):
     @lies.setter
     def lies(self, lies: Lies) -> None:
         self._lies, self._asked = lies, Counter[tuple[int, bool]]()
-
-    def power_off(self) -> None:
-        super().power_off()
-        self._reported, self._jitter_until_s = (False, -math.inf), -math.inf
 
     def _plan_while_on(self, at_s: float, act: Callable[[], object]) -> None:
         """Do this then, unless the module was switched off in between."""
@@ -196,33 +172,18 @@ class LyingModule(OddModule):
         total = self._asked[code, True] + self._asked[code, False]
         if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in odd(self).mute_codes:
             return
-        before = {code: read_raw(self, code) for code in _REVERTING} if lies.revert_ms else {}
-        foreign = _due_rules(lies.foreign_replies, code, time)
-        for rule in foreign:
-            if not rule.after_s:
-                self._insert(rule, now_s)
         self._answer(request, time, now_s)
-        for rule in foreign:
-            if rule.after_s:
-                self._insert(rule, now_s + rule.after_s)
         is_query = request.hazard is Hazard.NONE
         for rule in _due_rules(lies.read_changes if is_query else lies.cross_talk, code, time):
             self._change(rule, request.data, now_s)
-        if is_query:
-            return
-        if code in before:
-            self._plan_while_on(now_s + lies.revert_ms / 1000, partial(write_raw, self, code, before[code]))
-        if lies.clamp_ms and code in _IN_MEMORY:
-            at_s = now_s + lies.clamp_ms / 1000
-            self._plan_while_on(at_s, lambda: write_raw(self, code, clamped(BY_CODE[code], read_raw(self, code))))
-        if lies.silent_restart_ms:
+        if lies.silent_restart_ms and not is_query:
             at_s = now_s + lies.silent_restart_ms / 1000
             self._plan_while_on(at_s, partial(self.restart, at_s, is_silent=True))
 
     def _answer(self, request: Request, time: int, now_s: float) -> None:
         """The reply of an honest module, as far as it is let."""
         lies, code, memory = self.lies, request.command.code, self.memory
-        records, zero_tilt_deg = memory.records, memory.zero_tilt_deg
+        records = memory.records
         if request.command is TRIGGER_RECORDS:
             dropped = {mark.what for mark in lies.drop_records if mark.time in (0, time)}
             memory.records = deque(data for number, data in enumerate(records, start=1) if number not in dropped)
@@ -234,27 +195,8 @@ class LyingModule(OddModule):
         self._is_obeying, said = False, self._said
         if request.command is TRIGGER_RECORDS:
             memory.records = records
-        if not lies.zeroes:
-            memory.zero_tilt_deg = zero_tilt_deg
         for data in said if code in lies.double_codes else ():
             self.plan(now_s + lies.double_ms / 1000, partial(self.send_while_on, data, self._booted_s))
-
-    def _insert(self, rule: Rule, at_s: float) -> None:
-        """Send an unrequested reply, with the true value unless the rule has another."""
-        code = rule.effect
-        if rule.value is not None:
-            data = encode_reply(code, rule.value)
-        elif code in CHANGEABLE_CODES:
-            data = encode_reply(code, read_raw(self, code))
-        elif BY_CODE[code].can_be_asked:
-            self._plan_while_on(at_s, lambda: self.carry_out(BY_CODE[code].query(), at_s))
-            return
-        else:
-            data = encode_reply(code, ACCEPTED)
-        if rule.after_s:
-            self.plan(at_s, partial(self.send_while_on, data, self._booted_s))
-        else:
-            self.send(data, at_s)
 
     def _change(self, rule: Rule, raw: int, now_s: float) -> None:
         act = partial(write_raw, self, rule.effect, raw if rule.value is None else rule.value)
@@ -274,59 +216,25 @@ class LyingModule(OddModule):
         begins_s, gap_s = ends_s - len(data) * byte_s, self.lies.min_gap_ms / 1000
         is_too_soon = begins_s < self._ready_s - _ROUNDING_S
         self._ready_s = max(self._ready_s, ends_s + gap_s)
-        if gap_s and is_too_soon:
-            return b""
-        if not self.lies.half_duplex:
-            return data
-        while self._sending and self._sending[0][1] <= begins_s:
-            self._sending.popleft()
-        return bytes(
-            byte for number, byte in enumerate(data)
-            if not self._is_sending(begins_s + number * byte_s, begins_s + (number + 1) * byte_s)
-        )  # fmt: skip
-
-    def _is_sending(self, from_s: float, to_s: float) -> bool:
-        return any(
-            begins_s < to_s - _ROUNDING_S and from_s < ends_s - _ROUNDING_S for begins_s, ends_s in self._sending
-        )
+        return b"" if gap_s and is_too_soon else data
 
     def send(self, data: bytes, now_s: float) -> None:
         super().send(data, now_s)
-        sent = self._out[-1]
-        self._sending.append((sent.ends_s - len(sent.data) * BITS_PER_BYTE / sent.baud_rate, sent.ends_s))
         if self._is_obeying:
             self._said.append(data)
         if not self._is_streamed:
-            self._ready_s = max(self._ready_s, sent.ends_s + self.lies.min_gap_ms / 1000)
+            self._ready_s = max(self._ready_s, self._out[-1].ends_s + self.lies.min_gap_ms / 1000)
 
     # What an honest module does
 
     def stream(self, now_s: float) -> None:
-        if self.lies.stream_jitter_ms:
-            late_s = self._jitter.uniform(0.0, self.lies.stream_jitter_ms) / 1000
-            self._jitter_until_s = max(self._jitter_until_s, now_s + late_s)
-            said = self.status(now_s)
-            self.plan(self._jitter_until_s, partial(self.send_while_on, said, self._booted_s))
-            return
         self._is_streamed = True
         super().stream(now_s)
         self._is_streamed = False
 
     def activate(self, *, is_active: bool) -> None:
-        if not self._is_obeying:
+        if not self._is_obeying or (self.lies.activates if is_active else self.lies.locks):
             super().activate(is_active=is_active)
-        elif self.lies.activates if is_active else self.lies.locks:
-            now_s = self._heard_s
-            if is_active is not self.state.is_active:
-                self._reported = (
-                    self.reports_active(now_s),
-                    now_s + self.lies.active_late_ms / 1000,
-                )
-            super().activate(is_active=is_active)
-
-    def reports_active(self, now_s: float) -> bool:
-        before, until_s = self._reported
-        return before if now_s < until_s else super().reports_active(now_s)
 
 
 def _due_rules(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:

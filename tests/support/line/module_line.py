@@ -1,19 +1,10 @@
 """A session on the independent module, or on several that share a line, with a fake clock that reading advances."""
 
-from collections.abc import Callable
-from typing import Any, TypeVar
-
-from app.engine.conversation import ConversationView
-from app.engine.procedure import Job, Procedure
 from app.engine.session import Session
-from app.safety.acts import Act
-from app.safety.permit import Origin, Permit
 from tests.module.module import Module
 from tests.module.options import Options
-from tests.support.line.sim_line import FakeClock
+from tests.support.line.sim_line import FINEST_S, INSTANT_S, AnyRig, FakeClock
 
-Result = TypeVar("Result")
-FINEST_S = 1e-4
 BYTE_S = 10 / 115200
 
 
@@ -49,9 +40,8 @@ class ModuleLine:
         self.is_closed = True
 
 
-class ModuleRig:
-    """A session, its line and its clock. `reopen` is the next command on the same line; `begin` waits for the
-    conversation."""
+class ModuleRig(AnyRig):
+    """`reopen` is the next command on the same line."""
 
     def __init__(self, options: Options | None = None, *others: Options) -> None:
         self.clock = FakeClock()
@@ -65,40 +55,4 @@ class ModuleRig:
     def reopen(self) -> None:
         self.line = ModuleLine(self.clock, *self.modules)
         self.session = Session(self.line, self.clock)
-        self.clock.now_s += 1e-6
-
-    @property
-    def conversation(self) -> ConversationView:
-        """The one that goes on, or else the last one."""
-        return self.session.conversation_view(self.clock())
-
-    def begin(self, limit_s: float = 5.0) -> "ModuleRig":
-        self.step_until(lambda: self.conversation.is_going, limit_s=limit_s)
-        return self
-
-    def job(self, procedure: Procedure[Result], *, is_urgent: bool = False, **more: Any) -> Job[Result]:
-        """Submit it; `more`: as of `Job`."""
-        job = Job(procedure, **more)
-        self.session.run(job, is_urgent=is_urgent)
-        return job
-
-    def run(self, procedure: Procedure[Result], *, limit_s: float = 120.0, **more: Any) -> Result:
-        return self.end(self.job(procedure, **more), limit_s=limit_s)
-
-    def end(self, job: Job[Result], *, limit_s: float = 120.0) -> Result:
-        self.step_until(lambda: job.has_ended, limit_s=limit_s)
-        return job.outcome()
-
-    def step_until(self, is_enough: Callable[[], bool], *, limit_s: float = 120.0) -> None:
-        end_s = self.clock.now_s + limit_s
-        while not is_enough():
-            assert self.clock.now_s < end_s, "it takes too long"
-            self.session.step(min(1.0, end_s - self.clock.now_s))
-
-    def step_for(self, seconds: float) -> None:
-        end_s = self.clock.now_s + seconds
-        while self.clock.now_s < end_s:
-            self.session.step(min(1.0, end_s - self.clock.now_s))
-
-    def permit(self, act: Act) -> Permit:
-        return Permit(act, Origin.COMMAND_LINE, self.clock(), self.conversation.number)
+        self.clock.now_s += INSTANT_S

@@ -26,7 +26,6 @@ from app.simulator.wire import Wire
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Command, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
-from protocol.messages import Source
 
 Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
 Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
@@ -43,7 +42,6 @@ class FaultDirection(StrEnum):
     BOTH = "both"
 
 
-ODD_VOLTAGE = 0xEB
 MAX_GARBAGE_LENGTH = 12
 PIECE_LENGTH = 7
 """Not a divisor of the frame length, so that pieces cross the ends of frames."""
@@ -111,17 +109,12 @@ class OddSetup(Setup):
     """(E9)"""
     light_inverted: bool = _quirk()
     """(E11)"""
-    odd_voltage: bool = _quirk()
-    """(E12) Records are of 4.70 V."""
-    remembers: bool = _quirk()
-    """(E15)"""
     stream: Streaming = _word(Streaming.YES)
     stream_at_boot: bool = _quirk()
     keeps: bool = switch("a dialect", default=True)
     clamps: bool = _quirk()
     refuses: bool = _quirk()
     mute_codes: frozenset[int] = _codes()
-    forgets: bool = _quirk()
     restart_at_s: float = number(0.0, "a fault", "S", 0, 86_400)
     """It restarts without a heartbeat whenever it has run so long."""
     lose: float = _share()
@@ -193,16 +186,12 @@ class OddModule(SimulatedModule):
         """D4 of the reply to the set that is carried out, in place of what an honest module says."""
         self._answering = 0
         """The code of the request that is carried out."""
-        self._is_firing = False
         self._stream_held_until_s = -math.inf
         self.stream_frames_sent = 0
         if not isinstance(setup, OddSetup):
             setup = OddSetup(**({} if setup is None else asdict(setup)))
         self._noise = random.Random(setup.seed)
         super().__init__(world, setup, memory=memory)
-        if odd(self).odd_voltage:
-            for number, data in enumerate(self.memory.records):
-                self.memory.records[number] = data[:-1] + bytes((ODD_VOLTAGE,))
 
     def obey(self, request: Request, now_s: float) -> None:
         if request.command.code not in odd(self).mute_codes:
@@ -289,16 +278,12 @@ class OddModule(SimulatedModule):
 
     def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
         """`is_silent`: without the two heartbeats."""
-        setup, before = odd(self), self.state
-        if setup.forgets:
-            forget_settings(self.memory)
+        setup = odd(self)
         super().power_on(now_s)
         self._stream_held_until_s = -math.inf
         if is_silent:
             self._out.pop()
             self._booted_s += 1e-9  # so that the second one is no longer due
-        if setup.remembers:
-            self.state = before
         if setup.stream_at_boot:
             self.state.serial_output_is_on = True
         if self.state.serial_output_is_on:
@@ -329,17 +314,6 @@ class OddModule(SimulatedModule):
 
     def _hiss(self, typical: float) -> float:
         return self._noise.gauss(0.0, typical * odd(self).noise)
-
-    def voltage(self, now_s: float) -> int:
-        is_recorded = self._is_firing and odd(self).odd_voltage
-        return ODD_VOLTAGE if is_recorded else super().voltage(now_s)
-
-    def fire(self, sources: Source, now_s: float) -> bool:
-        self._is_firing = True
-        try:
-            return super().fire(sources, now_s)
-        finally:
-            self._is_firing = False
 
     def light(self, now_s: float) -> int:
         volts = self.world.light_v + self._hiss(0.03)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from math import inf
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from app.engine import worker
 from app.engine.conversation import ConversationView
@@ -188,36 +188,18 @@ INSTANT_S = 1e-6
 """Time that passes after the port is opened."""
 
 
-class Rig:
-    """A session with its line and clock. `begin` waits for the conversation, as most tests want it."""
+class AnyRig:
+    """A session on a fake clock. `begin` waits for the conversation, as most tests want it."""
 
-    def __init__(
-        self,
-        options: Mapping[str, Any] | None = None,
-        *,
-        baud_rate: int = 115200,
-        background: Callable[[], Procedure[None]] | None = None,
-    ) -> None:
-        self.clock = FakeClock()
-        self.line = SimulatedLine(self.clock, {"rate": 10, **(options or {})}, baud_rate=baud_rate)
-        self.session = Session(self.line, self.clock, background=background)
-        self.clock.now_s += INSTANT_S
-
-    @property
-    def bench(self) -> SimulatedBench:
-        return self.line.bench
+    clock: FakeClock
+    session: Session
 
     @property
     def conversation(self) -> ConversationView:
         """The one that goes on, or else the last one."""
         return self.session.conversation_view(self.clock())
 
-    @property
-    def acts(self) -> list[bytes]:
-        """Every frame of the host that was no question."""
-        return [request.encode() for request in self.line.requests if request.hazard is not Hazard.NONE]
-
-    def begin(self, limit_s: float = 5.0) -> "Rig":
+    def begin(self, limit_s: float = 5.0) -> Self:
         self.step_until(lambda: self.conversation.is_going, limit_s=limit_s)
         return self
 
@@ -239,16 +221,9 @@ class Rig:
         self.step_until(lambda: job.has_ended, limit_s=limit_s)
         return job.outcome()
 
-    def run(
-        self,
-        procedure: Procedure[Result],
-        on_progress: Callable[[Report], None] | None = None,
-        *,
-        limit_s: float = 120.0,
-        **more: Any,
-    ) -> Result:
+    def run(self, procedure: Procedure[Result], *more: Any, limit_s: float = 120.0, **options: Any) -> Result:
         """Run `procedure` from its beginning to its end."""
-        return self.end(self.job(procedure, on_progress, **more), limit_s=limit_s)
+        return self.end(self.job(procedure, *more, **options), limit_s=limit_s)
 
     def permit(self, act: Act) -> Permit:
         """As a person at the window gives it now."""
@@ -265,6 +240,31 @@ class Rig:
         end_s = self.clock.now_s + seconds
         while self.clock.now_s < end_s:
             self.session.step(min(MAX_STEP_S, end_s - self.clock.now_s))
+
+
+class Rig(AnyRig):
+    """On the simulated module."""
+
+    def __init__(
+        self,
+        options: Mapping[str, Any] | None = None,
+        *,
+        baud_rate: int = 115200,
+        background: Callable[[], Procedure[None]] | None = None,
+    ) -> None:
+        self.clock = FakeClock()
+        self.line = SimulatedLine(self.clock, {"rate": 10, **(options or {})}, baud_rate=baud_rate)
+        self.session = Session(self.line, self.clock, background=background)
+        self.clock.now_s += INSTANT_S
+
+    @property
+    def bench(self) -> SimulatedBench:
+        return self.line.bench
+
+    @property
+    def acts(self) -> list[bytes]:
+        """Every frame of the host that was no question."""
+        return [request.encode() for request in self.line.requests if request.hazard is not Hazard.NONE]
 
     def silence(self, seconds: float) -> None:
         """The module sends nothing for so long."""
