@@ -1,7 +1,6 @@
 """What a module got and sent. The judge of every test against it."""
 
-import json
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 GOT, SENT, NOT_A_FRAME = "got", "sent", "not a frame"
 
@@ -29,17 +28,10 @@ class Entry(NamedTuple):
 
 
 class Log(list[Entry]):
-    """All entries, in the order in which they happened; each is also written to `copy` as JSON, a line each."""
-
-    def __init__(self, copy: TextIO | None = None) -> None:
-        super().__init__()
-        self._copy = copy
+    """All entries, in the order in which they happened."""
 
     def add(self, entry: Entry) -> None:
         self.append(entry)
-        if self._copy is not None:
-            json.dump({**entry._asdict(), "frame": entry.frame.hex(" ")}, self._copy)
-            print(file=self._copy, flush=True)
 
     def got(self, code: int | None = None) -> list[Entry]:
         """Return the frames of the host; only those of `code` if it is given."""

@@ -6,7 +6,6 @@ import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TextIO
 
 from tests.module.log import GOT, NOT_A_FRAME, SENT, Entry, Log
 from tests.module.options import Options, Times
@@ -46,11 +45,10 @@ class Module:
         name: str = "",
         seed: int = 1,
         now: float = 0.0,
-        copy: TextIO | None = None,
     ) -> None:
         self.options = options or Options()
         self.name = name
-        self.log = Log(copy)
+        self.log = Log()
         self.settings = {ACTIVATION: 0, OUTPUT: 0, ATTITUDE_OFF: 0, FREEFALL_OFF: 0, BAUD: 6}
         self.settings |= {LIGHT_THRESHOLD: 0x12, ATTITUDE: 60, ACCELERATION: 5, TIME: 160}
         self.readings = Readings()
@@ -66,9 +64,8 @@ class Module:
         self._due: list[tuple[float, int, Callable[[float], bytes | None]]] = []
         self._order = itertools.count()
         self._out = b""
-        self._began_at = self._switched_on_at = self._free_at = self._streamed_at = self._beat_at = now
-        self._heard_at = self._silent_until = -math.inf
-        self._forbidden = False
+        self._began_at = self._switched_on_at = self._free_at = self._streamed_at = now
+        self._silent_until = -math.inf
         self._next_record = 0
         self._falling_since = math.inf
 
@@ -102,8 +99,6 @@ class Module:
     def next_at(self) -> float:
         """Return when `speak` has something of its own, infinity if only a question brings it."""
         at = min(self._due[0][0] if self._due else math.inf, self._falling_since + self.settings[TIME] / 100)
-        if self.options.heartbeat_every_s:
-            at = min(at, self._beat_at + self.options.heartbeat_every_s)
         if self._streams:
             at = min(at, self._streamed_at + 1 / self.options.stream_hz)
         return at
@@ -138,21 +133,19 @@ class Module:
         if now < self._silent_until:
             self._note(GOT, question.frame, now, "silent")
             return
-        pause_s = now - self._heard_at
-        self._heard_at = now
         if question.is_set:
-            self._take_set(question, now, pause_s)
+            self._take_set(question, now)
         else:
             self._take_query(question, now)
 
-    def _take_set(self, question: Question, now: float, pause_s: float) -> None:
+    def _take_set(self, question: Question, now: float) -> None:
         code = question.code
         value = question.value
         options = self.options
         if code not in (DEPLOY, SHUT_DOWN) and code not in self.settings:
             self._note(GOT, question.frame, now, "unknown")
             return
-        if pause_s < options.set_needs_pause_s or self._counts(options.lost_sets, code):
+        if self._counts(options.lost_sets, code):
             self._note(GOT, question.frame, now, "lost")
             return
         is_ignored = self._counts(options.ignored_sets, code)
@@ -160,7 +153,7 @@ class Module:
         self._note(GOT, question.frame, now, "ignored" if is_ignored else "unanswered" if is_unanswered else "")
         if code == ATTITUDE and value < options.lowest_attitude_deg:
             value = self.settings[ATTITUDE]
-        at = self._answer_at(code, now)
+        at = self._answer_at(now)
         if not is_ignored:
             self._do(code, value, now, at)
         if is_unanswered or (code == BAUD and options.baud_answer == "none"):
@@ -181,7 +174,7 @@ class Module:
             return
         if code == ZERO:
             self.readings.tilt_deg = 0
-        at = self._answer_at(code, now)
+        at = self._answer_at(now)
         frames = self._record_frames() if body is None else [self._short_or_status(code, body)]
         for number, frame in enumerate(frames):
             self._say(at + number * self.options.record_gap_s, frame)
@@ -195,7 +188,7 @@ class Module:
         if code in self.options.instead:
             body = bytes.fromhex(self.options.instead[code])
         if code == STATUS:
-            return self._long(bytes((STATUS,)) + body)
+            return with_sum(FROM_MODULE + bytes((STATUS,)) + body)
         frame = answer(self.options.voltage_code if code == CELL else code, body)
         if code == ATTITUDE and self.options.misprinted_sum:
             return frame[:-1] + b"\x50"
@@ -221,17 +214,14 @@ class Module:
 
     def _record(self, now: float, source: int) -> bytes:
         uptime_s = min(0xFFFF, int(now - self._switched_on_at))
-        light = self.settings[LIGHT_THRESHOLD] if self.options.record_light_is_threshold else self._light
         return bytes((
             RECORDS, 0x01, self.readings.boots, uptime_s >> 8, uptime_s & 0xFF, source,
             self.settings[ATTITUDE], self.settings[ACCELERATION], self.settings[TIME],
-            0, 1 - self.readings.charging, light, self.readings.cell,
+            0, 1 - self.readings.charging, self._light, self.readings.cell,
         ))  # fmt: skip
 
     def _record_frames(self) -> list[bytes]:
-        kept = list(self.records)
-        if self.options.records_newest_first:
-            kept.reverse()
+        kept = self.records[::-1]
         if self.options.empty_slot is not None:
             empty = bytes((RECORDS, 0x01)) + bytes((self.options.empty_slot,)) * 11
             kept += [empty] * (MOST_RECORDS - len(kept))
@@ -240,18 +230,13 @@ class Module:
         first = self._next_record % len(kept)
         chosen = kept[first : first + self.options.records_at_once]
         self._next_record = (first + len(chosen)) % len(kept)
-        return [self._long(body)[: self.options.record_bytes] for body in chosen]
-
-    def _long(self, body: bytes) -> bytes:
-        return with_sum(FROM_MODULE + body, 3 if self.options.long_sum_short else None)
+        return [with_sum(FROM_MODULE + body) for body in chosen]
 
     # What it does.
 
     def _do(self, code: int, value: int, now: float, answered_at: float) -> None:
-        if code == DEPLOY and value == 1 and self.settings[ACTIVATION] == 1 and not self._forbidden:
+        if code == DEPLOY and value == 1 and self.settings[ACTIVATION] == 1:
             self.trigger(now, BY_SERIAL)
-        if code == DEPLOY and value == 0:
-            self._forbidden = self.options.forbidding_holds_back
         if code == SHUT_DOWN:
             self._later(answered_at + 0.001, self._switch_off)
         if code not in self.settings:
@@ -272,7 +257,7 @@ class Module:
     def _fall(self, now: float) -> None:
         """Fire by itself, if it is active, by the flags and thresholds that hold."""
         settings = self.settings
-        may_fire = self.is_on and settings[ACTIVATION] == 1 and not (self.triggered or self._forbidden)
+        may_fire = self.is_on and settings[ACTIVATION] == 1 and not self.triggered
         if may_fire and settings[ATTITUDE_OFF] == 0 and self.readings.tilt_deg >= settings[ATTITUDE]:
             self.trigger(now, BY_ATTITUDE)
         elif not may_fire or settings[FREEFALL_OFF] == 1 or self.readings.acceleration >= settings[ACCELERATION]:
@@ -291,14 +276,13 @@ class Module:
     def _switch_on(self, now: float, boots: int) -> None:
         options = self.options
         self.is_on = True
-        self.triggered = self._forbidden = False
+        self.triggered = False
         self._switched_on_at = now
         self.readings.boots = (self.readings.boots + boots) % 256
         self.rate = RATES.get(self.settings[BAUD], self.rate)
         if not options.activation_survives:
             self.settings[ACTIVATION] = 0
-        if not options.output_survives:
-            self.settings[OUTPUT] = 0
+        self.settings[OUTPUT] = 0
         if not options.flags_survive:
             self.settings |= {ATTITUDE_OFF: 0, FREEFALL_OFF: 0}
 
@@ -309,26 +293,20 @@ class Module:
         return self.settings[OUTPUT] == 1 and self.is_on and self.options.stream_hz > 0
 
     def _repeat(self, now: float) -> None:
-        """Queue what it says without being asked: the stream, and heartbeats of a strange module."""
+        """Queue the stream."""
         self._streamed_at = max(self._streamed_at, now - 1.0)
         while self._streams and self._streamed_at + 1 / self.options.stream_hz <= now:
             self._streamed_at += 1 / self.options.stream_hz
             self._say(self._streamed_at, self._short_or_status(STATUS, self._body(STATUS) or b""), "stream")
-        every_s = self.options.heartbeat_every_s
-        if every_s and now - self._beat_at >= every_s:
-            self._beat_at = now
-            self._later(now, self._beat)
 
     def _beat(self, now: float) -> bytes:
         return self._leave(answer(HEARTBEAT, HEARTBEAT_BODY), now, "unasked")
 
-    def _answer_at(self, code: int, now: float) -> float:
-        at = now + self.options.delays.get(code, self.options.delay_s)
-        at += self._random.uniform(0, self.options.jitter_s)
-        if self.options.in_order:
-            at = max(at, self._free_at)
-            self._free_at = at
-        return at
+    def _answer_at(self, now: float) -> float:
+        """An answer waits for the one before it."""
+        at = now + self.options.delay_s + self._random.uniform(0, self.options.jitter_s)
+        self._free_at = max(at, self._free_at)
+        return self._free_at
 
     def _say(self, at: float, frame: bytes, note: str = "") -> None:
         self._later(at, lambda now: self._leave(frame, now, note))
@@ -345,12 +323,7 @@ class Module:
 
     def _worn(self, data: bytes) -> bytes:
         """Return `data` as a bad line leaves it."""
-        worn = bytearray()
-        for byte in data:
-            flipped = byte ^ 1 << self._random.randrange(8) if self._random.random() < self.options.flip else byte
-            if self._random.random() >= self.options.lose:
-                worn.append(flipped)
-        return bytes(worn)
+        return bytes(byte for byte in data if self._random.random() >= self.options.lose)
 
     def _counts(self, times: Times, code: int) -> bool:
         """Use up one of the times that a fault is left for."""

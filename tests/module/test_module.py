@@ -19,11 +19,6 @@ HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
-def asked(module: Module, question: str, now: float = 1.0) -> str:
-    module.hear(bytes.fromhex(question), now)
-    return module.speak(now).hex(" ")
-
-
 def test_it_and_the_vendors_table_import_nothing_of_the_product() -> None:
     for file in [*HERE.glob("*.py"), *(HERE.parent / "vendor").glob("*.py")]:
         if file.name.startswith("test_"):
@@ -35,25 +30,6 @@ def test_it_and_the_vendors_table_import_nothing_of_the_product() -> None:
             for name in names:
                 assert name.split(".")[0] not in ("protocol", "app", "ui"), file
                 assert not name.startswith("tests.") or name.startswith(("tests.module", "tests.vendor")), file
-
-
-@pytest.mark.parametrize(
-    ("question", "answer"),
-    [
-        ("42 61 01 a5 5a 00", "41 75 01 a5 5a 00"),
-        ("42 61 10 02 01 13", "41 75 10 01 01 12"),
-        ("42 61 17 02 01 1a", "41 75 17 01 01 19"),
-        ("42 61 20 01 00 21", "41 75 20 01 3c 5d"),
-        ("42 61 32 01 00 33", "41 75 32 07 0a 00 00 43"),
-        ("42 61 34 01 00 35", "41 75 35 01 c8 fe"),
-        ("42 61 16 01 00 17", ""),
-        ("42 61 20 01 00 50", ""),
-    ],
-)
-def test_answers(question: str, answer: str) -> None:
-    module = Module()
-    module.readings.tilt_deg = 7
-    assert asked(module, question) == answer
 
 
 def frames_said(options: Options, *, cell: int, charging: int, boots: int) -> set[bytes]:
@@ -89,36 +65,6 @@ def test_it_says_each_frame_that_the_table_prints_for_the_module() -> None:
     assert missing == []
 
 
-def test_a_trigger_leaves_the_record_of_the_vendors_example() -> None:
-    module = Module(Options(light_closed=0x0C))
-    module.readings.cell = 0xEB
-    module.trigger(108.0, BY_ATTITUDE)
-    said = asked(module, "42 61 35 01 00 36", 109.0)
-    assert said.startswith("41 75 35 01 01 00 6c 02 3c 05 a0 00 01 0c eb 7e 41 75 35 01 00 00")
-    assert len(bytes.fromhex(said)) == 9 * 16
-
-
-def test_a_copy_comes_late_and_a_lost_set_is_not_done() -> None:
-    module = Module(Options(copies={0x16: [0.5]}, lost_sets={0x17: 1}))
-    assert asked(module, "42 61 16 02 01 19") == "41 75 16 01 01 18"
-    assert asked(module, "42 61 17 02 01 1a") == ""
-    assert module.settings[0x17] == 0
-    assert module.speak(1.49) == b""
-    assert module.speak(1.51) == bytes.fromhex("41 75 16 01 01 18")
-    assert [entry.note for entry in module.log.sets(0x17)] == ["lost"]
-
-
-def test_two_heartbeats_follow_a_restart() -> None:
-    module = Module()
-    asked(module, "42 61 10 02 01 13")
-    module.restart(2.0, off_s=0.3)
-    assert asked(module, "42 61 30 01 00 31", 2.1) == ""
-    assert module.speak(2.3).hex(" ") == "41 75 01 a5 5a 00"
-    assert module.speak(2.4).hex(" ") == "41 75 01 a5 5a 00"
-    assert asked(module, "42 61 30 01 00 31", 2.5) == "41 75 30 01 00 31"
-    assert module.readings.boots == 2
-
-
 def dps_s(line: Line, *words: str) -> "subprocess.CompletedProcess[str]":
     return ran(*PROGRAM, *words, "--port", line.port)
 
@@ -150,10 +96,16 @@ def test_set() -> None:
     assert len(module.log.sets(0x22)) == 1
 
 
-def test_a_set_that_is_only_acknowledged_is_not_verified() -> None:
-    with Line(Module(Options(ignored_sets={0x22: -1}), now=now())) as line:
-        ended = dps_s(line, "set", "freefall_time_s=0.90")
-    assert ended.returncode == 1, ended.stderr
+def test_find() -> None:
+    """At another rate each hears garbage."""
+    module = Module(now=now())
+    module.settings[0x24] = 2
+    module.rate = 9600
+    with Line(module) as line:
+        assert dps_s(line, "read", "--json").returncode == 3
+        assert module.log.got() == []
+        right = dps_s(line, "find", "--json")
+    assert json.loads(right.stdout)["baud_rate"] == 9600
 
 
 def test_history() -> None:

@@ -27,10 +27,9 @@ class Question(NamedTuple):
         return with_sum(FROM_HOST + bytes(self))
 
 
-def with_sum(frame: bytes, summed: int | None = None) -> bytes:
-    """Add the low 8 bits of the sum of D2 onwards; `summed`: of so many bytes only (E13)."""
-    body = frame[2:] if summed is None else frame[2 : 2 + summed]
-    return frame + bytes((sum(body) % 256,))
+def with_sum(frame: bytes) -> bytes:
+    """Add the low 8 bits of the sum of D2 onwards."""
+    return frame + bytes((sum(frame[2:]) % 256,))
 
 
 def answer(code: int, body: bytes) -> bytes:

@@ -101,32 +101,6 @@ _ALSO = {
 }
 
 
-@pytest.mark.parametrize("name", ["write", "zero", "read everything"])
-def test_what_was_decided_in_the_conversation_before_is_not_done_in_the_next_one(name: str) -> None:
-    rig, journal = settled_rig(), FakeJournal()
-    first = rig.conversation.number
-    procedure = PROCEDURES[name](rig, journal)
-    rig.session.treat_as_another()
-    rig.begin()
-    asked = len(rig.line.requests)
-    job = rig.job(procedure, conversation=first)
-    rig.step_until(lambda: job.has_ended, limit_s=1.0)
-    assert isinstance(job.error, Interrupted)
-    assert rig.acts == []
-    assert journal.intents == []
-    assert len(rig.line.requests) <= asked + 1, "but for what the link asks by itself"
-
-
-def test_a_permit_is_void_in_the_next_conversation() -> None:
-    rig = settled_rig()
-    permit = rig.permit(Act.FORBID_DEPLOY)
-    rig.session.treat_as_another()
-    rig.begin()
-    done: Performed = rig.run(perform(Act.FORBID_DEPLOY, FakeJournal(), permit=permit))
-    assert done.sentence == "Nothing was sent. Confirm again: it may be another module."
-    assert rig.acts == []
-
-
 # A write
 
 
@@ -202,6 +176,3 @@ def test_only_silence_after_the_acknowledgement_confirms_a_shutdown(
     if not rig.line.is_closed:
         rig.step_until(lambda: job.has_ended, limit_s=3.0)
     assert job.outcome().outcome is outcome
-
-
-# Jobs of the port go on

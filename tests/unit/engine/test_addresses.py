@@ -2,14 +2,12 @@
 
 import json
 import sys
-import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
 
 import pytest
 
-from app.engine.transport import PortError, PortTrouble, open_line
 from tests.module.line import Line, now
 from tests.module.module import Module
 from tests.support import tcp_peers
@@ -60,9 +58,7 @@ def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
 
 
 PEERS: dict[str, Callable[[], AbstractContextManager[str]]] = {
-    "silent": partial(tcp_peers.serving, tcp_peers.silent),
     "closing": partial(tcp_peers.serving, tcp_peers.closing),
-    "resetting": partial(tcp_peers.serving, tcp_peers.resetting),
     "web server": tcp_peers.web_server,
 }
 
@@ -78,17 +74,3 @@ def test_what_is_no_serial_server_is_said_of_the_address(scheme: str, peer: str)
     assert port in ended.stderr
     for word in ADAPTER_WORDS:
         assert word not in ended.stderr.lower()
-
-
-def test_an_address_that_takes_no_more_bytes_is_stuck() -> None:
-    """RFC 2217: pyserial would wait for five seconds."""
-    with Line(Module(now=now())) as line, tcp_peers.rfc2217_server(line.port) as address:
-        opened = open_line(f"rfc2217://{address}", 115200)
-        try:
-            began_s = time.monotonic()
-            with pytest.raises(PortError) as failed:
-                opened.write(bytes(50_000_000))
-            assert time.monotonic() - began_s < 4.0
-        finally:
-            opened.close()
-    assert failed.value.trouble is PortTrouble.STUCK

@@ -223,17 +223,6 @@ def test_a_dangerous_request_never_leaves_without_an_explicit_act(request_: Requ
     rig.run(ask(LIGHT.query()))
 
 
-@pytest.mark.promise("i")
-@pytest.mark.parametrize("drop", [0.0, 0.3])
-def test_a_dangerous_request_leaves_once(drop: float) -> None:
-    rig = settled_rig()
-    rig.bench.change(drop=drop)
-    job = rig.job(ask(ACTIVATE))
-    rig.step_for(5.0)
-    assert job.has_ended
-    assert rig.line.requests.count(ACTIVATE) == 1
-
-
 @pytest.mark.promise("a")
 @pytest.mark.parametrize("request_", [SET, ACTIVATE, BY_NAME["serial_output"].set(True)])
 def test_16_on_a_slow_line_only_questions_and_lock_leave(request_: Request) -> None:
@@ -245,12 +234,3 @@ def test_16_on_a_slow_line_only_questions_and_lock_leave(request_: Request) -> N
     assert rig.conversation.is_slow
     rig.end(rig.job(lock(), is_urgent=True, outlives=True))
     assert LOCK in rig.line.requests
-
-
-# Without a module
-
-
-# The port
-
-
-# LOCK's times, and single effects

@@ -2,7 +2,6 @@
 away.
 """
 
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -11,10 +10,8 @@ from app.engine import worker as worker_module
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.transport import PortTrouble
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
-from app.procedures.find import await_module
 from app.procedures.history import read_history
 from app.procedures.lock import lock
-from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
@@ -22,7 +19,7 @@ from protocol.events import Answered, Began, Ended, Received, Role
 from protocol.messages import Status
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, SimulatedLine
-from tests.support.patience import PATIENCE_S, quickest
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import run_module
 
 
@@ -54,48 +51,15 @@ def status_frames_in(batches: Batches) -> int:
     return count
 
 
-def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batches: Batches, sim: str) -> None:
-    worker.open(sim, 115200)
-    job = worker.submit(Job(await_module()))
-    assert job.wait(PATIENCE_S)
-    assert job.outcome() is None
-    batches.until(lambda batch: job in batch.finished)
-
-
-def test_a_cancelled_job_answers_within_200_ms(worker: Worker, batches: Batches, sim: str) -> None:
-    worker.open(f"{sim}&mute=yes", 115200)
-    batches.until(is_open)
-
-    def sent(batch: Batch | None) -> int:
-        return 0 if batch is None or batch.link is None else batch.link.counters.sent
-
-    def cancelled_in_s() -> float:
-        before = sent(batches.last)
-        job = worker.submit(Job(read_everything()))
-        batches.until(lambda batch: sent(batch) > before)
-        start_s = time.monotonic()
-        job.cancel()
-        assert job.wait(PATIENCE_S)
-        return time.monotonic() - start_s
-
-    assert quickest(cancelled_in_s, 0.2) <= 0.2
-
-
 @pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440&stream-at-boot=yes", "&delay-ms=900"])
-def test_stopping_takes_at_most_half_a_second_whatever_is_under_way(options: str, batches: Batches, sim: str) -> None:
-    def stopped_in_s() -> float:
-        worker = Worker(batches)
-        worker.start()
-        worker.open(sim + options, 115200, lambda: watch(StreamSwitch()))
-        job = worker.submit(Job(read_history()))
-        heard = len(batches.all)
-        batches.until(lambda batch: is_open(batch) and len(batches.all) > heard)
-        start_s = time.monotonic()
-        assert worker.stop(PATIENCE_S)
-        assert job.is_done
-        return time.monotonic() - start_s
-
-    assert quickest(stopped_in_s, 0.6) <= 0.6
+def test_it_stops_whatever_is_under_way(options: str, batches: Batches, sim: str) -> None:
+    worker = Worker(batches)
+    worker.start()
+    worker.open(sim + options, 115200, lambda: watch(StreamSwitch()))
+    job = worker.submit(Job(read_history()))
+    batches.until(is_open)
+    assert worker.stop(PATIENCE_S)
+    assert job.is_done
 
 
 def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:

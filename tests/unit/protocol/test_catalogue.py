@@ -1,17 +1,13 @@
-"""The catalogue itself: nothing doubled, nothing missing, and exactly these requests are dangerous."""
+"""Exactly these requests are dangerous, and no entry of the catalogue lacks anything. The table: `tests.vendor`."""
 
 import pytest
 
 from protocol.catalogue import (
-    BY_CODE,
-    BY_NAME,
     COMMANDS,
     RECORD_PARTS,
-    RESET_BELOW_THRESHOLD_DEG,
     SET,
     SETTINGS,
     STATUS_PARTS,
-    Advice,
     Command,
     FramePart,
     Hazard,
@@ -19,13 +15,6 @@ from protocol.catalogue import (
     Request,
 )
 from protocol.fields import Quantity
-
-NAMES = (
-    "heartbeat activation deploy shutdown serial_output light light_threshold attitude_trigger freefall_trigger "
-    "attitude_threshold freefall_acceleration freefall_time boot_count baud_rate zero_sensor active triggered status "
-    "charging cell_voltage trigger_records"
-)
-CODES = [0x01, *range(0x10, 0x18), *range(0x20, 0x26), *range(0x30, 0x36)]
 
 DANGEROUS = {
     "42 61 10 02 01",  # activate
@@ -70,12 +59,6 @@ def without_sum(request: Request) -> str:
     return request.encode()[:-1].hex(" ").upper()
 
 
-def test_names_and_codes_are_those_of_the_table() -> None:
-    assert " ".join(command.name for command in COMMANDS) == NAMES
-    assert sorted(command.code for command in COMMANDS) == CODES
-    assert len(BY_CODE) == len(BY_NAME) == len(COMMANDS)
-
-
 def test_e09_exactly_these_requests_are_dangerous() -> None:
     assert {without_sum(one) for one in every_request() if one.hazard is Hazard.DANGEROUS} == DANGEROUS
 
@@ -98,21 +81,6 @@ def test_the_settings_and_their_keys() -> None:
     assert len({command.key for command in COMMANDS}) == len(COMMANDS)
 
 
-def test_what_can_be_set_and_proven_by_reading_back() -> None:
-    provable = {command.name for command in COMMANDS if command.reads_back}
-    assert provable == {"light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"}
-
-
-def test_codes_that_answer_for_another_command() -> None:
-    extra = {command.name: command.extra_reply_codes for command in COMMANDS if command.extra_reply_codes}
-    assert extra == {"freefall_trigger": {0x16}, "cell_voltage": {0x35}}
-    assert {command.name for command in COMMANDS if command.acknowledged_by_one} == {
-        "freefall_acceleration",
-        "freefall_time",
-        "baud_rate",
-    }
-
-
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
 def test_an_entry_is_complete(command: Command) -> None:
     assert command.title
@@ -129,33 +97,6 @@ def test_an_entry_is_complete(command: Command) -> None:
         assert command.write_key.startswith("set")
     if isinstance(command.write, Quantity) or (command.write is not None and len(command.write.allowed) > 1):
         assert command.write_key is not None
-
-
-def test_the_defaults_of_the_table() -> None:
-    defaults = {
-        command.name: command.write.decode(command.default)
-        for command in COMMANDS
-        if command.write and command.default is not None
-    }
-    assert defaults == {
-        "attitude_trigger": True,
-        "freefall_trigger": True,
-        "attitude_threshold": 60,
-        "freefall_acceleration": 0.5,
-        "freefall_time": 1.6,
-        "baud_rate": 115200,
-    }
-    assert RESET_BELOW_THRESHOLD_DEG == 10
-
-
-def test_e10_advice() -> None:
-    attitude = BY_NAME["attitude_threshold"].advice
-    fall = BY_NAME["freefall_acceleration"].advice
-    assert attitude is not None
-    assert fall is not None
-    assert [attitude.is_followed_by(value) for value in (54, 55, 60, 255)] == [False, True, True, True]
-    assert [fall.is_followed_by(value) for value in (0.0, 0.6, 0.7, 0.8)] == [True, True, False, False]
-    assert Advice("anything").is_followed_by(1e9)
 
 
 @pytest.mark.parametrize(

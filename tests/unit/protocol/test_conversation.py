@@ -68,12 +68,6 @@ def test_1_a_silence_is_twenty_round_trips_but_half_a_second_to_a_second(reply_s
 
 
 @pytest.mark.promise("f")
-def test_2_while_the_module_streams_it_is_asked_once_a_second(bench: Bench) -> None:
-    stream(bench, 10.0)
-    assert 10 <= bench.sent(BOOTS) <= 12
-
-
-@pytest.mark.promise("f")
 def test_2_another_module_that_streams_on_at_once_is_noticed_within_a_second(bench: Bench) -> None:
     stream(bench, 3.0)
     bench.answers[BOOTS.encode()] = encode_reply(0x23, 90)
@@ -277,7 +271,7 @@ def test_6_nothing_that_changes_the_module_leaves_before_its_boot_count_was_read
     assert bench.ask(LOCK) == LOCK.encode()
 
 
-# 7. Contradictions: see also test_told_values
+# 7. Contradictions: see also test_stale_replies
 
 
 @pytest.mark.promise("a")
@@ -351,9 +345,6 @@ def test_9_a_late_answer_to_an_old_question_is_not_the_next_ones(bench: Bench) -
     bench.hear(AGAIN)
     assert bench.taken(Received)[-1].role is Role.LATE
     assert bench.begins == 0
-
-
-# What its owner knows
 
 
 # 13. Directly before a frame

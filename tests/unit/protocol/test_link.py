@@ -53,13 +53,6 @@ def test_what_is_abandoned_is_of_unknown_outcome_if_it_may_have_changed_somethin
     assert ended.waited_s == pytest.approx(0.15)
 
 
-@pytest.mark.promise("j")
-def test_locking_waits_behind_no_fence_and_for_no_pause(bench: Bench) -> None:
-    for _ in range(3):
-        bench.events += bench.link.abandon(bench.now)
-        assert bench.link.ask(LOCK, bench.now) == [Sent(LOCK.encode(), LOCK, 1, bench.now)]
-
-
 @pytest.mark.promise("i")
 @pytest.mark.parametrize("name", ["deploy", "activation", "shutdown"])
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench, name: str) -> None:

@@ -4,20 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.catalogue import (
-    BY_NAME,
-    CELL_VOLT,
-    CENTISECOND,
-    COMMANDS,
-    DEGREE,
-    INVERTED,
-    RECORD_CODE,
-    TENTH_G,
-    TENTH_VOLT,
-    Request,
-)
+from protocol.catalogue import BY_NAME, COMMANDS, RECORD_CODE, Request
 from protocol.frame import encode_long, encode_reply
-from protocol.messages import Acknowledgement, Source, Status, TriggerRecord, answers, decode, decode_record
+from protocol.messages import Acknowledgement, EmptySlot, Status, TriggerRecord, answers, decode, decode_record
 from tests.vendor.frames import FROM_MODULE, Vector
 
 
@@ -33,49 +22,36 @@ def test_a_status_survives_the_way_there_and_back(tilt: int, tenths: int, trigge
     assert decode(status.encode()) == status
 
 
-@given(
-    st.binary(min_size=7, max_size=7),
-    st.sampled_from([0, 1]),
-    st.sampled_from([0, 1]),
-    st.binary(min_size=2, max_size=2),
-)
-def test_e14_every_value_of_a_record_is_the_byte_it_came_from(head: bytes, link: int, charge: int, tail: bytes) -> None:
-    data = head + bytes((link, charge)) + tail
-    if data == bytes(11):
-        return
-    one = record(data)
-    again = bytes(
-        (
-            one.boot_count,
-            *one.uptime_s.to_bytes(2),
-            sum(Source[name.upper()].value for name in one.sources),
-            DEGREE.encode(one.attitude_threshold_deg),
-            TENTH_G.encode(one.freefall_acceleration_g),
-            CENTISECOND.encode(one.freefall_time_s),
-            INVERTED.encode(one.serial_connected),
-            INVERTED.encode(one.charging),
-            TENTH_VOLT.encode(one.light_v),
-            CELL_VOLT.encode(one.cell_voltage_v),
-        )
-    )
-    assert again == data
-
-
 @pytest.mark.parametrize(
     ("byte", "sources"),
-    [
-        (0x00, ()),
-        (0x01, ("serial",)),
-        (0x02, ("attitude",)),
-        (0x04, ("pwm",)),
-        (0x08, ("freefall",)),
-        (0x0A, ("attitude", "freefall")),
-        (0x90, ("bit4", "bit7")),
-        (0xFF, ("serial", "attitude", "pwm", "freefall", "bit4", "bit5", "bit6", "bit7")),
-    ],
+    [(0x00, ()), (0x0A, ("attitude", "freefall")), (0x90, ("bit4", "bit7"))],
 )
 def test_sources_lowest_bit_first_unknown_bits_by_number(byte: int, sources: tuple[str, ...]) -> None:
     assert record(bytes((1, 0, 1, byte, 60, 5, 160, 0, 1, 12, 200))).sources == sources
+
+
+@pytest.mark.parametrize("filling", [0x00, 0xFF])
+def test_e07_a_slot_of_all_00_or_all_ff_is_empty_and_no_trigger(filling: int) -> None:
+    raw = encode_long(RECORD_CODE, b"\1" + bytes((filling,)) * 11)
+    assert decode(raw) == EmptySlot(raw)
+
+
+@pytest.mark.parametrize(
+    ("cell", "charging", "implausible"),
+    [
+        (0xEB, 1, ("cell_voltage_v",)),  # the table's example: 4.70 V, no external power
+        (0xEB, 0, ()),  # the charging voltage
+        (0xD2, 1, ()),  # 4.20 V
+        (0xD3, 1, ("cell_voltage_v",)),
+        (0x7D, 1, ()),  # 2.50 V
+        (0x7C, 1, ("cell_voltage_v",)),
+    ],
+)
+def test_e12_what_came_is_shown_and_an_impossible_voltage_is_marked(
+    cell: int, charging: int, implausible: tuple[str, ...]
+) -> None:
+    one = record(bytes((1, 0, 108, 2, 60, 5, 160, 0, charging, 12, cell)))
+    assert (one.cell_voltage_v, one.implausible) == (cell / 50, implausible)
 
 
 @pytest.mark.parametrize("vector", FROM_MODULE, ids=lambda vector: vector.id)

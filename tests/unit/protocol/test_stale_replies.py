@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.catalogue import ACTIVATION, BY_NAME, SETTINGS, TRIGGER_RECORDS
+from protocol.catalogue import ACTIVATION, BY_NAME, TRIGGER_RECORDS
 from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
 from protocol.frame import encode_reply
 from protocol.messages import Reading
@@ -246,13 +246,3 @@ def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -
     ask(gap, attempts=1)
     gap.on_spoken(1.0)
     assert gap.due(QUESTION, 1.0) == 1.0 + QUESTION_S, "it stays"
-
-
-def test_every_setting_waits_for_a_quiet_line() -> None:
-    for command in SETTINGS:
-        assert command.write is not None
-        gap = Gap()
-        gap.on_spoken(1.0)
-        request = command.set(command.write.decode(min(command.write.allowed)))
-        assert gap.due(request, 1.0) == 1.0 + ONCE_S
-    assert Gap().due(QUESTION, 1.0) == 1.0
