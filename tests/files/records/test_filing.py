@@ -171,15 +171,6 @@ def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_pa
             assert len(store.read(partial(Facts.of_module, type_=ModuleVisited, module=module))) == visits
 
 
-@pytest.mark.parametrize(("boots", "result"), [(36, CheckResult.PASS), (50, CheckResult.FAIL)])
-def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: int, result: CheckResult) -> None:
-    """By the window, or with the trigger records: it is newer than that of the last visit."""
-    with closing(open_store(tmp_path)) as store:
-        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.WARN, "no earlier visit"
-        remember_boots(store, boots)
-        assert file_one(store, "M-07").assessment.result("boot_count") is result
-
-
 def test_settings_that_a_simulated_module_passed_with_are_approved_for_none_that_is_real(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         simulated, real = (partial(file_one, store, "M-07", port=port) for port in ("sim://", "/dev/ttyUSB0"))

@@ -12,8 +12,7 @@ from app.safety.journal import Outcome
 from app.safety.left_active import KnownAs
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import Store
-from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, begin, journal_in, left_in, open_store, settle
+from tests.support.records.stored import audit, begin, left_in, open_store, settle
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 PORT = "/dev/ttyUSB0"
@@ -34,15 +33,6 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
     assert (oldest.act, oldest.frame, oldest.detail) == (Act.ZERO, FRAME, {"tilt_deg": 3})
     assert oldest.at.startswith("2026-01-02T12:00:00.")
     assert (newest.outcome, newest.result) == (Outcome.CONFIRMED, {"active": False})
-
-
-def test_an_outcome_is_written_once(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        journal = journal_in(store, port="p")
-        entry = journal.begin(Act.ZERO, FRAME, {})
-        journal.settle(entry, Outcome.UNKNOWN, {})
-        journal.settle(entry, Outcome.CONFIRMED, {})
-        assert [one.outcome for one in audit(store)] == [Outcome.UNKNOWN]
 
 
 @pytest.mark.parametrize(
@@ -111,14 +101,3 @@ def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path:
         journal.settle(entry, Outcome.CONFIRMED, {})
     assert entry.exception() is not None
     assert troubles
-
-
-def test_an_intent_that_was_taken_back_has_no_outcome(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        journal = journal_in(store, port=PORT)
-        blocking = store.write(lambda _facts: entry.cancel())  # it stands behind this
-        entry = journal.begin(Act.ACTIVATE, FRAME, {})
-        journal.settle(entry, Outcome.NOT_SENT, {})
-        assert blocking.result(PATIENCE_S)
-        assert audit(store) == ()
-        assert left_in(store) == ()

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.store.fact_store import Facts, Store
-from app.store.kinds import ActIntended, ModuleVisited, SaidNew, Serviced, SettingsSeen, StationNamed
+from app.store.kinds import ActIntended, SaidNew, Serviced, SettingsSeen, StationNamed
 from app.store.opening import FILE_NAME, LAYOUT, copies_of, copy_if_due
 from app.store.trouble import StoreFault, StoreTrouble
 from tests.support.patience import PATIENCE_S
@@ -80,8 +80,6 @@ def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
     [
         SettingsSeen(port="p", boot_count=1, settings={"light_threshold_v": float("nan")}),
         SettingsSeen(port="p", boot_count=256, settings={}),
-        ModuleVisited(port="p", boot_count=1, slots=["no hex"], is_confirmed=True, known=0),
-        Serviced(service="painted", on=NOON.date(), due=None, who=""),  # type: ignore[arg-type]
         Serviced(service="repack", on=NOON.date(), due=None, who="x" * 401),
     ],
 )
@@ -101,19 +99,6 @@ def test_a_piece_of_work_is_kept_whole_or_not_at_all_and_its_fault_is_told_as_wh
         assert said(store) == []
 
 
-def test_a_fault_of_the_program_while_it_opens_is_told_too_and_nobody_waits(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(_facts: Facts) -> None:
-        raise TypeError("a fault of the program")
-
-    monkeypatch.setattr("app.store.fact_store._introduce", fail)
-    with opened(folder) as store:
-        for future in (store.opened, store.add(INTENT)):
-            with pytest.raises(TypeError, match="a fault of the program"):
-                future.result(PATIENCE_S)
-
-
 def test_an_intent_that_is_taken_back_in_time_is_never_written(folder: Path) -> None:
     go_on = threading.Event()
     with opened(folder) as store:
@@ -126,18 +111,6 @@ def test_an_intent_that_is_taken_back_in_time_is_never_written(folder: Path) -> 
         with pytest.raises(CancelledError):
             intent.result(PATIENCE_S)
         assert store.read(lambda facts: facts.of_kind(ActIntended)) == []
-
-
-def test_nobody_waits_for_a_file_that_another_program_holds(folder: Path) -> None:
-    with opened(folder) as store:
-        store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
-    with closing(sqlite3.connect(folder / FILE_NAME, isolation_level=None)) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        store = Store(folder)
-        intent = store.add(INTENT)
-        assert not intent.done()
-        assert not store.close(0.05)
-    assert intent.result(2 * PATIENCE_S).kind == "act"
 
 
 def test_a_fact_from_the_future_counts_for_nothing(folder: Path) -> None:

@@ -105,25 +105,12 @@ def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
     assert {module.name for module in store.read(modules)} == {"M-07", "M-08"}
 
 
-def test_writes_keep_their_order(store: Store) -> None:
-    journal = journal_in(store, port="p")
-    with held(store):
-        entries = [journal.begin(Act.ZERO, b"", {"n": number}) for number in range(20)]
-        for entry in entries:
-            journal.settle(entry, Outcome.CONFIRMED, {})
-        assert not any(entry.done() for entry in entries)
-    newest_first = audit(store)
-    assert [one.detail["n"] for one in newest_first] == [*reversed(range(20))]
-    assert {one.outcome for one in newest_first} == {Outcome.CONFIRMED}
-
-
-def test_closing_has_a_limit_and_says_what_was_not_written(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_closing_has_a_limit_and_says_whether_all_was_written(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     journal = journal_in(store, port="p")
     with held(store):
         journal.settle(journal.begin(Act.ZERO, b"", {}), Outcome.CONFIRMED, {})
         assert not store.close(0.01)
-        assert "before everything was written" in caplog.text
         late = journal.begin(Act.ZERO, b"", {})
         assert late.cancelled()
     assert store.close(PATIENCE_S)  # what was left behind was written after all

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.modules.names import NOT_NAMED, known_by, modules, remember, remembered, what_differs, what_speaks_against
+from app.modules.names import modules, remember, remembered, what_differs, what_speaks_against
 from app.modules.service import ServiceKind, serviced
 from app.store.fact_store import Facts
 from app.store.kinds import ModuleNamed
@@ -125,9 +125,3 @@ def test_settings_that_differ_are_shown_and_speak_neither_way(desk: Desk) -> Non
     assert what_speaks_against(known, now) == ()
     assert [text.in_english() for text in what_differs(known, now, 0.0)] == ["Attitude threshold 75°, was 60°"]
     assert what_differs(known, conversation(12), 0.0) == ()
-
-
-def test_by_what_it_is_known_is_said() -> None:
-    assert known_by(None) == known_by("") == NOT_NAMED
-    assert known_by("M-07").in_english() == "M-07, named by a person in this conversation"
-    assert known_by("M-07", is_by_option=True).in_english() == "M-07, given by --module"

@@ -59,16 +59,6 @@ def test_the_file_is_rotated(
     assert "line 299" in log.text()
 
 
-def test_the_end_of_a_long_file_begins_with_a_whole_line(begin: Callable[[Path | None], Log], tmp_path: Path) -> None:
-    log = begin(tmp_path)
-    for number in range(100):
-        SAID.info("line %d", number)
-    text = log.text(longest_bytes=500)
-    assert text.startswith("20")
-    assert text.endswith("line 99\n")
-    assert len(text) < 500
-
-
 def test_a_folder_that_cannot_be_made_is_said_and_the_program_goes_on(
     begin: Callable[[Path | None], Log], tmp_path: Path
 ) -> None:
@@ -132,22 +122,3 @@ def test_errors_of_all_threads_are_logged_and_told(caplog: pytest.LogCaptureFixt
     assert told[0].thread == "falling"
     assert "Traceback" in told[0].details
     assert "only logged" in caplog.text
-
-
-def test_telling_that_fails_is_logged_and_ctrl_c_stays_what_it_is(
-    caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "excepthook", sys.__excepthook__)
-
-    def fail(_error: UncaughtError) -> None:
-        raise OSError("nobody listens")
-
-    undo = catch_uncaught_errors(fail)
-    try:
-        report_uncaught_error(ValueError("first"))
-        sys.excepthook(KeyboardInterrupt, KeyboardInterrupt(), None)
-    finally:
-        undo()
-    assert "first" in caplog.text
-    assert "nobody listens" in caplog.text
-    assert "KeyboardInterrupt" in capsys.readouterr().err

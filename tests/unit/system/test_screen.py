@@ -1,7 +1,5 @@
 """What is said where Qt would end the program: no screen, no libraries, a screen that turns the user away."""
 
-import sys
-
 import pytest
 
 from app.system import qt_libraries, screen
@@ -58,31 +56,3 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
 
 
 # The system libraries that Qt needs on Linux: which, and whether they are there
-
-
-def test_a_library_is_found_or_missing() -> None:
-    soname = {"win32": "kernel32.dll", "darwin": "libSystem.B.dylib"}.get(sys.platform, "libc.so.6")
-    absent = {"libdps-s-absent.so.9": "libdps-s-absent9"}
-    assert qt_libraries.missing({soname: "libc6"} | absent) == absent
-
-
-@pytest.mark.parametrize(
-    ("environ", "is_x"),
-    [
-        ({}, False),
-        ({"DISPLAY": ":0"}, True),
-        ({"DISPLAY": ":0", "QT_QPA_PLATFORM": "offscreen"}, False),
-        ({"WAYLAND_DISPLAY": "wayland-0"}, False),
-        ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "XDG_SESSION_TYPE": "wayland"}, False),
-        ({"DISPLAY": ":0", "QT_QPA_PLATFORM": "xcb"}, True),
-    ],
-)
-def test_the_libraries_for_the_screen_that_there_is(
-    monkeypatch: pytest.MonkeyPatch, environ: dict[str, str], is_x: bool
-) -> None:
-    for variable in SCREENS:
-        monkeypatch.delenv(variable, raising=False)
-    for variable, value in environ.items():
-        monkeypatch.setenv(variable, value)
-    wanted = qt_libraries.wanted_libraries()
-    assert wanted == qt_libraries.ALWAYS | (qt_libraries.FOR_X if is_x else {})

