@@ -42,7 +42,6 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 RECORD_BYTES = 16
-READABLE_KEYS = {command.key for command in READABLE_SETTINGS}
 _OUTCOMES: Mapping[str, str] = {
     Outcome.CONFIRMED.value: marked("confirmed"),
     Outcome.REFUSED.value: marked("refused"),
@@ -52,7 +51,7 @@ _OUTCOMES: Mapping[str, str] = {
 
 
 # After these it is told which settings were known.
-_OF_SETTINGS = {KIND_OF[SettingsSeen], KIND_OF[ModuleVisited], KIND_OF[ActIntended], KIND_OF[PreflightCheck]}
+_OF_SETTINGS = (SettingsSeen, ModuleVisited, ActIntended, PreflightCheck)
 
 
 class HistoryEvent(NamedTuple):
@@ -80,7 +79,8 @@ class _Known:
             return None
         self.settings = now
         # The flags of the triggers are never read: what is known of them was written, in one conversation.
-        changes = settings_changed({key: before[key] for key in READABLE_KEYS & before.keys()}, now)
+        readable = {command.key: before[command.key] for command in READABLE_SETTINGS if command.key in before}
+        changes = settings_changed(readable, now)
         has_restarted = last is not None and (last + 1) % BOOTS == content.boot_count
         if before and has_restarted:
             changed = joined(changes) if changes else message(marked("settings kept"))
@@ -133,30 +133,27 @@ def _history(facts: Facts, name: str) -> list[HistoryEvent]:
     kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
     fired = all_fired(facts, name)
     outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, name)}
-    events, known = [], _Known()
+    known = _Known()
+    events = []
     for one in sorted(kept, key=lambda one: one.at):
-        content = to_builtins(one.content)
+        plain = to_builtins(one.content)
         text: UserMessage | None
-        if isinstance(one.content, PreflightCheck):
-            del content["document"]
-            text = _check(check_line(one).after(fired))
-        elif isinstance(one.content, ActIntended):
-            content["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
-            outcome = message(_OUTCOMES[content["outcome"]])
-            is_write = one.content.act == Act.WRITE.value
-            act = known.write(one.content.detail, content["outcome"]) if is_write else _act(one.content)
-            text = message(marked("{value}: {why}."), value=act, why=outcome)
-            if one.content.note:
-                text = joined((text, UserMessage(f"“{clean(one.content.note)}”")), " ")
-        elif isinstance(one.content, SettingsSeen | ModuleVisited):
-            text = known.read(one.content)
-        elif isinstance(one.content, GuidedTestDone):
-            text = _guided_test(one)
-        else:
-            text = _told(one.content)
+        match one.content:
+            case PreflightCheck():
+                del plain["document"]
+                text = _check(check_line(one).after(fired))
+            case ActIntended():
+                plain["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
+                text = _act(one.content, plain["outcome"], known)
+            case SettingsSeen() | ModuleVisited():
+                text = known.read(one.content)
+            case GuidedTestDone():
+                text = _guided_test(one)
+            case content:
+                text = _told(content)
         if text is not None:
-            is_of_settings = one.row.kind in _OF_SETTINGS and known.settings
-            events.append(HistoryEvent(one.row, text, content, dict(known.settings) if is_of_settings else {}))
+            is_of_settings = isinstance(one.content, _OF_SETTINGS)
+            events.append(HistoryEvent(one.row, text, plain, dict(known.settings) if is_of_settings else {}))
     return events
 
 
@@ -173,8 +170,7 @@ def _told(content: Content) -> UserMessage | None:
             return message(marked("Judgement taken back."))
         case TriggerRecordJudged():
             word = message(JUDGEMENT_WORDS[Judgement(content.judgement)])
-            judged = message(marked("Judged: {judgement}."), judgement=word)
-            return joined((judged, UserMessage(f"“{clean(content.note)}”")), " ") if content.note else judged
+            return _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
         case MayHaveFired():
             return message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
         case Serviced():
@@ -183,6 +179,10 @@ def _told(content: Content) -> UserMessage | None:
             return message(marked("Made in the batch {batch}."), batch=clean(content.batch))
         case _:
             return None
+
+
+def _with_note(text: UserMessage, note: str) -> UserMessage:
+    return joined((text, UserMessage(f"“{clean(note)}”")), " ") if note else text
 
 
 def _check(line: CheckLine) -> UserMessage:
@@ -200,10 +200,15 @@ def _guided_test(one: Kept[GuidedTestDone]) -> UserMessage:
     return message(marked("Guided test {test}: {verdict}."), test=message(TEST_TITLES[test.kind]), verdict=verdict)
 
 
-def _act(content: ActIntended) -> UserMessage:
-    act = next((act for act in Act if act.value == content.act), None)
+def _act(intent: ActIntended, outcome: str, known: _Known) -> UserMessage:
+    act = next((act for act in Act if act.value == intent.act), None)
     if act is None:
-        return UserMessage(clean(content.act))  # of a newer version
-    if act is Act.CHANGE_BAUD:
-        return UserMessage(f"{message(TITLES[act]).in_english()} {content.detail.get('new')}")
-    return message(TITLES[act])
+        what = UserMessage(clean(intent.act))  # of a newer version
+    elif act is Act.WRITE:
+        what = known.write(intent.detail, outcome)
+    elif act is Act.CHANGE_BAUD:
+        what = UserMessage(f"{message(TITLES[act]).in_english()} {intent.detail.get('new')}")
+    else:
+        what = message(TITLES[act])
+    told = message(marked("{value}: {why}."), value=what, why=message(_OUTCOMES[outcome]))
+    return _with_note(told, intent.note)
