@@ -203,12 +203,16 @@ class ArchivePanel(QWidget):
         chosen = self.modules.chosen()
         self.enter_service.setEnabled(bool(chosen))
         if not chosen:
-            self.life.show_rows(())
+            self._show_events([])
             return
         name, storage = chosen[0].name, self._services.storage
         self._loading_history.run(
-            lambda _running: module_history(archive_of(storage), name)[::-1], self.life.show_rows, self._fail
+            lambda _running: module_history(archive_of(storage), name)[::-1], self._show_events, self._fail
         )
+
+    def _show_events(self, events: list[HistoryEvent]) -> None:
+        self.life.show_rows(events)
+        self._compare()
 
     def _compare(self) -> None:
         """The settings of one entry, or what differs between two, the earlier first."""

@@ -106,6 +106,8 @@ def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly:
         store.add(seen, "M-07").result(PATIENCE_S)
     panel = shown(qtbot, assembly)
     qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
+    assert panel.settings.text().startswith("Choose an entry")
+    assert not panel.use.isEnabled(), "none is chosen"
     panel.life.selectAll()
     assert panel.settings.text() == "Attitude threshold 60° → 65°"
     assert not panel.use.isEnabled()
