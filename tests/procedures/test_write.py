@@ -26,8 +26,8 @@ from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_frame
 from tests.support.line.module_line import ModuleRig
+from tests.support.line.odd_module import settings_held
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
-from tests.support.line.truth import settings_held
 from tests.support.thorough import some
 
 READABLE: dict[str, Any] = {

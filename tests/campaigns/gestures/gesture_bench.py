@@ -24,7 +24,6 @@ from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
-from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
 from tests.support.window.steps import find, given
@@ -121,14 +120,13 @@ class GestureBench:
     def exchange(self, options: Mapping[str, Any]) -> None:
         """Another module hangs at the port, which is opened again."""
         self.bench: SimulatedBench = lying_bench(options, self.clock)
-        self.truth = Truth(self.bench, self.clock)
 
     def make_worker(self, callback: object, make_lock: Callable[[], Job[Any]]) -> InlineWorker:
         self.worker = InlineWorker(callback, self.clock, make_lock)
         return self.worker
 
     def open_line(self, _port: str, baud_rate: int) -> WatchedLine:
-        self.line = WatchedLine(self.truth, self.clock, self.bench, baud_rate, self._heard)
+        self.line = WatchedLine(self.clock, self.bench, baud_rate, self._heard)
         return self.line
 
     def connect(self, rate: int = 115200) -> None:

@@ -20,7 +20,6 @@ from PySide6.QtWidgets import QWidget
 from app.procedures.write import SettingChange
 from protocol.catalogue import LOCK, Request
 from tests.campaigns.gestures.gesture_bench import GestureBench
-from tests.support.line.truth import flag_in
 from ui.session.check import Standing
 from ui.widgets.gestures import gestures
 
@@ -248,7 +247,7 @@ class Observer:
 
     def _take(self, kind: str) -> bool:
         """Use a grant up; one that was given before the port was opened is none."""
-        now, opened_at = self.bench.clock(), self.bench.truth.opened_at
+        now, opened_at = self.bench.clock(), self.bench.line.opened_at
         left = [grant for grant in self._grants[kind] if opened_at <= grant[0] and now <= grant[1]]
         self._grants[kind] = left[1:]
         return bool(left)
@@ -278,8 +277,8 @@ class Observer:
 
     def _could_know(self) -> bool:
         """A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way."""
-        told = self.bench.truth.last_heard("active")
-        return told is not None and (flag_in("active", told.raw) or self.bench.clock() - told.at > TOLD_S)
+        told = self.bench.line.told_active
+        return told is not None and (told[1] or self.bench.clock() - told[0] > TOLD_S)
 
     def _feed_lock(self) -> str:
         if self.bench.clock() < self._owed_until:

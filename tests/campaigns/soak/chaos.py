@@ -6,19 +6,16 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
 from tests.bench.module import StreamingModule
-from tests.support.line.odd_module import OddSetup
-from tests.support.line.troubles import LINE
 
-_NAMES: Final = {option.name for option in fields(OddSetup)}
-_FAULTS: Final = tuple(
-    sorted({(name, value) for options in LINE.values() for name, value in options.items() if name in _NAMES})
-)
-"""Of the simulated module; lies of the line are not among its options."""
+_FAULTS: Final = (
+    ("delay_ms", "250"), ("delay_ms", "400"), ("delay_ms", "1100"), ("double", "0.2"), ("double", "1"), ("drop", "0.1"),
+    ("drop", "0.3"), ("echo", "yes"), ("jitter_ms", "300"), ("lag_ms", "250"), ("lag_ms", "350"), ("lose", "0.01"),
+    ("mute", "yes"), ("split_ms", "8"), ("direction", "to-module"),
+)  # fmt: skip
 _CALM_S: Final = (0.5, 2.5)
 """Between two troubles."""
 _AWAY_S: Final = (0.05, 2.0)

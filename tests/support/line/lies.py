@@ -18,24 +18,14 @@ from typing import Any, Final, NamedTuple
 from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.module import ACCEPTED, BITS_PER_BYTE, SimulatedModule
 from app.simulator.setup import parse_options
-from protocol.catalogue import FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
-from protocol.fields import Flag
+from protocol.catalogue import FLAG, TRIGGER_RECORDS, Hazard, Request
 from protocol.frame import encode_reply
-from tests.support.line.odd_module import OddModule, OddSetup, as_text, codes, odd
+from tests.support.line.odd_module import IN_MEMORY, IN_STATE, OddModule, OddSetup, as_text, codes, odd
 
 _RULE: Final = re.compile(r"(\w{2}):(\w{2})(?:=(\w{2}))?(?:/(\d+))?(?:@([\d.]+))?", re.ASCII)
-_IN_MEMORY: Final = {
-    0x15: "light_threshold", 0x20: "attitude_threshold", 0x21: "freefall_acceleration", 0x22: "freefall_time",
-}  # fmt: skip
-_IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
-    0x13: ("serial_output_is_on", FLAG),
-    0x16: ("attitude_is_enabled", INVERTED), 0x17: ("freefall_is_enabled", INVERTED),
-}  # fmt: skip
 _ACTIVATION: Final = 0x10
 _ROUNDING_S: Final = 1e-9
 """Times that differ by less are equal."""
-CHANGEABLE_CODES: Final = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
-"""Codes of what a rule can change."""
 
 
 class Rule(NamedTuple):
@@ -128,12 +118,12 @@ def lying(bench: SimulatedBench) -> "LyingModule":
 
 def write_raw(module: SimulatedModule, code: int, raw: int) -> None:
     """Change it silently, between two requests."""
-    if code in _IN_MEMORY:
-        setattr(module.memory, _IN_MEMORY[code], raw)
+    if code in IN_MEMORY:
+        setattr(module.memory, IN_MEMORY[code], raw)
     elif code == _ACTIVATION:
         module.activate(is_active=raw == FLAG.true)
     else:
-        name, field = _IN_STATE[code]
+        name, field = IN_STATE[code]
         setattr(module.state, name, raw == field.true)
 
 

@@ -13,13 +13,13 @@ from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
-from protocol.catalogue import Hazard, Request
+from protocol.catalogue import Hazard, Layout, Request
 from protocol.events import Counters, EndReason
-from protocol.frame import decode_request
+from protocol.frame import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, ToldValues
+from protocol.stream import StreamParser
 from tests.support.line.lies import lying_bench
 from tests.support.line.odd_module import end_faults
-from tests.support.line.truth import Truth
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
@@ -113,41 +113,39 @@ class SimulatedLine:
 
 
 class WatchedLine(SimulatedLine):
-    """A line on a module that outlives it, and that fails for good once unplugged. What the module holds and what goes
-    over the line is recorded in `truth`; `on_leaving` is called before each frame of the host."""
+    """A line on a module that outlives it, and that fails for good once unplugged; `on_leaving` is called before each
+    frame of the host."""
 
     def __init__(
         self,
-        truth: Truth,
         clock: FakeClock,
         bench: SimulatedBench,
         baud_rate: int,
         on_leaving: Callable[[Request], None] = lambda _request: None,
     ) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
-        self._truth, self.plug, self._on_leaving = truth, bench.plug_number, on_leaving
+        self.plug, self._on_leaving, self._parser = bench.plug_number, on_leaving, StreamParser()
+        self.opened_at = clock()
+        self.told_active: tuple[float, bool] | None = None
+        """When the module told last whether it is ACTIVE, and whether it is."""
         bench.wire.clear(clock())
         self._check()
-        truth.begin()
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         data = self._read(longest_s)
-        self._truth.note()
-        self._truth.take_arrived(data)
+        for piece in self._parser.feed(data):
+            if isinstance(piece, Frame) and piece.raw[:3] in (b"Au0", b"Au2"):
+                self.told_active = self.clock(), bool(piece.raw[6 if len(piece.raw) == Layout.STATUS.value else 4] & 1)
         return data
 
     def write(self, data: bytes) -> None:
         self._check()
         for at in range(0, len(data), 6):
             self._on_leaving(decode_request(data[at : at + 6]))
-        self._truth.take_sent(data)
         self.bench.wire.write(data, self.clock.now_s)
 
     def interrupt(self) -> None:
         """Has no effect: with one thread nobody waits in a read."""
-
-    def abort(self) -> None:
-        """Has no effect, as `interrupt`."""
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug:

@@ -19,7 +19,6 @@ from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
-from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
 from tests.support.window.steps import Driver
@@ -120,8 +119,7 @@ def on_fake_time(
         return workers[-1]
 
     def open_line(port: str, baud_rate: int) -> WatchedLine:
-        module = open_bench(port)
-        return WatchedLine(Truth(module, clock), clock, module, baud_rate, requests.append)
+        return WatchedLine(clock, open_bench(port), baud_rate, requests.append)
 
     gestures().clock = clock
     with (
