@@ -1,38 +1,23 @@
-"""Link statistics over time: round trips, loss, rejected bytes by reason, restarts.
-
-Bounded: the last ten minutes by the second, and the totals of this connection.
-"""
+"""Link statistics of one connection: requests, loss, rejected bytes by reason, restarts, round trips."""
 
 from collections import deque
 from collections.abc import Iterable
-from typing import NamedTuple
 
 from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
 
-MAX_SECONDS = 600
 MAX_TRIPS = 4096
 
 
-class Slice(NamedTuple):
-    """One second; seconds without a batch have none. `begins_s`: monotonic seconds, whole."""
-
-    begins_s: float
-    counters: Counters
-    losses: int = 0
-    slowest_s: float | None = None
-
-
 class LinkStatistics:
-    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread."""
+    """Of one connection, over its automatic reconnections. Belongs to one thread."""
 
     def __init__(self) -> None:
-        self._slices: deque[Slice] = deque(maxlen=MAX_SECONDS)
         self._last = Counters()
         self._was_open = False
         self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
+        # Since the connection began; `losses` of the port.
         self.totals = Counters()
-        """Since the connection began."""
         self.losses = 0
         self.last_frame_at: float | None = None
         self.last_invalid_at: float | None = None
@@ -40,9 +25,10 @@ class LinkStatistics:
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
         if batch.connection.state is not PortState.OPEN:
-            lost = int(self._was_open and batch.connection.trouble is not None)
+            if self._was_open and batch.connection.trouble is not None:
+                self.losses += 1
             self._was_open = False
-            self._add(batch.at, _counted(batch.events), lost, [])  # the last events, which are in no totals
+            self.totals += _counted(batch.events)  # the last events, which are in no totals of the link
             self._last = Counters()
             return
         self._was_open = True
@@ -55,29 +41,15 @@ class LinkStatistics:
             self.last_frame_at = batch.at
         if grown.rejected:
             self.last_invalid_at = batch.at
-        trips_s = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
-        self._add(batch.at, grown, 0, [trip for trip in trips_s if trip is not None])
-
-    @property
-    def seconds(self) -> tuple[Slice, ...]:
-        """The last ten minutes, oldest first."""
-        return tuple(self._slices)
+        self.totals += grown
+        for event in batch.events:
+            if isinstance(event, Answered) and event.round_trip_s is not None:
+                self._trips_s.append(event.round_trip_s)
 
     def quantile_s(self, share: float) -> float | None:
         """Quantile (`share` 0 … 1) of the last 4,096 round trips; None without any."""
         ordered = sorted(self._trips_s)
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
-
-    def _add(self, now: float, grown: Counters, losses: int, trips_s: list[float]) -> None:
-        if not self._slices or now // 1 > self._slices[-1].begins_s:
-            self._slices.append(Slice(now // 1, Counters()))
-        begins_s, counters, former, slowest_s = self._slices[-1]
-        if trips_s:
-            slowest_s = max(slowest_s or 0.0, *trips_s)
-        self._slices[-1] = Slice(begins_s, counters + grown, former + losses, slowest_s)
-        self._trips_s += trips_s
-        self.totals += grown
-        self.losses += losses
 
 
 def _counted(events: Iterable[Event]) -> Counters:

@@ -47,10 +47,6 @@ class BundleFile(NamedTuple):
     name: str
     text: str
 
-    @property
-    def size_bytes(self) -> int:
-        return len(self.text.encode())
-
 
 class Names(NamedTuple):
     """Names that must not be in the bundle."""

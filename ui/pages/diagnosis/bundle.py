@@ -5,47 +5,25 @@ from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QPlainTextEdit,
-    QPushButton,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtWidgets import QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
-from app.recordings.library import size_text
+from app.diagnosis.support_bundle import Contents, SupportBundle
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.sentences import error_text
-from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.traffic import TrafficModel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import control, named
-from ui.widgets.labels import TickingLabel
+from ui.style.theme import Meaning, Size, Space, fixed_font
+from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
-
-_PART_WORDS: Final = {
-    "about.json": marked("Program"),
-    "link.json": marked("Statistics"),
-    "module.json": marked("Module"),
-    "preferences.json": marked("Preferences"),
-    "log.txt": marked("Log"),
-    "capture.txt": marked("Traffic"),
-}
 
 
 class BundlePreview(QWidget):
@@ -60,21 +38,13 @@ class BundlePreview(QWidget):
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._folder = Path.home()
-        self._privacy_note = named(
-            QLabel(
-                tr(
-                    "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
-                    "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
-                )
-            ),
-            "bundle_promise",
+        promise = text_label("bundle_promise")
+        promise.setText(
+            tr(
+                "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
+                "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
+            )
         )
-        self._privacy_note.setWordWrap(True)
-        self.parts = control(QListWidget(), "bundle_parts", says=tr("Files"))
-        self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.parts.setSizeAdjustPolicy(QListWidget.SizeAdjustPolicy.AdjustToContents)
-        self.parts.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Expanding)
-        self.parts.currentRowChanged.connect(self._show_part)
         self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -88,13 +58,10 @@ class BundlePreview(QWidget):
             slot=self.choose_and_save,
         )
         self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
-        self._where = named(TickingLabel(), "bundle_log_path", "small")
-        self._where.hide()
-        head = in_row((self._privacy_note, 1), in_row(1, self.renew, self.save, spacing=Space.S), spacing=Space.S)
-        if is_text_large():  # beside the buttons it would have a word a line
-            head.setDirection(QBoxLayout.Direction.TopToBottom)
-        body = in_row(self.parts, (self.text, 1), spacing=Space.S)
-        in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self._where = text_label("bundle_log_path", "small", is_selectable=True)
+        self._where.setVisible(self._log is not None)
+        buttons = in_row(1, self.renew, self.save, spacing=Space.S)
+        in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)
 
     def begin_again(self) -> None:
@@ -116,10 +83,9 @@ class BundlePreview(QWidget):
 
     def _contents(self) -> Contents:
         """Copies what belongs to the window's thread; without the log."""
-        connection = self._ports.current.connection
         return Contents(
             version=version(),
-            connection=connection,
+            connection=self._ports.current.connection,
             conversation=self._ports.module.view,
             now=self._ports.clock(),
             statistics=copy.copy(self._ports.module.statistics),
@@ -143,32 +109,9 @@ class BundlePreview(QWidget):
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle
         self.save.setEnabled(True)
-        row = max(0, self.parts.currentRow())
-        with QSignalBlocker(self.parts):
-            self.parts.clear()
-            for part in bundle.files:
-                item = QListWidgetItem(_title(part))
-                item.setToolTip(part.name)
-                self.parts.addItem(item)
-            self.parts.setCurrentRow(min(row, self.parts.count() - 1))
-        self._show_part(self.parts.currentRow())
-        self._show_where()
-
-    def _show_part(self, row: int) -> None:
-        parts = self.bundle.files if self.bundle is not None else ()
-        self.text.setPlainText(parts[row].text if 0 <= row < len(parts) else "")
-
-    def _show_where(self) -> None:
-        where = None if self._log is None else self._log.trouble or self._log.path
-        self._where.setText("" if where is None else tr("Log file: {path}", path=where))
-        self._where.setHidden(where is None)
-        if where is not None:  # an empty label must not take the focus
-            self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.text.setPlainText("\n".join(f"——— {part.name} ———\n{part.text}" for part in bundle.files))
+        if self._log is not None:
+            self._where.setText(tr("Log file: {path}", path=self._log.trouble or self._log.path))
 
     def _notify_failure(self, error: Exception) -> None:
         self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
-
-
-def _title(part: BundleFile) -> str:
-    words = tr(_PART_WORDS[part.name]) if part.name in _PART_WORDS else part.name
-    return f"{words} · {size_text(part.size_bytes)}"

@@ -211,8 +211,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         assert shown["restarts"] == "1"
         assert shown["losses"] == "1"
         assert shown["reasons"] == "wrong checksum: 12"
-        assert "port lost: 1" in page.statistics.over_time.accessibleName()
-        page.grab()  # paints all of it, with marks
+        assert shown["slowest"] == "50.0 ms"
 
 
 # The support bundle
@@ -246,14 +245,14 @@ def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_modul
         for stays in ("modules", "files", "ports", "serial numbers", "addresses"):
             assert stays in promise.text()
         bundle = given(page.bundle.bundle)
-        names = [part.name for part in bundle.files]
-        assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= set(names)
-        page.bundle.parts.setCurrentRow(names.index("log.txt"))
-        lines = page.bundle.text.toPlainText().splitlines()
+        seen = page.bundle.text.toPlainText()
+        assert all(part.name in seen and part.text in seen for part in bundle.files)
+        assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= {
+            one.name for one in bundle.files
+        }
+        lines = seen.splitlines()
         assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
-        assert len(next(part.text for part in bundle.files if part.name == "capture.txt").splitlines()) > 3
-        page.bundle.parts.setCurrentRow(names.index("module.json"))
-        assert "boot_count" in page.bundle.text.toPlainText()
+        assert "boot_count" in seen
         path = tmp_path / "support.zip"
         page.bundle.ask_path = choosing(path)
         press(qtbot, page.bundle.save)
