@@ -652,10 +652,6 @@
         <translation>复制</translation>
     </message>
     <message>
-        <source>Copy picture</source>
-        <translation>复制图片</translation>
-    </message>
-    <message>
         <source>Correct the address, or try socket://HOST:PORT.</source>
         <translation>请更正地址，或试用 socket://HOST:PORT。</translation>
     </message>
@@ -1002,10 +998,6 @@
     <message>
         <source>First seen {time}</source>
         <translation>首次读取于 {time}</translation>
-    </message>
-    <message>
-        <source>Fit vertically</source>
-        <translation>纵向适应</translation>
     </message>
     <message>
         <source>Fleet</source>
@@ -2136,16 +2128,8 @@
         <translation>只禁止串口触发：模块仍会自动开伞。</translation>
     </message>
     <message>
-        <source>Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}</source>
-        <translation>最近 {time}：{lanes}；重启：{restarts}；串口断开：{losses}</translation>
-    </message>
-    <message>
         <source>Over the restart: {what}.</source>
         <translation>重启前后：{what}。</translation>
-    </message>
-    <message>
-        <source>Over time</source>
-        <translation>随时间变化</translation>
     </message>
     <message>
         <source>Over {seconds:.2f} s: active, it would have fired.</source>
@@ -3260,10 +3244,6 @@
     <message>
         <source>Time</source>
         <translation>时间</translation>
-    </message>
-    <message>
-        <source>Time of day</source>
-        <translation>时刻</translation>
     </message>
     <message>
         <source>Time since the last frame</source>
@@ -5308,10 +5288,6 @@
     <message>
         <source>≥ {margin:.1f} V from {threshold:.1f} V</source>
         <translation>距 {threshold:.1f} V ≥ {margin:.1f} V</translation>
-    </message>
-    <message>
-        <source>▼ restart   ■ port lost</source>
-        <translation>▼ 重启   ■ 串口断开</translation>
     </message>
 </context>
 </TS>

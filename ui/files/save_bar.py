@@ -98,22 +98,17 @@ class SaveNote(QWidget):
     ) -> None:
         """Asks for a path beginning with `place`. `parts` is iterated in the background, `count` of them; `saved` makes
         the message."""
-        self._ask(tr("Save values…"), place, "*.csv", lambda _path: parts, count, saved)
+        self._ask(tr("Save values…"), place, "*.csv", parts, count, saved)
 
-    def save_picture(self, place: Path, image: QImage, drawing: bytes) -> None:
-        """As PNG, or the drawing as SVG where that is chosen."""
-
-        def parts(path: Path) -> Iterable[bytes]:
-            return (drawing,) if path.suffix.lower() == ".svg" else png_parts(image)
-
-        self._ask(tr("Save picture…"), place, "*.png;;*.svg", parts)
+    def save_picture(self, place: Path, image: QImage) -> None:
+        self._ask(tr("Save picture…"), place, "*.png", png_parts(image))
 
     def _ask(
         self,
         title: str,
         place: Path,
         kinds: str,
-        make_parts: Callable[[Path], Iterable[bytes]],
+        parts: Iterable[bytes],
         count: int = 1,
         saved: Callable[[Path], str] | None = None,
     ) -> None:
@@ -121,7 +116,7 @@ class SaveNote(QWidget):
             self._folder = path.parent
 
             def write(running: Running) -> None:
-                write_parts(path, make_parts(path), count, running.set_progress_or_end)
+                write_parts(path, parts, count, running.set_progress_or_end)
 
             def end(_none: None) -> None:
                 text = tr("Saved to {path}.", path=path) if saved is None else saved(path)
@@ -151,21 +146,18 @@ class SaveNote(QWidget):
 
 
 class SaveBar(QWidget):
-    """`take_excerpt`, `take_picture` and `take_drawing` (the plots as SVG) return what is shown when saving starts,
-    before the file dialog opens."""
+    """`take_excerpt` and `take_picture` return what is shown when saving starts, before the file dialog opens."""
 
     def __init__(
         self,
         *,
         take_excerpt: Callable[[], Excerpt],
         take_picture: Callable[[], QPixmap],
-        take_drawing: Callable[[], bytes],
         find_origin: Callable[[], Origin],
     ) -> None:
         super().__init__()
         self.setObjectName("live_save")
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
-        self._take_drawing = take_drawing
         self.note = SaveNote("live_note")
         retain_size(self.note)
         self.csv = control(
@@ -207,7 +199,7 @@ class SaveBar(QWidget):
         if not self.note.job.is_writing:
             origin = self._find_origin()
             image = picture_with_footer(self._take_picture(), footer_text(origin))
-            self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())
+            self.note.save_picture(_place(origin, ".png"), image)
 
 
 def _place(origin: Origin, suffix: str) -> Path:

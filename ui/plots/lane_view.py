@@ -17,7 +17,7 @@ from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.plots.axis import LabelAxis
-from ui.plots.lanes import Lane, Limit, Scale, Span, fitting_scale, value_text
+from ui.plots.lanes import Lane, Limit, Span, fitting_scale, value_text
 from ui.plots.overlay import Overlay
 from ui.style.painted_widget import pen
 from ui.style.theme import current
@@ -72,8 +72,6 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
 
     def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
         ratio, path = painter.device().devicePixelRatioF(), self.getPath()
-        if path.isEmpty():  # in a drawing it would be a path that no reader accepts
-            return
         painter.setPen(self.opts["pen"])
         painter.drawPath(path)
         # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.
@@ -156,8 +154,6 @@ class LaneView:
         self.box = QRectF()
         self.scale = lane.scales[0]
         self.gaps: list[Span] = []
-        self._chosen: Scale | None = None
-        """The vertical range that a person set."""
         self._least_scale = 0
         self._span = Span(-1.0, 0.0)
         self._range: object = None
@@ -195,18 +191,9 @@ class LaneView:
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
         self.view.setGeometry(whole)
 
-    def fit(self, *, is_chosen_too: bool = False) -> None:
+    def fit(self) -> None:
         """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
         self._least_scale = 0
-        if is_chosen_too:
-            self._chosen = None
-
-    def zoom(self, factor: float) -> None:
-        """Shows `factor` times as much of the values, around the middle of those in sight."""
-        middle, half = (self.scale.low + self.scale.high) / 2, (self.scale.high - self.scale.low) / 2 * factor
-        whole = self.lane.scales[-1]
-        half = min(max(half, (whole.high - whole.low) / 1000), whole.high - whole.low)
-        self._chosen = Scale(middle - half, middle + half, 0.0)
 
     def draw(self, span: Span, times: list[float]) -> None:
         """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
@@ -223,9 +210,8 @@ class LaneView:
         if len(envelope.low):
             seen += [float(envelope.low.min()), float(envelope.high.max())]
         seen = seen or list(lane.scales[0][:2])
-        fitting = fitting_scale(lane.scales[self._least_scale :], min(seen), max(seen))
-        self._least_scale = lane.scales.index(fitting)
-        self.scale = self._chosen or fitting
+        self.scale = fitting_scale(lane.scales[self._least_scale :], min(seen), max(seen))
+        self._least_scale = lane.scales.index(self.scale)
         if (self.scale, span.length_s, times) != self._range:
             self._range = self.scale, span.length_s, times
             self._draw_grid(times)

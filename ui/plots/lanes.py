@@ -29,7 +29,7 @@ class Span(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """A vertical scale with a line at every ``step``."""
+    """A vertical scale with a line at every ``step``; 0: wherever there is room."""
 
     low: float
     high: float

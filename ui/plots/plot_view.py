@@ -6,10 +6,9 @@ from math import ceil
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent, QWheelEvent
-from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPen, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsView, QWidget
 
 from app.system.wall_clock import clock_text
 from app.text.i18n import tr
@@ -42,14 +41,13 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def __init__(self, lanes: Sequence[Lane], time_range: TimeRange, wall_offset_s: float) -> None:
         super().__init__()
         self.setObjectName("time-plot-canvas")
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         # With marks in sight the least region has hundreds of corners, which costs more than it saves.
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
         self.viewport().setObjectName("time-plot-viewport")
         self.viewport().setMouseTracking(True)
         self.time_range, self.wall_offset_s = time_range, wall_offset_s
         self.marks: deque[Mark] = deque(maxlen=_MAX_MARKS)
-        self.shows_clock = False
         self.cursor_time = ""
         """The age and the time of day at the cursor, and the events there."""
         self.readings: list[Reading] = []
@@ -66,8 +64,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """The length drawn last, and whether it was live."""
         self._pressed = self._last = QPointF()
         """Where the mouse was pressed, and where it was last."""
-        self._zoomed: LaneView | None = None
-        """The lane whose axis of values was pressed."""
 
     def apply_theme(self) -> None:
         theme = current()
@@ -105,7 +101,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def fit(self) -> None:
         """Shows all values vertically."""
         for lane in self.lanes:
-            lane.fit(is_chosen_too=True)
+            lane.fit()
         self.time_range.changed.emit()
 
     # Drawing
@@ -142,31 +138,12 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             for lane in self.lanes:
                 lane.fit()
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
-        is_clock = self.shows_clock or not time_range.is_live
-        times = self.times.show_span(span.length_s, span.end_s + self.wall_offset_s if is_clock else None)
+        times = self.times.show_span(span.length_s, None if time_range.is_live else span.end_s + self.wall_offset_s)
         for lane in self.lanes:
             lane.draw(span, times)
         self.overlay.clear(self.bounds, has_focus=self.hasFocus())
         self._write(marks)
         self.times.keep_off(QRectF() if cursor_s is None else self._write_cursor(cursor_s))
-
-    def svg(self) -> bytes:
-        """All as lines and texts, without the pictures that axes are kept as. The exporter of pyqtgraph 0.14 fails at
-        each path that Qt 6.11 closes."""
-        data, drawing = QByteArray(), QSvgGenerator()
-        drawing.setOutputDevice(QBuffer(data))
-        drawing.setSize(self.size())
-        drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
-        drawing.setViewBox(self.rect())
-        axes = (self.times, *(lane.values for lane in self.lanes))
-        for axis in axes:
-            axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
-        painter = QPainter(drawing)
-        self.render(painter)
-        painter.end()
-        for axis in axes:
-            axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
-        return bytes(data.data())
 
     def _time_text(self, cursor_s: float, marks: Sequence[Mark]) -> str:
         decimals = 1 if self.time_range.span.length_s > 3 else 3
@@ -237,35 +214,23 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def mousePressEvent(self, event: QMouseEvent) -> None:
         event.setAccepted(event.button() == _LEFT_BUTTON)
         self._pressed = self._last = event.position()
-        self._zoomed = self._lane_at(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        place, way, width, cursor = event.position(), event.position() - self._last, self.bounds.width(), None
+        place, way = event.position(), event.position() - self._last
         if not event.buttons() & _LEFT_BUTTON:
-            cursor = Qt.CursorShape.ArrowCursor if self._lane_at(place) is None else Qt.CursorShape.SizeVerCursor
             self.time_range.point(self._part(place) if self.bounds.contains(place) else None)
-        elif self._zoomed is not None:
-            self._zoomed.zoom(1.01 ** way.y())
-            self.time_range.changed.emit()
         elif (place - self._pressed).manhattanLength() >= _DRAG_PX and way.x():
-            cursor = Qt.CursorShape.ClosedHandCursor
-            self.time_range.pan(-way.x() / width, self._part(place))
-        if cursor is not None:
-            self.viewport().setCursor(cursor)
+            self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
+            self.time_range.pan(-way.x() / self.bounds.width(), self._part(place))
         self._last = place
 
     def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
         self.viewport().unsetCursor()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        lane = self._lane_at(event.position())
-        if event.button() != _LEFT_BUTTON:
-            event.ignore()
-        elif lane is None:
+        event.setAccepted(event.button() == _LEFT_BUTTON)
+        if event.isAccepted():
             self.time_range.back_to_live()
-        else:
-            lane.fit(is_chosen_too=True)
-            self.time_range.changed.emit()
 
     def leaveEvent(self, _event: QEvent) -> None:
         self.time_range.point(None)
@@ -283,10 +248,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """As a part of the width of the lanes."""
         return min(1.0, max(0.0, (place.x() - self.bounds.left()) / self.bounds.width()))
 
-    def _lane_at(self, place: QPointF) -> LaneView | None:
-        """The lane whose axis of values is there."""
-        return next((lane for lane in self.lanes if lane.values.geometry().contains(place)), None)
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
         time_range, is_shifted = self.time_range, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         part = 1.0 if time_range.cursor is None else time_range.cursor
@@ -297,10 +258,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
                     time_range.point(part + sign / max(50.0, self.bounds.width() / 4))
                 else:
                     time_range.pan(sign * 0.1)
-            case Qt.Key.Key_Up | Qt.Key.Key_Down if is_shifted:
-                for lane in self.lanes:
-                    lane.zoom(0.8 if event.key() == Qt.Key.Key_Up else 1.25)
-                time_range.changed.emit()
             case Qt.Key.Key_Plus | Qt.Key.Key_Equal | Qt.Key.Key_Minus:
                 time_range.zoom(1.25 if event.key() == Qt.Key.Key_Minus else 0.8, part)
             case Qt.Key.Key_Space:

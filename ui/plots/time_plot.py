@@ -7,9 +7,7 @@ after the window's first paint.
 from collections.abc import Sequence
 from typing import Final
 
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeySequence
-from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -33,23 +31,17 @@ class TimePlot(QWidget):
     are those of a recording; see `TimeRange`.
     """
 
-    save_values_wanted = Signal()
-    """All samples in sight, as a table."""
-    save_picture_wanted = Signal()
-
     def __init__(self, lanes: Sequence[Lane], *, wall_offset_s: float, bounds: Span | None = None) -> None:
         super().__init__()
         self.setObjectName("time-plot")
         self.time_range = TimeRange(bounds)
         self.reading = ""
         """The values at the cursor in words."""
-        self.menu = named(QMenu(self), "time_plot_menu")
         self.canvas = PlotView(lanes, self.time_range, wall_offset_s)
         self._head = PlotHeader(self.time_range)
         self.pause = self._head.pause
         in_column(self._head, (self.canvas, 1), of=self, spacing=Space.XS, margins=0)
         self.canvas.setAccessibleName(tr("Plots"))
-        self.canvas.customContextMenuRequested.connect(self._show_menu)
         self.time_range.changed.connect(self._redraw)
         self.apply_theme()
         VisibilityTimer(self, self._redraw, restyle=self.apply_theme)
@@ -85,10 +77,6 @@ class TimePlot(QWidget):
         self.canvas.apply_theme()
         self._redraw()
 
-    def _show_clock_time(self, shows_clock: bool, /) -> None:
-        self.canvas.shows_clock = shows_clock
-        self._redraw()
-
     def _redraw(self) -> None:
         self.canvas.draw()
         values = (
@@ -99,24 +87,6 @@ class TimePlot(QWidget):
         if self.canvas.hasFocus():
             self.canvas.setAccessibleDescription(self.reading)
         self._head.refresh()
-
-    def _show_menu(self, place: QPoint) -> None:
-        menu, time_range = self.menu, self.time_range
-        menu.clear()
-        menu.addAction(tr("Save picture…"), self.save_picture_wanted.emit)
-        menu.addAction(tr("Save values…"), self.save_values_wanted.emit)
-        menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(self.canvas.grab()))
-        menu.addSeparator()
-        fit = menu.addAction(tr("Fit vertically"), self.canvas.fit)
-        fit.setShortcut(QKeySequence(Qt.Key.Key_Home))
-        live = menu.addAction(tr("All") if time_range.is_recorded else tr("Live"), time_range.back_to_live)
-        live.setShortcut(QKeySequence(Qt.Key.Key_End))
-        live.setEnabled(not (time_range.is_live or time_range.is_whole))
-        if not time_range.is_recorded:
-            clock = menu.addAction(tr("Time of day"), lambda: self._show_clock_time(not self.canvas.shows_clock))
-            clock.setCheckable(True)
-            clock.setChecked(self.canvas.shows_clock)
-        menu.popup(self.canvas.viewport().mapToGlobal(place))
 
 
 class PlotHeader(QWidget):

@@ -1,9 +1,8 @@
-"""The time plots: mouse, keyboard, menu and cursor."""
+"""The time plots: mouse, keyboard and cursor."""
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QRectF, Qt
-from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -47,22 +46,6 @@ def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, 
     assert bench.plot.time_range.is_live
 
 
-def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: Bench, qtbot: QtBot) -> None:
-    viewport, box = bench.view.viewport(), bench.lane.box
-    place = QPoint(round(box.left() / 2), round(box.center().y()))
-    qtbot.mousePress(viewport, LEFT, pos=place)
-    qtbot.mouseMove(viewport, place - QPoint(0, 40))
-    qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
-    low, high = bench.lane.scale[:2]
-    assert 0 < low < 45 < high < 90
-    assert bench.plot.time_range.is_live
-    assert bench.view.lanes[1].scale[:2] == (0, 2)
-    bench.plot.draw(NOW_S + 5)
-    assert bench.lane.scale[:2] == (low, high)
-    qtbot.mouseDClick(viewport, LEFT, pos=place)
-    assert bench.lane.scale[:2] == (0, 90)
-
-
 def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     view, shift = bench.view, Qt.KeyboardModifier.ShiftModifier
     view.setFocus()
@@ -80,10 +63,6 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     qtbot.keyClick(view, Qt.Key.Key_Left, shift)
     assert "Tilt 12°" in bench.plot.reading
     assert view.accessibleDescription() == bench.plot.reading
-    qtbot.keyClick(view, Qt.Key.Key_Up, shift)
-    assert bench.lane.scale[:2] == (9, 81)
-    qtbot.keyClick(view, Qt.Key.Key_Home)
-    assert bench.lane.scale[:2] == (0, 90)
     qtbot.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
 
@@ -93,27 +72,6 @@ def test_the_mouse_leaves_the_plots(bench: Bench) -> None:
     for widget in (bench.view.viewport(), bench.view):
         for kind in (QEvent.Type.Enter, QEvent.Type.Leave):
             QApplication.sendEvent(widget, QEvent(kind))
-
-
-def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
-    place = bench.at(0.5)
-    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, bench.view.mapToGlobal(place))
-    QApplication.sendEvent(bench.view.viewport(), event)
-    menu = bench.plot.menu
-    assert menu.isVisible()
-    actions = {action.text(): action for action in menu.actions() if action.text()}
-    menu.close()
-    assert list(actions) == [
-        "Save picture…", "Save values…", "Copy picture", "Fit vertically", "Live", "Time of day",
-    ]  # fmt: skip
-    assert not actions["Live"].isEnabled()
-    for text, signal in (("Save values…", "save_values_wanted"), ("Save picture…", "save_picture_wanted")):
-        with qtbot.waitSignal(getattr(bench.plot, signal)):
-            actions[text].trigger()
-    actions["Copy picture"].trigger()
-    assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
-    actions["Time of day"].trigger()
-    assert all(text.count(":") == 2 for text in bench.times)
 
 
 # The cursor

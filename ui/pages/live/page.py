@@ -123,13 +123,10 @@ class LivePage(Page):
         self.save = SaveBar(
             take_excerpt=self._excerpt,
             take_picture=self.plot.canvas.grab,
-            take_drawing=self._drawing,
             find_origin=self._origin,
         )
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
-        self.plot.save_values_wanted.connect(self.save.save_csv)
-        self.plot.save_picture_wanted.connect(self.save.save_png)
         self._stack = stacked(QStackedLayout(self), self.empty, self._content)
         self.saving, self.exporting = self.save.csv, self.save.png
         Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
@@ -246,9 +243,6 @@ class LivePage(Page):
         connection = self._ports.current.connection
         shown_at = datetime.fromtimestamp(self.plot.time_range.span.end_s + wall_offset_s()).astimezone()
         return Origin(connection.port, connection.baud_rate, wall_offset_s(), shown_at, self.module.name)
-
-    def _drawing(self) -> bytes:
-        return self.plot.canvas.svg()
 
     # Construction
 

@@ -192,8 +192,6 @@ class LogView(QWidget):
         if outcome is not None:
             plot.add_marks([mark._replace(time_s=mark.time_s + start_s) for mark in marks_of(outcome)])
         self._opened = opened
-        plot.save_values_wanted.connect(self._save_values)
-        plot.save_picture_wanted.connect(self._save_picture)
         self._room.addWidget(plot)
         for widget in (self._card, self.values, self.image):
             widget.show()
@@ -223,7 +221,7 @@ class LogView(QWidget):
         if self.plot is not None and self._row is not None:
             row, canvas = self._row, self.plot.canvas
             foot = short_name(row.name) if row.entry is None else entry_text(row.entry)
-            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas.grab(), foot), canvas.svg())
+            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas.grab(), foot))
 
     def _place(self, suffix: str) -> Path:
         path = Path("" if self._row is None else self._row.name)

@@ -420,7 +420,7 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
     assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
     assert {mark.word for mark in plot.canvas.marks} >= {"control lost (estimate)", "impact"}
     asked: list[tuple[str, Path, str]] = []
-    for name, button in (("v.csv", view.values), ("p.svg", view.image)):
+    for name, button in (("v.csv", view.values), ("p.png", view.image)):
         view.saved.ask_path = choosing(tmp_path / name, asked)
         button.click()
         desk.qtbot.waitUntil(view.saved.isVisible)
@@ -432,7 +432,7 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
     assert plot.time_range.span.start_s <= times[0] < plot.time_range.span.start_s + 0.1
     assert plot.time_range.span.end_s - 0.1 < times[-1] <= plot.time_range.span.end_s + 1e-6
     assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
-    assert (tmp_path / "p.svg").read_text("utf-8").startswith("<?xml")
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert page.on_escape()
     assert view.plot is None
     assert page.map.isVisible()
