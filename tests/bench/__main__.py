@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Final
 
-from tests.bench.figures import Figure
+from tests.bench.kit import Figure
 
-NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory", "logs", "archive")
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "logs", "archive")
 """Each a module of this folder with its `figures`."""
 
 

@@ -16,7 +16,7 @@ from app.archive.sync import sync
 from app.store.fact_store import INSERT, Facts, Store
 from app.store.kinds import ActIntended, ModuleVisited, SaidNew
 from app.store.rows import content_text, make_row
-from tests.bench.figures import Figure
+from tests.bench.kit import Figure
 from tests.support.records.archive_server import archive_server
 
 FACTS: Final = 600_000

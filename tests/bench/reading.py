@@ -3,9 +3,7 @@
 
 import statistics
 import sys
-import tempfile
 import time
-from pathlib import Path
 from typing import Final
 
 import serial
@@ -13,9 +11,8 @@ import serial
 from app.engine.procedure import Job
 from app.engine.worker import Worker
 from app.procedures.read import READABLE, read_everything
-from tests.bench.figures import Figure
-from tests.bench.module import streaming_module
-from tests.support.processes import PROGRAM, ran
+from tests.bench.kit import Figure
+from tests.support.processes import PROGRAM, ran, run_module
 
 AIM: Final = 1.3
 PROCESS_AIM: Final = 3.0
@@ -73,7 +70,7 @@ def _process_s(*words: str) -> float:
 def figures(rounds: int = 8, turns: int = 4, processes: int = 12) -> list[Figure]:
     """By turns, so that other load affects both alike."""
     took: dict[str, list[float]] = {"ours": [], "bare": [], "script": [], "program": []}
-    with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module") as module:
+    with run_module() as module:
         for _ in range(turns):
             took["bare"] += _bare_s(module.port, rounds)
             took["ours"] += _worker_s(module.port, rounds)

@@ -7,14 +7,14 @@ import pytest
 from protocol.events import EndReason
 from tests.campaigns.lines import LINES, BadLine, watched
 from tests.campaigns.plug import Wear
-from tests.campaigns.walk import EXCHANGES, FAULTS, HAPPENINGS, JOBS, Plan, Run, cells, walk
+from tests.campaigns.walk import EXCHANGES, FAULTS, JOBS, Plan, Run, cells, walk
 from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH, some
 
 TODAY = datetime.datetime.now(datetime.UTC).date().toordinal()
 SEEDS = range(TODAY, TODAY + (20 if IS_THOROUGH else 1))
-NOTICED = some([name for name in HAPPENINGS if name in FAULTS or HAPPENINGS[name].must_end], one_in=2, first=TODAY)
-"""The shortest exchanges are a blind spot."""
+# The shortest exchanges are a blind spot.
+NOTICED = [*FAULTS, *some([name for name in EXCHANGES if EXCHANGES[name].must_end], one_in=4, first=TODAY)]
 SECONDS = 3600.0 if IS_THOROUGH else 10.0
 
 

@@ -56,7 +56,7 @@ class Line:
     def __exit__(self, *_: object) -> None:
         self.unplug()
         if self._link is not None:
-            Path(self._link).unlink()
+            Path(self._link).unlink(missing_ok=True)
 
     def unplug(self) -> None:
         """Take the adapter away; the host's reads and writes fail from then on."""

@@ -64,7 +64,7 @@ class Module:
         self._due: list[tuple[float, int, Callable[[float], bytes | None]]] = []
         self._order = itertools.count()
         self._out = b""
-        self._began_at = self._switched_on_at = self._free_at = self._streamed_at = now
+        self.began_at = self._switched_on_at = self._free_at = self._streamed_at = now
         self._silent_until = -math.inf
         self._next_record = 0
         self._falling_since = math.inf
@@ -333,4 +333,4 @@ class Module:
         return left != 0
 
     def _note(self, kind: str, frame: bytes, now: float, note: str = "") -> None:
-        self.log.add(Entry(now - self._began_at, kind, frame, note, self.name))
+        self.log.add(Entry(now - self.began_at, kind, frame, note, self.name))

@@ -1,0 +1,175 @@
+"""`python -m tests.campaigns.soak`: the whole window, a stream, and all that can go wrong on a line.
+
+    python -m tests.campaigns.soak --seconds 1800
+
+The module runs in another process. Faults, silences, restarts, unplugging and plugging in come at random; the window
+comes back each time by itself. In the end the line is honest, and then not one frame may be lost. Exit code 1 for an
+exception or an error in the log, a frame lost in the end, a thread that stays, memory that grows, or a window that does
+not come back.
+"""
+
+import argparse
+import logging
+import os
+import random
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Final
+
+from app.engine.ports import PortInfo
+from app.engine.target import Target
+from app.engine.worker import PortState
+from tests.bench.kit import LIMIT_S, LoopWatch, Traffic, resident_mb, turn_for, turn_until, window_apart
+from tests.support.confined import confined_home
+from tests.support.module_apart import ModuleApart, module_apart
+from ui.core.port_watcher import PortWatcher
+from ui.main import Assembly, WindowOptions, start
+
+ADAPTER: Final = PortInfo("", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
+"""The module is listed as this, whatever its port is called by then."""
+FAULTS: Final = ("lose=0.05", "delay_s=0.1", "jitter_s=0.3", "stream_hz=1440")
+STREAM: Final = "stream_hz=200"
+HONEST_S: Final = 5.0
+MAX_GROWTH_MB: Final = 5.0
+"""From the middle of a soak to its end."""
+
+
+class Soak:
+    def __init__(self, assembly: Assembly, module: ModuleApart, seed: int) -> None:
+        self.assembly, self.module = assembly, module
+        self.dice = random.Random(seed)
+        self.complaints: list[str] = []
+        self.done = Counter[str]()
+        self.memory_mb: list[float] = []
+
+    def run(self, seconds: float) -> None:
+        self._connect()
+        watch = LoopWatch()
+        watch.start()
+        ends_at = time.monotonic() + seconds
+        while time.monotonic() < ends_at and not self.complaints:
+            turn_for(self.dice.uniform(0.1, 2.0))
+            self._trouble()
+            if sys.platform.startswith("linux"):
+                self.memory_mb.append(resident_mb())
+        watch.stop()
+        self._end_in_order()
+        print(", ".join(f"{count} x {what}" for what, count in sorted(self.done.items())))
+        print(f"longest stall of the window: {watch.longest_s * 1000:.0f} ms")
+        self._judge_memory()
+
+    def _connect(self) -> None:
+        port = str(Path(self.module.port).readlink())
+        self.assembly.ports.connect_to(Target(port, 115200, ADAPTER.identity))
+        self._await_stream()
+
+    def _disconnect(self) -> None:
+        port = self.assembly.ports.current
+        port.disconnect_port()
+        turn_until(lambda: port.connection.state is PortState.CLOSED)
+
+    def _await_stream(self) -> None:
+        ports = self.assembly.ports
+        is_there = turn_until(lambda: ports.current.is_open and ports.module.view.is_streaming, LIMIT_S)
+        if not is_there:
+            self.complaints.append(f"no stream {LIMIT_S:.0f} s after {dict(self.done)}")
+
+    def _trouble(self) -> None:
+        what = self.dice.choice(("unplug", "restart", "silent", "fault", "fault", "fault", "honest"))
+        self.done[what] += 1
+        if what == "unplug":
+            self.module.tell("unplug")
+            turn_for(self.dice.uniform(0.02, 1.0))
+            self.module.tell("plug")
+        elif what == "silent":
+            self.module.tell(f"silent {self.dice.choice((0.2, 0.6, 2.0))}")
+        elif what == "fault":
+            self.module.tell(self.dice.choice(FAULTS))
+        else:
+            self.module.tell(what)
+        if what in ("unplug", "restart", "silent", "honest"):
+            self.module.tell("honest")
+            self.module.tell(STREAM)
+            self.module.tell("streamed")  # its log stays short
+            self._await_stream()
+
+    def _end_in_order(self) -> None:
+        """On the honest line every frame arrives."""
+        self._disconnect()
+        self.module.tell("honest")
+        self.module.tell(STREAM)
+        self.module.tell("restart")
+        turn_for(1.0)
+        self.module.tell("streamed")
+        traffic = Traffic()
+        self.assembly.ports.current.batch.connect(traffic.on_batch)
+        self._connect()
+        turn_for(HONEST_S)
+        self._disconnect()
+        sent = int(self.module.tell("streamed"))
+        print(f"on the honest line: {sent} frames streamed, {traffic.streamed} received")
+        if not sent or sent != traffic.streamed:
+            self.complaints.append("frames were lost on the honest line")
+
+    def _judge_memory(self) -> None:
+        later = self.memory_mb[len(self.memory_mb) // 2 :]
+        if len(later) < 4:
+            return
+        tenth = max(1, len(later) // 10)
+        growth_mb = statistics.median(later[-tenth:]) - statistics.median(later[:tenth])
+        first_mb, last_mb = self.memory_mb[0], later[-1]
+        print(f"memory: {first_mb:.0f} to {last_mb:.0f} MB, {growth_mb:+.1f} MB in the second half")
+        if growth_mb > MAX_GROWTH_MB:
+            self.complaints.append("memory grows")
+
+
+class Mistakes(logging.Handler):
+    """Collects errors in the log, where the program writes also what nobody caught."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.texts: list[str] = []
+        logging.getLogger().addHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.texts.append(logging.Formatter("%(name)s: %(message)s").format(record))
+
+
+def _run(seconds: float, seed: int) -> list[str]:
+    before, mistakes = set(threading.enumerate()), Mistakes()
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder) / "module"
+
+        def listed(_limit_s: float) -> list[PortInfo]:
+            return [ADAPTER._replace(device=str(link.readlink()))] if link.exists() else []
+
+        options = WindowOptions(language="en", offscreen_seconds=seconds)
+        with module_apart(link, STREAM) as module, window_apart(options, PortWatcher(listed)) as assembly:
+            start(assembly, options)
+            turn_for(2.0)  # the pages are made
+            soak = Soak(assembly, module, seed)
+            soak.run(seconds)
+    left = [thread.name for thread in set(threading.enumerate()) - before]
+    return [*soak.complaints, *mistakes.texts, *(f"a thread stayed: {name}" for name in left)]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.campaigns.soak", description=__doc__.partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=60.0, help="(default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
+    args = parser.parse_args()
+    if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    complaints = _run(args.seconds, args.seed)
+    print("\n".join(complaints) or "all as it should be")
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    with confined_home():
+        sys.exit(main())
