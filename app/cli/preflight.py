@@ -246,7 +246,7 @@ def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int
             codes.append(_conclude(args, member))
         if has_titles:
             rows = [(word_of(member.verdict), member.port, member.why) for member in members]
-            console.write_lines(["", summary(members), *console.columns(rows)])
+            console.write_lines(["", summary(member.verdict for member in members), *console.columns(rows)])
     finally:  # also where nobody reads
         if args.report is not None and not _write_reports(args, members):
             codes.append(console.PARTIAL)

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -54,9 +54,9 @@ def word_of(verdict: Verdict | None) -> str:
     return tr(NOT_CHECKED if verdict is None else verdict.value)
 
 
-def summary(members: Sequence[SetMember]) -> str:
+def summary(verdicts: Iterable[Verdict | None]) -> str:
     """ "2 GO, 1 READY, 1 NO-GO"."""
-    counts = Counter(member.verdict for member in members)
+    counts = Counter(verdicts)
     order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
     return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
 
@@ -91,7 +91,7 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
         "checks.html",
         title=tr("Pre-flight check, modules: {count}", count=len(members)),
         at=local_now().isoformat(sep=" ", timespec="minutes"),
-        summary=summary(members),
+        summary=summary(member.verdict for member in members),
         members=rows,
     )
     write_whole(path, printer([first], A4, json.dumps({"format": FIRST_PAGE}).encode()))

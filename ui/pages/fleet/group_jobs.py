@@ -8,10 +8,9 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job
-from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, changes_of, differences, outcome_of
-from app.preflight.evidence import OVER
 from app.preflight.findings import Person
+from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, inputs_at, refusals
@@ -25,16 +24,14 @@ from ui.services.context import Services
 from ui.session.port import Port
 from ui.session.shown_module import ShownModule
 
-SILENT = message(marked("The module does not answer."))
-
 
 class GroupChecks:
     """Pre-flight checks; they send queries only, or enable the triggers of each locked module first."""
 
     def __init__(self, members: FleetMembers) -> None:
         self._members = members
-        # Of the last set: with the name that each had, and its module, where that answered.
-        self._set: dict[Port, tuple[str, ShownModule | None]] = {}
+        # The last set, with the modules that answered.
+        self._set: dict[Port, ShownModule | None] = {}
 
     @property
     def is_running(self) -> bool:
@@ -45,22 +42,18 @@ class GroupChecks:
         return len(self._set)
 
     @property
-    def results(self) -> list[SetMember]:
-        """Of those that have ended, as they stand now: what is void by now is not checked."""
-        ended = [(port, *begun) for port, begun in self._set.items() if not port.module.is_checking]
-        return [_member(port, name, module) for port, name, module in ended]
+    def verdicts(self) -> list[Verdict | None]:
+        """Of those that have ended, as they stand now: what is void by now is not checked, None."""
+        return [_verdict(module) for port, module in self._set.items() if not port.module.is_checking]
 
     def check(self, profile: Profile | None, *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded."""
         ports = self._members.ticked
         if any(port.module.is_checking for port in ports):
             return
-        self._set = {}
-        for port in ports:
-            module = port.module if port in self._members.reachable else None
-            self._set[port] = port.module.name, module
-            if module is not None:
-                module.begin_check(profile or NO_PROFILE, Person(), is_enabling=is_enabling)
+        self._set = {port: port.module if port in self._members.reachable else None for port in ports}
+        for module in filter(None, self._set.values()):
+            module.begin_check(profile or NO_PROFILE, Person(), is_enabling=is_enabling)
 
     def cancel(self) -> None:
         for port in self._set:
@@ -68,16 +61,11 @@ class GroupChecks:
                 port.module.check.cancel()
 
 
-def _member(port: Port, name: str, module: ShownModule | None) -> SetMember:
-    place = port_text(port.target)
-    if module is None:
-        return SetMember(place, name, None, SILENT)
-    check = module.check
-    if check is None:
-        return SetMember(place, name, None, OVER.message)
-    void = None if check.void is None else check.void.message
-    trouble = void if check.trouble is None else check.trouble.message
-    return SetMember(place, check.person.module or "", check.filed if check.void is None else None, trouble)
+def _verdict(module: ShownModule | None) -> Verdict | None:
+    check = None if module is None else module.check
+    if check is None or check.void is not None or check.filed is None:
+        return None
+    return check.filed.assessment.verdict
 
 
 class GroupProfile(QObject):

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QTo
 from app.fleet.card import Card, Need
 from app.fleet.check_set import summary
 from app.fleet.profile_table import Applied, result_line
+from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange
 from app.text.i18n import tr
 from app.text.sentences import capitalised, labelled
@@ -172,7 +173,7 @@ class FleetPage(Page):
             text = tr(
                 "{what} ({done} of {total})",
                 what=capitalised(tr("checking…")),
-                done=len(self.checks.results),
+                done=len(self.checks.verdicts),
                 total=self.checks.total,
             )
             return progress_notice(text, self.checks.cancel)
@@ -230,9 +231,9 @@ class FleetPage(Page):
         self.result.set_notice_of_now(self._checked_notice)
 
     def _checked_notice(self) -> Notice | None:
-        members = self.checks.results
-        is_fine = not any(member.why for member in members)
-        return Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members))
+        verdicts = self.checks.verdicts
+        is_fine = all(verdict in (Verdict.GO, Verdict.READY) for verdict in verdicts)
+        return Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(verdicts))
 
     def _choose_profile(self) -> None:
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
