@@ -114,8 +114,8 @@ class Port(QObject):
         self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         # What stays of the conversations that ended here.
         self.interruptions = Interruptions(time.time, parent=self)
-        # Whether a module here may have fired before it restarted.
-        self.firing_doubt = FiringDoubt()
+        # Whether a module may have fired before it restarted, by the key of its adapter.
+        self._firing_doubts: dict[str, FiringDoubt] = {}
         # When the module last reported ACTIVE; long ago where LOCK was confirmed since.
         self._active_at = -inf
         self.target: Target | None = None
@@ -162,6 +162,11 @@ class Port(QObject):
     def now_s(self) -> float:
         """By the clock of the engine."""
         return self._clock()
+
+    @property
+    def firing_doubt(self) -> FiringDoubt:
+        """Whether the module at this adapter may have fired before it restarted."""
+        return self._firing_doubts.setdefault(self.key, FiringDoubt())
 
     @property
     def is_changing_rate(self) -> bool:

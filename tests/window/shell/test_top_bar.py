@@ -14,9 +14,10 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
 from app.engine.procedure import LinkView
+from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse
 from app.safety.last_known import keep_away
-from protocol.events import Counters
+from protocol.events import Counters, EndReason
 from protocol.frame import Reason
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
@@ -315,4 +316,22 @@ def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtb
     ports.ports.choose(second)
     assert bar.age.text() == "5 min ago"
     assert bar.fault.isHidden()
+    ports.stop()
+
+
+@pytest.mark.promise("f")
+def test_a_doubt_belongs_to_its_adapter(qtbot: QtBot) -> None:
+    ports = ports_alone()
+    top = TopBar(ports.ports, LimitsInUse())
+    qtbot.addWidget(top)
+    port, module = ports.plug_in(USB0, active=True)
+    QApplication.processEvents()
+    module.end(EndReason.RESTARTED)
+    QApplication.processEvents()
+    for device, word in ((USB0, "may have fired"), (USB1, "NOT TRIGGERED"), (USB0, "may have fired")):
+        port.connect_to(Target(device, 115200))
+        module.begin(**VALUES)
+        QApplication.processEvents()
+        top.refresh()
+        assert top.trigger.word == word, device
     ports.stop()
