@@ -167,7 +167,7 @@ class Desk:
             ("flags", bar.triggers),
             ("cell", bar.cell),
         ):
-            is_known = chip.word not in ("unknown", "not known") and not chip._stale_age
+            is_known = chip.word not in ("unknown", "not known") and not chip.stale_age
             yield subject, chip.word.partition(",")[0] if is_known else None
         # Of a module without a name the title is that of the port, which then is not in the line below.
         yield "name", bar.port.title.text() if " · " in bar.port.word.text() else ""

@@ -34,26 +34,24 @@ class JobNotice(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
-        self._notice: Notice | None = None
-        self._find_notice: Callable[[], Notice | None] | None = None
-        """Used in place of `_notice`: progress, and what is true only as long as something holds."""
+        # Finds what is to be said now; None where that is nothing.
+        self._find: Callable[[], Notice | None] | None = None
         self._reading: BackgroundTask[Any] = BackgroundTask("dps-s read", self)
         self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        # How many files are being written by `write_file`, and what came of those that were meanwhile.
         self._files = 0
-        """How many are being written by `write_file`."""
         self._outcomes: list[tuple[Meaning, str]] = []
-        """Of those that were written at the same time."""
         self._ticking = QTimer(self, interval=PROGRESS_EVERY_MS)
         self._ticking.timeout.connect(self._tick)
 
     def set_notice(self, notice: Notice | None) -> None:
         """Sets the notice; None removes it. Screen readers hear it once."""
-        self._notice, self._find_notice = notice, None
+        self._find = None if notice is None else lambda: notice
         self._say()
 
     def set_notice_of_now(self, find: Callable[[], Notice | None]) -> None:
         """Sets a notice of what is so now: `find` is called whenever it is shown, and gives None once it is over."""
-        self._notice, self._find_notice = None, find
+        self._find = find
         self._say()
 
     def _say(self) -> None:
@@ -109,16 +107,14 @@ class JobNotice(QObject):
             self.dismiss()
             then(result)
 
-        self._notice, self._find_notice = None, progress
+        self._find = progress
         task.run(act, end, partial(self._refuse, refused))
         self._ticking.start()
         self.changed.emit()
 
-    def write_file(
-        self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None, *, beside: str = ""
-    ) -> None:
+    def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None) -> None:
         """Writes a small file, and says what came of it, and of each other one that is written meanwhile; `saved` is
-        given what `write` returned, where more is to be said than the path; `beside`: suffix of a second file."""
+        given what `write` returned, where more is to be said than the path."""
         if not self._files:
             self._outcomes = []
         self._files += 1
@@ -139,8 +135,7 @@ class JobNotice(QObject):
                 raise error
 
         writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
-        paths = f"{path}, {path.with_suffix(beside)}" if beside else path
-        text = saved or (lambda _result: tr("Saved to {path}.", path=paths))
+        text = saved or (lambda _result: tr("Saved to {path}.", path=path))
         writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, text(result)), fail)
 
     @property
@@ -176,19 +171,17 @@ class JobNotice(QObject):
     def end(self, *, is_page_left: bool) -> None:
         """Another module is connected, or only the page was left, which does not end what a person has to act on."""
         notice = self.result_notice()
-        if self.is_busy or (not is_page_left and not self.is_of_module):
+        if self._find is None or self.is_busy or (not is_page_left and not self.is_of_module):
             return
-        is_news = notice is None or notice.meaning is Meaning.GOOD
-        if notice is not None and notice.meaning is Meaning.INFORMATION:
-            is_news = not notice.choices
-        has_notice = self._notice is not None or self._find_notice is not None
-        if has_notice and (is_news or not is_page_left):
+        is_trouble = notice is not None and notice.meaning in (Meaning.ATTENTION, Meaning.DANGER)
+        is_question = notice is not None and notice.meaning is Meaning.INFORMATION and bool(notice.choices)
+        if not (is_page_left and (is_trouble or is_question)):
             self.dismiss()
 
     def result_notice(self) -> Notice | None:
         """Progress, else the last result; None if there is none, or it was dismissed. What offers no choice can be
         closed."""
-        notice = self._notice if self._find_notice is None else self._find_notice()
+        notice = None if self._find is None else self._find()
         return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
 
 

@@ -52,7 +52,7 @@ class RunningJob(JobNotice):
     ) -> None:
         """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not.
         `expects`: see `ShownModule.run`."""
-        self.progress = self._notice = None
+        self.progress = self._find = None
         self._began_at = self._module.now_s
         self._job = self._module.run(
             procedure, partial(self._end, then), on_progress=self._remember_progress, expects=expects

@@ -1,7 +1,7 @@
 """Top bar, visible on every page: port and link, state of the module, LOCK."""
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QLayout, QPushButton, QSizePolicy, QToolButton
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
@@ -23,6 +23,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 EMPTY_CELL_V = 3.3
 FULL_CELL_V = 4.2
 """Usual range of a lithium cell, for the battery icon only."""
+_LEAST_NAME_PX = 60
 _PHASES = {
     Phase.CLOSED: (Icon.UNPLUGGED, Meaning.UNKNOWN),
     Phase.OPENING: (Icon.CONNECTING, Meaning.INFORMATION),
@@ -62,13 +63,15 @@ class PortButton(QPushButton):
         super().__init__()
         self._shown: object = None
         control(self, "port_button", tip=tr("Choose a port"), key="Ctrl+K", role="quiet")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
+        self.title.setMinimumWidth(scaled(_LEAST_NAME_PX))
         lines = in_column(self.title, self.word, spacing=0, margins=0)
         arrow = IconLabel("port_arrow", 12, keeps_place=True)
         arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
-        self._row = in_row(self._sign, (lines, 1), arrow, of=self, spacing=Space.S, margins=(Space.S, Space.XS))
+        row = in_row(self._sign, lines, arrow, 1, of=self, spacing=Space.S, margins=(Space.S, Space.XS))
+        row.setSizeConstraint(QLayout.SizeConstraint.SetMinimumSize)
 
     def show_link(self, name: str, title: str, phase: Phase, words: LinkText) -> None:
         if (name, title, phase, words) == self._shown:
@@ -87,13 +90,6 @@ class PortButton(QPushButton):
         told = tr("Port {port}: {state}", port=title, state=word)
         self.setAccessibleName(join_names([labelled(tr("Module"), name), told] if name else [told]))
         self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
-        self.updateGeometry()
-
-    def sizeHint(self) -> QSize:
-        return self._row.sizeHint()  # Qt's is of a button's own text
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(scaled(110), self._row.minimumSize().height())
 
 
 class TopBar(QFrame):
@@ -111,27 +107,23 @@ class TopBar(QFrame):
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.port = PortButton()
         self.port.clicked.connect(self.panel_wanted)
-        self.activation = named(StateChip("", is_stacked=True), "activation_chip")
-        self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
-        self.triggers = named(StateChip("", is_stacked=True, is_captioned=True), "triggers_chip")
-        self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
-        self._name_states()
+        self.activation = named(StateChip(tr("Activation")), "activation_chip")
+        self.trigger = named(StateChip(tr("Trigger")), "trigger_chip")
+        self.triggers = named(StateChip(tr("triggers")), "triggers_chip")
+        self.cell = named(StateChip(tr("Cell"), is_measured=True), "cell_chip")
         self.lock = control(
-            QPushButton(tr("LOCK")),
-            "lock_button",
-            key="Ctrl+L",
-            picture=Icon.LOCK,
-            slot=ports.lock.press,
+            QPushButton(tr("LOCK")), "lock_button", key="Ctrl+L", picture=Icon.LOCK, slot=ports.lock.press
         )
-        # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
-        self.lock_others = control(QPushButton(), "lock_others_button", role="danger")
-        self.lock_others.clicked.connect(ports.lock.press_others)
-        self.lock_others.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-        ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
         self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
-        self.lock.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-        states = in_row(self.activation, self.trigger, self.triggers, self.cell, spacing=Space.XS)
-        head = (self.menu, self.port, 1)
+        # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
+        self.lock_others = control(QPushButton(), "lock_others_button", role="danger", slot=ports.lock.press_others)
+        ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
+        chips = (self.activation, self.trigger, self.triggers, self.cell)
+        for part in (*chips, self.lock, self.lock_others):
+            part.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        self._reserve()
+        states = in_row(*chips, spacing=Space.XS)
+        head = (self.menu, (self.port, 1))
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
         if scale_in_use() > 1:
             first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
@@ -145,17 +137,8 @@ class TopBar(QFrame):
             changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh)
 
-    def _name_states(self) -> None:
-        """Their captions, and room for the widest words, so that nothing moves when a state changes."""
-        captions = (
-            (self.activation, tr("Activation")),
-            (self.trigger, tr("Trigger")),
-            (self.triggers, tr("triggers")),
-            (self.cell, tr("Cell voltage")),
-        )
-        for chip, caption in captions:
-            chip.set_caption(caption)
-            chip.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+    def _reserve(self) -> None:
+        """Keep room for the widest words, so that nothing moves when a state changes."""
         ages = [tr("{time} ago", time=duration(seconds)) for seconds in (59 * 60, 99, 1.9)]
         ages.append(tr("unknown"))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
@@ -164,9 +147,6 @@ class TopBar(QFrame):
         # In large text there is no room for both words, and the rare move is the lesser evil.
         both = tr("charging") if is_text_large() else join_names((tr("charging"), tr("low")))
         self.cell.reserve(("4.00 V",), below=(*ages, both))
-        self.activation.name_unknown(tr("Activation"))
-        self.trigger.name_unknown(tr("Trigger"))
-        self.cell.name_unknown(tr("Cell"))
 
     def open_menu(self) -> None:
         """Opens the menu below its button, without blocking."""
@@ -207,20 +187,22 @@ class TopBar(QFrame):
             self.cell.show_unknown()
             return
         volts = float(voltage.value)
-        word = f"{volts:.2f} V"
+        said = []
         if charging is not None and charging.value is True:
             # The voltage is then the charger's, so a level would be a guess.
-            word, picture = tr("{value}, {fault}", value=word, fault=tr("charging")), Icon.BOLT
+            said.append(tr("charging"))
+            picture = Icon.BOLT
         elif charging is None:
-            word, picture = tr("{value}, {fault}", value=word, fault=tr("charger unknown")), battery(None)
+            said.append(tr("charger unknown"))
+            picture = battery(None)
         else:
-            level = (volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V)
-            picture = battery(level)
-        age, outside = age_of(voltage, now), value_outside("cell_voltage_v", device, now, self._in_use)
-        if outside is None:
-            self.cell.show_state(word, picture, stale_age=age)
-        else:
-            word = tr("{value}, {fault}", value=word, fault=tr(outside.fault.value))
-            limit = tr("limit {value}", value=outside.limit)
-            meaning = Meaning.ATTENTION
-            self.cell.show_state(word, Icon.WARNING, meaning, stale_age=age, keeps_colour=True, detail=limit)
+            picture = battery((volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V))
+        meaning, detail = None, ""
+        outside = value_outside("cell_voltage_v", device, now, self._in_use)
+        if outside is not None:
+            said.append(tr(outside.fault.value))
+            picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)
+        age = age_of(voltage, now)
+        below = join_names(said)
+        word = f"{volts:.2f} V"
+        self.cell.show_state(word, picture, meaning, below=below, stale_age=age, keeps_colour=True, detail=detail)

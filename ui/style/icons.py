@@ -158,17 +158,6 @@ def _rendered(svg: str, pixels: int) -> QPixmap:
     return QPixmap.fromImage(image)
 
 
-def _widened(picture: QPixmap, width: int, ratio: float) -> QPixmap:
-    """The picture at the left of empty room: Qt leaves only 4 px between the icon and the text of a button."""
-    wide = QPixmap(width, picture.height())
-    wide.setDevicePixelRatio(ratio)
-    wide.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(wide)
-    painter.drawPixmap(0, 0, picture)
-    painter.end()
-    return wide
-
-
 class _Engine(QIconEngine):
     """Paints one icon in the colour that the theme has for it at that moment."""
 
@@ -195,9 +184,7 @@ class _Engine(QIconEngine):
 
     def scaledPixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State, scale: float) -> QPixmap:
         # Since Qt 6.8 the size is in logical pixels.
-        side = min(size.width(), size.height())
-        picture = pixmap(self._icon, side, self._colour(mode), ratio=scale)
-        return picture if size.width() <= side else _widened(picture, round(size.width() * scale), scale)
+        return pixmap(self._icon, min(size.width(), size.height()), self._colour(mode), ratio=scale)
 
     def clone(self) -> QIconEngine:
         return _Engine(self._icon, self._meaning, is_on_primary=self._is_on_primary)
@@ -208,9 +195,9 @@ def icon(picture: Icon, meaning: Meaning | None = None, *, is_on_primary: bool =
     return QIcon(_Engine(picture, meaning, is_on_primary=is_on_primary))
 
 
-def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int, *, gap_px: int = 0) -> None:
-    """Sets the size of a widget's icons at the usual size of text. `gap_px` is empty room at the right."""
-    widget.setIconSize(QSize(scaled(px + gap_px), scaled(px)))
+def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int) -> None:
+    """Sets the size of a widget's icons at the usual size of text."""
+    widget.setIconSize(QSize(scaled(px), scaled(px)))
 
 
 @cache

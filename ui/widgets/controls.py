@@ -1,10 +1,10 @@
 """Makes a control from one description: object name, texts, shortcut, icon, role, slot."""
 
-from typing import ClassVar, Final, TypeVar
+from typing import ClassVar, TypeVar
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QToolButton, QWidget
 
 from app.text.sentences import in_brackets
 from ui.style.icons import Icon, icon, set_icon_size
@@ -41,9 +41,6 @@ def set_look(look: str, *widgets: QWidget) -> None:
             widget.style().polish(widget)
 
 
-TEXT_GAP_PX: Final = 2
-"""Between the icon and the text of a button, beside the 4 px of Qt."""
-_KEY: Final = "key"
 Control = TypeVar("Control", bound=QWidget)
 
 
@@ -82,7 +79,7 @@ def control(
         if picture is not None:
             widget.setProperty("picture", picture)
             widget.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(widget, IconSize.TEXT, gap_px=TEXT_GAP_PX if text or isinstance(widget, QPushButton) else 0)
+            set_icon_size(widget, IconSize.TEXT)
             if text and isinstance(widget, QToolButton):
                 widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:
@@ -94,7 +91,7 @@ def control(
     elif says:
         widget.setAccessibleName(says)
     if key:
-        widget.setProperty(_KEY, key)
+        widget.setProperty("key", key)
         tip += in_brackets(key)
     if tip:
         widget.setToolTip(tip)

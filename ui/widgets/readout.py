@@ -139,36 +139,28 @@ class Readout(Spoken, QFrame):
 
 
 class StateChip(Spoken, QFrame):
-    """One state as icon, word and colour; unknown at first.
+    """One state as icon, word and colour, with small letters below where there is more to say; unknown at first.
 
     Good and neutral states are plain, attention and danger filled, unknown dashed; a stale state is dashed and shows
-    its age. `is_measured`: the word contains a measured value. `is_stacked`: the part after a comma and the age are in
-    small letters below the word, and with `is_captioned` the caption where there is neither.
+    its age. `is_measured`: the word contains a measured value, of which each change is no news.
     """
 
     accessible_role: ClassVar = QAccessible.Role.StaticText
 
-    def __init__(
-        self,
-        caption: str,
-        *,
-        is_measured: bool = False,
-        is_stacked: bool = False,
-        is_captioned: bool = False,
-    ) -> None:
+    def __init__(self, caption: str, *, is_measured: bool = False) -> None:
         super().__init__()
         self.setProperty("role", "chip")
-        self._caption = caption
-        self._is_measured, self._is_stacked, self._is_captioned = is_measured, is_stacked, is_captioned
+        self._caption, self._is_measured = caption, is_measured
         self._shown: object = None
-        self._unknown = ""
+        self.word = self.stale_age = ""
+        self.meaning: Meaning | None = None
         self._icon = IconLabel("", IconSize.STATE, keeps_place=True)
-        self._word_label, self._below_label = _label("word"), _label("small")
+        self._above, self._below = _label("word"), _label("small")
         words = QVBoxLayout()
         words.setSpacing(0)
         words.addStretch()
-        words.addWidget(self._word_label)
-        words.addWidget(self._below_label)
+        words.addWidget(self._above)
+        words.addWidget(self._below)
         words.addStretch()
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.S, 0, Space.S, 0)
@@ -178,21 +170,14 @@ class StateChip(Spoken, QFrame):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.show_unknown()
 
-    def set_caption(self, caption: str) -> None:
-        """Sets what the state is of, for screen readers and the tooltip."""
-        self._caption = caption
-        self._show()
-
-    def name_unknown(self, text: str) -> None:
-        """Sets the text shown for unknown, such as "Trigger unknown"; a stacked chip shows it above "unknown"."""
-        self._unknown = text
-        self._show()
-
     def reserve(self, words: Iterable[str], *, below: Iterable[str] = ()) -> None:
         """Keeps room for the widest of `words`, and of `below` in small letters."""
         small = QFontMetrics(font(Size.SMALL))
         widths = [*map(_bold().horizontalAdvance, words), *map(small.horizontalAdvance, below)]
-        self._word_label.setMinimumWidth(max(widths))
+        self._above.setMinimumWidth(max(widths))
+
+    def show_unknown(self) -> None:
+        self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
 
     def show_state(
         self,
@@ -200,51 +185,34 @@ class StateChip(Spoken, QFrame):
         icon: Icon,
         meaning: Meaning | None = None,
         *,
-        age: str = "",
+        below: str = "",
         stale_age: str = "",
         keeps_colour: bool = False,
         detail: str = "",
     ) -> None:
-        """`stale_age` marks a stale state, which with `keeps_colour` keeps the colour of its meaning; one that is not
-        stale may have an `age`. `detail` is only for the tooltip and screen readers."""
-        new = (word, icon, meaning, age, stale_age, keeps_colour and bool(stale_age), detail)
-        if new != self._shown:
-            self._shown = new
-            self.word, self._picture, self.meaning, self._age, self._stale_age, self._keeps_colour, self._detail = new
-            self._show()
-
-    def show_unknown(self) -> None:
-        self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
-
-    def _show(self) -> None:
-        above, below = self._lines()
-        self._word_label.setText(above)
-        self._below_label.setText(below)
-        self._below_label.setVisible(bool(below))
-        is_loud = self.meaning in (Meaning.ATTENTION, Meaning.DANGER)
-        meaning = self.meaning.value if self.meaning is not None and is_loud else ""
-        if self.meaning is Meaning.UNKNOWN:
+        """`stale_age` marks a stale state, which with `keeps_colour` keeps the colour of its meaning. `detail` is only
+        for the tooltip and screen readers."""
+        new = (word, icon, meaning, below, stale_age, keeps_colour, detail)
+        if new == self._shown:
+            return
+        self._shown, self.word, self.meaning, self.stale_age = new, word, meaning, stale_age
+        is_unknown = word == tr("unknown")
+        self._above.setText(self._caption if is_unknown else word)
+        self._below.setText(word if is_unknown else stale_age or below)
+        self._below.setVisible(bool(self._below.text()))
+        is_loud = meaning in (Meaning.ATTENTION, Meaning.DANGER)
+        look = meaning.value if meaning is not None and is_loud else ""
+        if meaning is Meaning.UNKNOWN:
             look = "unknown"
-        elif self._stale_age:
-            look = f"stale-{meaning}" if meaning and self._keeps_colour else "stale"
-        else:
-            look = meaning
-        set_look(look, self, self._word_label, self._below_label)
-        is_filled = is_loud and not self._stale_age
-        self._icon.show_icon(self._picture, self.meaning, is_muted=look == "stale", is_filled=is_filled)
-        name = f"{self._caption}: {self.word}"
-        text = ", ".join(filter(None, (name, self._detail, self._stale_age or self._age)))
-        self.say(text, name=self._caption if self._is_measured else name)
+        elif stale_age:
+            look = f"stale-{look}" if look and keeps_colour else "stale"
+        set_look(look, self, self._above, self._below)
+        self._icon.show_icon(icon, meaning, is_muted=look == "stale", is_filled=is_loud and not stale_age)
+        state = f"{self._caption}: {word}"
+        more = "" if below == self._caption else below
+        text = ", ".join(filter(None, (state, more, detail, stale_age)))
+        self.say(text, name=self._caption if self._is_measured else state)
         self.setToolTip(text)
-
-    def _lines(self) -> tuple[str, str]:
-        """The text in the size of the chip, and the one below it in small letters, or ""."""
-        if self.meaning is Meaning.UNKNOWN and self._unknown:
-            return self._unknown, self.word if self._is_stacked else ""
-        if not self._is_stacked:
-            return f"{self.word} · {self._stale_age}" if self._stale_age else f"{self.word} {self._age}".rstrip(), ""
-        word, _, more = self.word.replace("，", ", ").partition(", ")
-        return word, self._stale_age or more or (self._caption if self._is_captioned else "")
 
 
 def show_activation(chip: StateChip, seen: SeenActivation, now: float) -> None:
@@ -277,11 +245,11 @@ def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None
 def show_trigger_flags(chip: StateChip, flags: TriggerFlags) -> None:
     """Whether the automatic triggers are on, as far as that is known."""
     if flags.is_one_off:
-        chip.show_state(flags.text, Icon.WARNING, Meaning.ATTENTION)
+        chip.show_state(flags.text, Icon.WARNING, Meaning.ATTENTION, below=tr("triggers"))
     elif flags.are_on:
-        chip.show_state(flags.text, Icon.CHECK)
+        chip.show_state(flags.text, Icon.CHECK, below=tr("triggers"))
     else:
-        chip.show_state(flags.text, Icon.UNKNOWN, Meaning.UNKNOWN)
+        chip.show_state(flags.text, Icon.UNKNOWN, Meaning.UNKNOWN, below=tr("triggers"))
 
 
 def age_of(known: Known, now: float) -> str:

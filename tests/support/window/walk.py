@@ -224,13 +224,13 @@ class Walk(Rig):
         bench.set_world(tilt_deg=123)
         bench.set_world(cell_v=3.61)
         bench.set_charger(is_plugged_in=True)
-        self.until(lambda: ", " in cell.word)
+        self.until(lambda: ", " in cell.accessibleName())
         self.settle()
         found = moved(before, places(self.window))
         bench.set_world(tilt_deg=0)
         bench.set_world(cell_v=4.0)
         bench.set_charger(is_plugged_in=False)
-        self.until(lambda: ", " not in cell.word)
+        self.until(lambda: ", " not in cell.accessibleName())
         self.settle()
         return found
 

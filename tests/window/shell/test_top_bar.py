@@ -98,7 +98,7 @@ def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
             let_lay_out(main)
             before = places(main.top_bar)
             bench.set_charger(is_plugged_in=is_charged)
-            qtbot.waitUntil(lambda wanted=is_charged: (", " in cell.word.replace("，", ", ")) is wanted)  # type: ignore[misc]
+            qtbot.waitUntil(lambda wanted=is_charged: (", " in cell.accessibleName()) is wanted)  # type: ignore[misc]
             let_lay_out(main)
             assert moved(before, places(main.top_bar)) == []
             for bar in (main.top_bar, main.status_bar, main.navigation):

@@ -57,7 +57,7 @@ def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         qtbot.waitUntil(lambda: top.trigger.word == "TRIGGERED")
         assert top.trigger.meaning is Meaning.DANGER
         bench.set_charger(is_plugged_in=True)
-        qtbot.waitUntil(lambda: "charging" in top.cell.word)
+        qtbot.waitUntil(lambda: "charging" in top.cell.accessibleName())
 
 
 def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -107,13 +107,12 @@ def test_only_attention_and_danger_are_filled(qtbot: QtBot) -> None:
     assert chip.accessibleName() == "Lock: ACTIVE, 12 s ago"
 
 
-def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -> None:
+def test_a_chip_says_what_is_unknown(qtbot: QtBot) -> None:
     chip = StateChip("Trigger")
     qtbot.addWidget(chip)
-    chip.name_unknown("Trigger unknown")
     assert (chip.word, chip.meaning) == ("unknown", Meaning.UNKNOWN)
     assert chip.accessibleName() == chip.toolTip() == "Trigger: unknown"
-    assert [label.text() for label in chip.findChildren(QLabel) if label.text()] == ["Trigger unknown"]
+    assert [label.text() for label in chip.findChildren(QLabel) if label.text()] == ["Trigger", "unknown"]
     chip.show_state("TRIGGERED", Icon.PARACHUTE, Meaning.DANGER)
     assert [label.text() for label in chip.findChildren(QLabel) if label.text()] == ["TRIGGERED"]
 
