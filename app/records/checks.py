@@ -13,7 +13,7 @@ from app.store.kinds import PreflightCheck
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
-# Number of checks that the list of aircraft is made from.
+# Number of checks that are looked through for an aircraft.
 RECENT = 100
 LISTED = 200
 # A rise by this between two checks is a charge; by less than the other it is none.
@@ -99,23 +99,12 @@ def document_of(facts: Facts, id_: str) -> str:
     return "" if check is None else check.content.document
 
 
-def checks_in(facts: Facts, module: str | None = None, *, aircraft: str | None = None) -> tuple[CheckLine, ...]:
-    """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
-    each: not for the window's thread."""
-    if aircraft is None:
-        found = facts.back_from_newest(PreflightCheck, module)
-    else:
-        every = facts.back_from_newest(PreflightCheck)
-        found = (check for check in every if check.content.aircraft == aircraft)
-    lines = [check_line(check) for check in islice(found, LISTED)]
-    fired = {name: all_fired(facts, name) for name in {line.module for line in lines} if name is not None}
-    return tuple(line.after(fired.get(line.module or "", ())) for line in lines)
-
-
-def aircraft_in(facts: Facts) -> tuple[str, ...]:
-    """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
-    recent = islice(facts.back_from_newest(PreflightCheck), RECENT)
-    return tuple(dict.fromkeys(check.content.aircraft for check in recent if check.content.aircraft))
+def checks_in(facts: Facts, module: str | None = None) -> tuple[CheckLine, ...]:
+    """Newest first, of one module (None: modules without a name). Takes up to a millisecond for each: not for the
+    window's thread."""
+    lines = [check_line(check) for check in islice(facts.back_from_newest(PreflightCheck, module), LISTED)]
+    fired = () if module is None else all_fired(facts, module)
+    return tuple(line.after(fired) for line in lines)
 
 
 def aircraft_of(facts: Facts, module: str) -> str:

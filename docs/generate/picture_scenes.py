@@ -150,7 +150,7 @@ def preflight(studio: Studio) -> None:
     page = studio.page("preflight", PreflightPage)
     studio.module.set_world(is_lifelike=False, tilt_deg=0)
     studio.run(1.0)
-    page.form.aircraft.setEditText(AIRCRAFT)
+    page.form.aircraft.setText(AIRCRAFT)
     page.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
     records = studio.find(TriggersPage)
@@ -160,7 +160,7 @@ def preflight(studio: Studio) -> None:
         if page.work.standing is Standing.NOT_CHECKED:  # a busy machine has interrupted the conversation
             studio.until(lambda: studio.assembly.ports.module.is_read, "it was not read again")
             studio.assembly.ports.module.say_name(MODULE)
-            page.form.aircraft.setEditText(AIRCRAFT)
+            page.form.aircraft.setText(AIRCRAFT)
             studio.until(lambda: page.work.can_enable, "nothing can be checked")
             page.enable.click()
             studio.run(1.0)

@@ -23,7 +23,8 @@ _SEARCH_PX: Final = 140
 
 
 class RowsTable(QTableView, Generic[Row]):
-    """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`. Sorted by a
+    """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`; without
+    `tell` a row is read as its cells. Sorted by a
     column, newest or largest first, or not at all."""
 
     opened = Signal()
@@ -35,7 +36,7 @@ class RowsTable(QTableView, Generic[Row]):
         says: str,
         columns: Sequence[TableColumn[Row]],
         identify: Callable[[Row], object],
-        tell: Callable[[Row], str],
+        tell: Callable[[Row], str] | None = None,
         *,
         row_px: int,
         sorted_by: int | None = None,
@@ -46,7 +47,7 @@ class RowsTable(QTableView, Generic[Row]):
         super().__init__()
         control(self, name, says=says)
         self._widths: dict[int, int] = {}
-        self.source: RowsModel[Row] = RowsModel((), identify, tell, self)
+        self.source: RowsModel[Row] = RowsModel((), identify, tell or self._as_shown, self)
         self.filter: RowsFilter[Row] = RowsFilter(self.source, self, searches_sentence=searches_sentence)
         self.setModel(self.filter)
         list_rows(self, row_px=row_px)
@@ -57,6 +58,9 @@ class RowsTable(QTableView, Generic[Row]):
         if sorted_by is not None:
             self.setSortingEnabled(True)
             self.sortByColumn(sorted_by, order)
+
+    def _as_shown(self, row: Row) -> str:
+        return ", ".join(column.text(row) for column in self.source.columns)
 
     def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
         self.source.show_columns(columns)

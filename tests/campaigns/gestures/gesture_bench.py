@@ -175,7 +175,7 @@ class GestureBench:
         asked = [one for confirm in self.confirms() for one in (confirm.ask, confirm.go, confirm.cancel)]
         ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
         check = [preflight.enable, preflight.cancel, preflight.run]
-        check += [row.act for row in preflight.list.rows.values()]
+        check += [row.act for row in preflight.list.rows.values() if row.act is not None]
         check += [self.guided.primary, self.guided.cancel]
         found = [*asked, *ritual, *check, settings.write, *settings.strip.findChildren(QPushButton)]
         return [one for one in found if one.isVisible()]

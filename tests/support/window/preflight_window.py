@@ -16,7 +16,7 @@ from app.records.checks import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, drop, given, notice_text, press
+from tests.support.window.steps import Found, await_child, drop, given, notice_text, press, settle
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import ModuleCheck, Standing
@@ -123,6 +123,14 @@ def kept(bench: OnBench, module: str = "") -> list[str]:
 
 def said(bench: OnBench) -> str:
     return notice_text(bench.preflight.strip)
+
+
+def press_row(bench: OnBench, id_: str) -> None:
+    """The button of a check that is not met."""
+    act = given(bench.preflight.list.rows[id_].act)
+    bench.preflight.list.ensureWidgetVisible(act)
+    settle(act)
+    bench.click(act)
 
 
 def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:

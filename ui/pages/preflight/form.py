@@ -1,22 +1,21 @@
 """Form of the Pre-flight page: person, module, aircraft, profile."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
-from app.records.checks import aircraft_in, aircraft_of
+from app.records.checks import aircraft_of
 from app.settings.profiles import Profile
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, clean
 from app.text.sentences import labelled
-from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -24,10 +23,8 @@ from ui.session.module_field import ModuleField
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named, without_key
 from ui.widgets.layouts import captioned_row
-from ui.widgets.sliders import WheelGuard
 
 MAX_NAME_LENGTH: Final = 80
-_MAX_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
@@ -48,18 +45,9 @@ class PreflightForm(QWidget):
         self.who.setAccessibleName(tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
         self.name_field = ModuleField("preflight_module", services.ports)
-        self.aircraft = named(QComboBox(), "preflight_aircraft")
-        self.aircraft.setEditable(True)
-        self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.aircraft.setMinimumContentsLength(8)
-        self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        WheelGuard(self.aircraft)
-        edit = named(QLineEdit(), "preflight_aircraft_edit")
-        edit.setMaxLength(MAX_TEXT_LENGTH)
-        self.aircraft.setLineEdit(edit)
-        self.aircraft.setCompleter(None)  # type: ignore[arg-type]
-        for part in (self.aircraft, edit):
-            part.setAccessibleName(tr("Aircraft"))
+        self.aircraft = named(QLineEdit(), "preflight_aircraft")
+        self.aircraft.setMaxLength(MAX_TEXT_LENGTH)
+        self.aircraft.setAccessibleName(tr("Aircraft"))
         self.choose = named(QToolButton(), "preflight_profile")
         self.choose.setIcon(icon(Icon.CHEVRON_DOWN))
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -71,13 +59,9 @@ class PreflightForm(QWidget):
         self.choose.setMenu(self.menu)
         self.committed = self._entered()
         """Person and aircraft."""
-        self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
-        services.storage.opened.connect(self._read_aircraft)
-        self._read_aircraft()
         self.enter_aircraft()
         self.who.editingFinished.connect(self.commit)
-        edit.editingFinished.connect(self.commit)
-        self.aircraft.activated.connect(self.commit)
+        self.aircraft.editingFinished.connect(self.commit)
         fields = (
             (tr("Checked by"), self.who),
             (tr("Module"), self.name_field),
@@ -100,35 +84,24 @@ class PreflightForm(QWidget):
         self.commit()
 
     def _entered(self) -> tuple[str, str]:
-        return clean(self.who.text().strip()), clean(self.aircraft.currentText().strip())
+        return clean(self.who.text().strip()), clean(self.aircraft.text().strip())
 
     # The aircraft
 
     def clear_aircraft(self) -> None:
         """Another module is shown."""
-        self.aircraft.clearEditText()
+        self.aircraft.clear()
         self.commit()
 
     def enter_aircraft(self) -> None:
         """That of the module's last check."""
         store, module = self._services.storage.store, self._services.ports.module.name
-        if not module or self.aircraft.currentText():
+        if not module or self.aircraft.text():
             return
         if isinstance(store, Store):
             with suppress(StoreTrouble):
-                self.aircraft.setEditText(store.read(lambda facts: aircraft_of(facts, module)))
+                self.aircraft.setText(store.read(lambda facts: aircraft_of(facts, module)))
                 self.commit()
-
-    def _read_aircraft(self) -> None:
-        """Once the store is open."""
-        store = self._services.storage.store
-        if isinstance(store, Store):
-            self._reading_aircraft.run_in(store, aircraft_in, self._offer_aircraft, lambda _trouble: None)
-
-    def _offer_aircraft(self, names: Sequence[str]) -> None:
-        entered = self.aircraft.currentText()
-        self.aircraft.addItems(names[:_MAX_AIRCRAFT])
-        self.aircraft.setEditText(entered)
 
     # The profile
 

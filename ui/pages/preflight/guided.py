@@ -4,16 +4,16 @@ Leaving them during a test (another view or page, a closed or minimised window, 
 locks the module if the test may have made it active.
 """
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import ClassVar, Final, NamedTuple
+from typing import Any, ClassVar, Final
 
 from PySide6.QtCore import QEvent, QObject, QRectF, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QListWidgetItem, QSizePolicy, QWidget
+from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QSizePolicy, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
-from app.procedures.act import Performed
 from app.procedures.lock import SENTENCES
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -49,6 +49,23 @@ _MEANINGS: Final = {
     GuidedVerdict.FAILED: Meaning.DANGER,
     GuidedVerdict.UNCLEAR: Meaning.ATTENTION,
 }
+# What a test watches: its caption, its key, how it is written, and the key of its limit.
+_WATCHED: Final = {
+    GuidedKind.TILT: (marked("Tilt"), "tilt_deg", "{:.0f}°", "attitude_threshold_deg"),
+    GuidedKind.FREE_FALL: (marked("Acceleration"), "acceleration_g", "{:.1f} g", "freefall_acceleration_g"),
+    GuidedKind.BAY: (marked("Light"), "light_v", "{:.1f} V", "light_threshold_v"),
+}
+_COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
+    TableColumn(marked("Quantity"), lambda row: row.name.translated()),
+    TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
+    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True),
+    TableColumn(
+        marked("Result"),
+        lambda row: tr(VERDICT_WORDS[row.verdict]),
+        picture=lambda row: icon(MEANING_ICONS[_MEANINGS[row.verdict]], _MEANINGS[row.verdict]),
+        ink=lambda row: _MEANINGS[row.verdict],
+    ),
+)
 
 
 class GuidedPicture(PaintedWidget):
@@ -93,52 +110,21 @@ class GuidedPicture(PaintedWidget):
         painter.end()
 
 
-_COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
-    TableColumn(marked("Quantity"), lambda row: row.name.translated()),
-    TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
-    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True),
-    TableColumn(
-        marked("Result"),
-        lambda row: tr(VERDICT_WORDS[row.verdict]),
-        picture=lambda row: icon(MEANING_ICONS[_MEANINGS[row.verdict]], _MEANINGS[row.verdict]),
-        ink=lambda row: _MEANINGS[row.verdict],
-    ),
-)
-
-
-class _Watched(NamedTuple):
-    """What a test watches: caption, key, unit, decimals and the key of its limit."""
-
-    caption: str
-    key: str
-    unit: str
-    decimals: int
-    limit_key: str
-
-
-_WATCHED: Final = {
-    GuidedKind.TILT: _Watched(marked("Tilt"), "tilt_deg", "°", 0, "attitude_threshold_deg"),
-    GuidedKind.FREE_FALL: _Watched(marked("Acceleration"), "acceleration_g", " g", 1, "freefall_acceleration_g"),
-    GuidedKind.BAY: _Watched(marked("Light"), "light_v", " V", 1, "light_threshold_v"),
-}
-
-
 def live_text(work: Guided, module: ShownModule) -> str:
     """The current value beside its limit; of the link how many requests were lost."""
-    watched = _WATCHED.get(work.kind)
-    if watched is None:
+    if work.kind not in _WATCHED:
         values = {} if work.report is None else dict(work.report.values)
         asked, lost = values.get("asked"), values.get("lost")
         return "—" if asked is None else f"{tr('lost')}: {lost} / {asked}"
+    caption, key, written, limit_key = _WATCHED[work.kind]
     view, now = module.view, module.now_s
-    value, limit = (
-        "—" if known is None else f"{float(known):.{watched.decimals}f}{watched.unit}"
-        for known in (view.fresh(watched.key, now), view.fresh(watched.limit_key, now))
-    )
-    parts = [f"{tr(watched.caption)}: {value}", tr("limit {limit}", limit=limit)]
+    known = view.fresh(key, now), view.fresh(limit_key, now)
+    value, limit = ("—" if one is None else written.format(float(one)) for one in known)
+    parts = [f"{tr(caption)}: {value}", tr("limit {limit}", limit=limit)]
     has_fired = view.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
     if has_fired is not None:
-        parts.append(tr("TRIGGERED") if has_fired else tr("not triggered"))
+        not_now = tr("may have fired") if module.may_have_fired else tr("not triggered")
+        parts.append(tr("TRIGGERED") if has_fired else not_now)
     return " · ".join(parts)
 
 
@@ -154,10 +140,11 @@ class GuidedPanel(QWidget):
     def __init__(self, services: Services, form: PreflightForm) -> None:
         super().__init__()
         self.setObjectName("guided")
-        self._services, self._ports, self._form = services, services.ports, form
+        self._ports, self._form = services.ports, form
+        self.module = services.ports.module
+        self.work = self.module.guided
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
-        self._module: ShownModule | None = None
         self.list = named(QListWidget(), "guided_list")
         self.list.setAccessibleName(tr("Guided tests"))
         self.list.setWordWrap(True)
@@ -175,8 +162,7 @@ class GuidedPanel(QWidget):
             "guided_table",
             tr("Measured values"),
             _COLUMNS,
-            lambda row: row.name,
-            lambda row: ", ".join(column.text(row) for column in _COLUMNS),
+            identify=lambda row: row.name,
             row_px=RowHeight.LIST,
             is_single=True,
         )
@@ -184,32 +170,33 @@ class GuidedPanel(QWidget):
         self.cancel.setToolTip(tr("Locks an activated module"))
         self.primary = named(StepButton(tr("Start"), is_safe=True), "guided_run", "primary")
         self._lay_out()
-        self.list.currentRowChanged.connect(self._choose)
-        self.made_safe.toggled.connect(self._state_safe)
-        self.activate.begun.connect(self._act_begun)
-        self.activate.ended.connect(self._act_ended)
+        self.list.currentRowChanged.connect(lambda row: self.choose(GUIDED_TESTS[row].kind))
         self.cancel.chosen.connect(self._cancel)
         self.primary.chosen.connect(self.go_on)
         self._guard.broken.connect(self._on_broken)
+        self._follow()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self._cancel)
 
-    @property
-    def module(self) -> ShownModule:
-        return self._ports.module
-
-    @property
-    def work(self) -> Guided:
-        """Of the module shown."""
-        return self.module.guided
-
     def show_module(self, module: ShownModule) -> None:
-        if self._module is not None:
-            self._module.guided.cancel()
-            self._module.guided.changed.disconnect(self._on_work)
-        self._module = module
-        module.guided.changed.connect(self._on_work)
-        module.guided.load_last()
+        self.work.cancel()
+        for signal, slot in self._slots():
+            signal.disconnect(slot)
+        self.module, self.work = module, module.guided
+        self._follow()
+        self.work.load_last()
         self._on_work()
+
+    def _slots(self) -> tuple[tuple[Any, Callable[..., None]], ...]:
+        return (
+            (self.made_safe.toggled, self.work.state_safe),
+            (self.activate.begun, self.work.act_begun),
+            (self.activate.ended, self.work.act_ended),
+            (self.work.changed, self._on_work),
+        )
+
+    def _follow(self) -> None:
+        for signal, slot in self._slots():
+            signal.connect(slot)
 
     # Display
 
@@ -232,8 +219,7 @@ class GuidedPanel(QWidget):
 
     def _show_list(self) -> None:
         for row, test in enumerate(GUIDED_TESTS):
-            item: QListWidgetItem = self.list.item(row)
-            last = self.work.last.get(test.kind)
+            item, last = self.list.item(row), self.work.last.get(test.kind)
             text = f"{tr(TITLES[test.kind])}\n{last_text(last)}"
             item.setText(text)
             item.setToolTip(text)
@@ -249,7 +235,7 @@ class GuidedPanel(QWidget):
         number, text = min(work.step, len(steps) - 1), self._instruction()
         is_level = stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
         self.picture.show_step(work.kind, 0 if is_level else number, text if is_level else steps[number])
-        self.steps.setText("\n".join(self._step_line(one, step) for one, step in enumerate(steps)))
+        self.steps.setText("\n".join(f"{self._mark(one)} {step}" for one, step in enumerate(steps)))
         self.title.setText(text or tr(TITLES[test.kind]))
         meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
         self.safety.show_notice(Notice(meaning, test.precautions) if stage is Stage.READY else None)
@@ -265,11 +251,15 @@ class GuidedPanel(QWidget):
         for part in (self.picture, self.steps):
             part.setVisible(stage is not Stage.DONE)
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(stage, marked("Next"))
-        words = work.confirm_words or words
-        self.primary.setText(tr(words))
+        self.primary.setText(tr(work.confirm_words or words))
         self.cancel.setEnabled(work.is_running)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
             self.primary.setFocus()
+
+    def _mark(self, step: int) -> str:
+        if step < self.work.step:
+            return "✓"
+        return "▸" if self.work.is_running and step == self.work.step else f"{step + 1}."
 
     def _show_outcome(self) -> None:
         outcome = self.work.outcome
@@ -289,18 +279,16 @@ class GuidedPanel(QWidget):
         self.advice.setVisible(bool(advice))
         self.table.setVisible(bool(measured))
 
-    def _step_line(self, number: int, step: str) -> str:
-        mark = "✓" if number < self.work.step else "▸" if self.work.is_running and number == self.work.step else "·"
-        return f"{mark} {number + 1}. {step}"
-
     def _instruction(self) -> str:
         """What to do now; empty while no test runs."""
         work = self.work
-        if work.stage in (Stage.PREPARING, Stage.MEASURING):
-            if work.report is None:
-                return tr("Asking the module…")
-            return message(work.report.doing, **dict(work.report.values)).translated()
-        return work.test.steps[work.step].translated() if work.stage is Stage.CONFIRMING else ""
+        if work.stage is Stage.CONFIRMING:
+            return work.test.steps[work.step].translated()
+        if not work.is_running:
+            return ""
+        if work.report is None:
+            return tr("Asking the module…")
+        return message(work.report.doing, **dict(work.report.values)).translated()
 
     def _notice(self) -> Notice | None:
         work, lock = self.work, self._ports.current.lock
@@ -327,22 +315,8 @@ class GuidedPanel(QWidget):
     def choose(self, kind: GuidedKind) -> None:
         self.work.choose(kind)
 
-    def _choose(self, row: int) -> None:
-        if 0 <= row < len(GUIDED_TESTS):
-            self.choose(GUIDED_TESTS[row].kind)
-
-    def _state_safe(self, is_safe: bool) -> None:
-        self.work.state_safe(is_safe)
-
-    def _act_begun(self) -> None:
-        self.work.act_begun()
-
-    def _act_ended(self, done: Performed | None) -> None:
-        self.work.act_ended(done)
-
     def _cancel(self) -> None:
-        if self._module is not None:
-            self._module.guided.cancel()
+        self.work.cancel()
 
     def go_on(self) -> None:
         """What the main button does: start, confirm a step, or test again."""
@@ -371,10 +345,9 @@ class GuidedPanel(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        window = self.window()
-        if self._watched is not window:
-            window.installEventFilter(self)
-            self._watched = window
+        if self._watched is not self.window():
+            self._watched = self.window()
+            self._watched.installEventFilter(self)
         self.work.load_last()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -3,6 +3,7 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -19,6 +20,7 @@ from app.store.fact_store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
+from protocol.fields import Value
 from ui.acts.act_row import ActRow
 from ui.pages.preflight.check_list import CheckList
 from ui.pages.preflight.controller import PreflightController
@@ -27,7 +29,7 @@ from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
-from ui.pages.preflight.remedy import LOCK_AND_ENABLE, Mend, Remedy
+from ui.pages.preflight.remedy import LOCK_AND_ENABLE
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -141,8 +143,7 @@ class PreflightPage(Page):
             self.list.show_work(self.work)
         self.banner.show_announcement(announcement(self.work, self._ports))
         self._show_buttons()
-        for row in self.list.rows.values():
-            row.act.setEnabled(self.work.can_enable if row.is_enabling else self.work.can_check)
+        self.list.enable_acts(self.work)
         self.form.setEnabled(self.work.standing is not Standing.CHECKING and not self.guided.work.is_running)
 
     def _show_buttons(self) -> None:
@@ -204,33 +205,22 @@ class PreflightPage(Page):
         else:
             self.check(is_enabling=True)
 
-    def mend(self, remedy: Remedy) -> None:
-        """Do what the button of a row says, here or on the page with the control for it."""
-        exchange = self._services.exchange
-        match remedy.mend:
-            case Mend.CHECK:
-                self.check(remedy.stated)
-            case Mend.ENABLE:
-                self.enable_and_check()
-            case Mend.NAME:
-                self.form.name_field.setFocus()
-            case Mend.APPROVE:
-                self._approve()
-            case Mend.TESTS:
-                self.show_view("guided")
-            case Mend.WRITE:
-                self.page_wanted.emit("settings")
-                exchange.used.emit(remedy.values)
-            case Mend.MEASURE:
-                self.page_wanted.emit("settings")
-                exchange.measured.emit()
-            case Mend.REVIEW:
-                self.page_wanted.emit("triggers")
-                exchange.review_wanted.emit()
-            case Mend.TRIGGERS | Mend.SERVICE:
-                self.page_wanted.emit(remedy.mend.value)
+    # What mends a check, beside those: see `Remedy`
 
-    def _approve(self) -> None:
+    def use_in_settings(self, values: Mapping[str, Value]) -> None:
+        """Put values into Settings, by key; nothing is written."""
+        self.page_wanted.emit("settings")
+        self._services.exchange.used.emit(values)
+
+    def measure_light(self) -> None:
+        self.page_wanted.emit("settings")
+        self._services.exchange.measured.emit()
+
+    def look_at_records(self) -> None:
+        self.page_wanted.emit("triggers")
+        self._services.exchange.review_wanted.emit()
+
+    def approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
         assessment, is_read = self.work.assessment, self.form.read_again()
         profile, path = self.form.profile, self.form.path
@@ -243,6 +233,8 @@ class PreflightPage(Page):
             return
         self.form.use_profile(path)
         self.check()
+
+    # Its files
 
     def export_check(self) -> None:
         """Export the check that is shown, while it holds; with what was entered just now."""
@@ -354,7 +346,7 @@ class PreflightPage(Page):
         self.enable.chosen.connect(self.enable_and_check)
         self.cancel.chosen.connect(self.work.cancel)
         self.export.clicked.connect(self.export_check)
-        self.list.mend_wanted.connect(self.mend)
+        self.list.mend_wanted.connect(lambda remedy: remedy.act(self))
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
         self.form.edit_wanted.connect(self.edit_profile)

@@ -1,4 +1,4 @@
-"""Past checks of a module or an aircraft, with the cell voltage over them."""
+"""Past checks of a module, with the cell voltage over them."""
 
 from collections.abc import Sequence
 from datetime import datetime, timedelta
@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 
 from app.limits.out_of_limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.checks import CheckLine, aircraft_in, checks_in, voltages_of, weeks_since_charge
-from app.store.fact_store import Facts, Store
+from app.records.checks import CheckLine, checks_in, voltages_of, weeks_since_charge
+from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
@@ -33,7 +33,6 @@ from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard
 
 _DOT_PX: Final = 7
-Read = tuple[Sequence[str], Sequence[CheckLine]]
 
 
 class VoltageTrend(StaticPlot):
@@ -130,19 +129,18 @@ class PastChecks(QWidget):
         self.setObjectName("past_checks")
         self._services = services
         self.checks: tuple[CheckLine, ...] = ()
-        self._loading: BackgroundTask[Read] = BackgroundTask("dps-s past checks", self)
+        self._loading: BackgroundTask[Sequence[CheckLine]] = BackgroundTask("dps-s past checks", self)
         self.filter = named(QComboBox(), "past_checks_filter")
         self.filter.setAccessibleName(tr("Past checks"))
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
-        self.filter.activated.connect(lambda _row: self._reload(self.filter.currentData() or ("module", None)))
+        self.filter.activated.connect(self._read)
         self.count = named(QLabel(), "past_checks_count", "muted")
         self.table = RowsTable(
             "past_checks_table",
             tr("Past checks"),
             _COLUMNS,
-            lambda check: check.id,
-            lambda check: " · ".join(column.text(check) for column in _COLUMNS),
+            identify=lambda check: check.id,
             row_px=RowHeight.LIST,
             is_single=True,
         )
@@ -158,35 +156,23 @@ class PastChecks(QWidget):
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     def open(self) -> None:
-        """Reload everything and select the named module."""
-        ports = self._services.ports
-        name = ports.module.name
-        self._reload(("module", name if name in ports.known_names() else None))
-
-    def _reload(self, chosen: tuple[str, str | None]) -> None:
-        """`chosen`: the entry of the filter, a module or an aircraft."""
-        store, (kind, which) = self._services.storage.store, chosen
-        if not isinstance(store, Store):
-            self._fail(store)
-            return
-
-        def read(facts: Facts) -> Read:
-            checks = checks_in(facts, aircraft=which) if kind == "aircraft" else checks_in(facts, which)
-            return aircraft_in(facts), checks
-
-        self._loading.run(lambda _running: store.read(read), partial(self._show_read, chosen), self._fail)
-
-    def _show_read(self, chosen: tuple[str, str | None], read: Read) -> None:
-        aircraft, checks = read
+        """Read the names again, and the checks of the named module."""
+        names, name = self._services.ports.known_names(), self._services.ports.module.name
         self.filter.clear()
-        for known in self._services.ports.known_names():
-            self.filter.addItem(labelled(tr("Module"), known), ("module", known))
-        for name in aircraft:
-            self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))
-        self.filter.addItem(tr("Unnamed"), ("module", None))
-        entries = [self.filter.itemData(place) for place in range(self.filter.count())]
-        self.filter.setCurrentIndex(entries.index(chosen) if chosen in entries else self.filter.count() - 1)
-        self._show(checks, is_of_module=chosen[0] == "module")
+        for known in names:
+            self.filter.addItem(labelled(tr("Module"), known), known)
+        self.filter.addItem(tr("Unnamed"), None)
+        self.filter.setCurrentIndex(self.filter.findData(name) if name in names else len(names))
+        self._read()
+
+    def _read(self) -> None:
+        """The checks of the chosen module."""
+        store, module = self._services.storage.store, self.filter.currentData()
+        if isinstance(store, Store):
+            read = partial(checks_in, module=module)
+            self._loading.run(lambda _running: store.read(read), self._show, self._fail)
+        else:
+            self._fail(store)
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, StoreTrouble):
@@ -194,7 +180,7 @@ class PastChecks(QWidget):
         self._show(())
         self.count.setText(error.sentence)
 
-    def _show(self, checks: Sequence[CheckLine], *, is_of_module: bool = True) -> None:
+    def _show(self, checks: Sequence[CheckLine]) -> None:
         self.checks = tuple(checks)
         self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
@@ -203,8 +189,8 @@ class PastChecks(QWidget):
         self._enable()
         measured = voltages_of(checks)
         self.trend.show_measured(measured)
-        self.trend.setVisible(is_of_module)
-        weeks = weeks_since_charge(measured) if is_of_module else None
+        self.trend.show()
+        weeks = weeks_since_charge(measured)
         about = tr("Cell: last charge about {weeks} weeks before the last check.", weeks=weeks)
         self.charged.setText("" if weeks is None else about)
 

@@ -385,3 +385,16 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
     assert "has triggered" not in notice_text(bar)
     bench.guided.work.cancel()
     bench.until(lambda: "has triggered" in notice_text(bar))  # nobody else says now what comes next
+
+
+@pytest.mark.promise("l")
+def test_beside_a_doubt_the_test_says_what_the_top_bar_says(bench: GestureBench) -> None:
+    port = bench.assembly.ports.current
+    bench.settle_module(is_active=True)
+    before = port.module.number
+    bench.bench.restart()
+    bench.until(lambda: port.module.number > before and port.module.is_read)
+    assert port.firing_doubt.is_open
+    activated(bench)
+    bench.until(lambda: "may have fired" in bench.guided.live.text())
+    assert "not triggered" not in bench.guided.live.text()

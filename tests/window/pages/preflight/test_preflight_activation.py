@@ -15,7 +15,7 @@ from app.records.verification import RecordState, verify
 from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.line.frames import at_each_frame
-from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
+from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench, press_row
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
 from ui.widgets.step_button import StepButton
@@ -147,9 +147,8 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
         assert bench.acts == []
         row = page.list.rows["attitude_trigger"]
         assert "Lock it" in row.reason.text()
-        assert row.act.text() == "Lock, enable and check again"
-        settle(row.act)
-        bench.click(row.act)
+        assert given(row.act).text() == "Lock, enable and check again"
+        press_row(bench, "attitude_trigger")
         bench.until(lambda: page.work.standing is Standing.READY)
         assert set(bench.acts[:-2]) == {LOCK}
 

@@ -28,10 +28,11 @@ from tests.support.window.preflight_window import (
     kept,
     name_module,
     on_bench,
+    press_row,
     said,
 )
 from tests.support.window.steps import choosing, find, given, notice_text
-from ui.pages.preflight.remedy import Mend, remedy
+from ui.pages.preflight.remedy import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
 
@@ -64,9 +65,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert page.list.rows["attitude_trigger"].word.text() == "UNKNOWN"
         assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
         bench.bench.set_world(cell_v=4.0)
-        enable = page.list.rows["attitude_trigger"].act
-        page.list.ensureWidgetVisible(enable)
-        bench.click(enable)
+        press_row(bench, "attitude_trigger")
         share = 0.0
         while page.work.standing is Standing.CHECKING:
             shown = page.banner.announcement
@@ -158,10 +157,10 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
         page = bench.preflight
         page.form.ask_open = choosing(profile)
         page.form.choose_file()
-        page.form.aircraft.setEditText("H6-12")
+        page.form.aircraft.setText("H6-12")
         bench.click(page.list.manual[0].done)
         bench.connect()
-        assert (page.list.manual[0].state, page.form.aircraft.currentText()) == (None, "")
+        assert (page.list.manual[0].state, page.form.aircraft.text()) == (None, "")
         bench.click(page.list.manual[0].done)
         name_module(bench, "M-07")
         assert page.list.manual[0].state is True
@@ -175,17 +174,14 @@ def test_records_and_boot_count_need_a_word_of_a_person(qtbot: QtBot, qapp: QApp
         page, window = bench.preflight, bench.assembly.window
         name_module(bench, "M-07")
         assert bench.check() is Standing.NO_GO
-        row = page.list.rows["trigger_records"]
-        page.list.ensureWidgetVisible(row.act)
-        bench.click(row.act)  # nobody has seen them: one click never calls them reviewed
+        press_row(bench, "trigger_records")  # nobody has seen them: one click never calls them reviewed
         triggers = find(window, TriggersPage)
         bench.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
         assert page.work.standing is Standing.NO_GO
         assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
         window.go_to("preflight")
-        bench.until(lambda: row.act.text() == "Mark as reviewed")
-        page.list.ensureWidgetVisible(row.act)
-        bench.click(row.act)
+        bench.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
+        press_row(bench, "trigger_records")
         bench.wait_standing(Standing.READY, Standing.NO_GO)
         assert (page.work.assessment and page.work.assessment.result("trigger_records")) is CheckResult.PASS
         bench.bench.module.memory.boot_count = 11
@@ -206,12 +202,11 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBe
     assert "Two modules on this line?" in last
     name_module(rig, "M-07")
     assert rig.check() is Standing.NO_GO
-    row = page.list.rows["fingerprint"]
-    assert row.act.text() == "Approve these settings"
-    page.list.ensureWidgetVisible(row.act)
-    rig.click(row.act)
+    assert given(page.list.rows["fingerprint"].act).text() == "Approve these settings"
+    press_row(rig, "fingerprint")
     rig.wait_standing(Standing.READY, Standing.NO_GO)
     assert page.work.standing is Standing.READY
+    row = page.list.rows["fingerprint"]
     code = row.limit.text()  # the report said "none approved" of what was just approved
     assert row.measured.text() == f"{code}, confirmed by a person"
     assert rig.check() is Standing.READY  # they are the approved ones now
@@ -228,18 +223,16 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     for item in page.list.manual:
         rig.click(item.done)
     assert rig.check() is Standing.NO_GO
-    row = page.list.rows["fingerprint"]
-    code = row.measured.text()
-    page.list.ensureWidgetVisible(row.act)
+    code = page.list.rows["fingerprint"].measured.text()
     text = profile.read_text(encoding="utf-8")
     profile.write_text("[", encoding="utf-8")  # somebody edits it
-    rig.click(row.act)
+    press_row(rig, "fingerprint")
     page.edit_profile()
     assert not page.editor.isVisible()
     assert "hexa.toml is not a profile" in notice_text(page.strip)
     assert profile.read_text(encoding="utf-8") == "["
     profile.write_text(text, encoding="utf-8")
-    rig.click(row.act)
+    press_row(rig, "fingerprint")
     rig.wait_standing(Standing.CHECKING)
     rig.wait_standing(Standing.READY, Standing.NO_GO)
     assert (page.work.assessment and page.work.assessment.result("fingerprint")) is CheckResult.PASS
@@ -252,7 +245,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     assert rig.check() is Standing.NO_GO
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 3\n", encoding="utf-8")
-    rig.click(row.act)
+    press_row(rig, "fingerprint")
     assert "tilt_max_deg = 3" in profile.read_text(encoding="utf-8")
 
 
@@ -280,40 +273,52 @@ def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication,
 
 
 _WRITE = "Write the profile's value"
-MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, Mend | None, str], ...] = (
-    ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", Mend.WRITE, _WRITE),
-    ("attitude_threshold", CheckResult.FAIL, {}, "M", Mend.WRITE, "Write the default"),
-    ("attitude_threshold", CheckResult.UNKNOWN, {"attitude_threshold_deg": 65}, "M", None, ""),
-    ("light_threshold", CheckResult.WARN, {}, "M", Mend.MEASURE, "Measure"),
-    ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", Mend.WRITE, _WRITE),
-    ("light", CheckResult.FAIL, {}, "M", Mend.MEASURE, "Measure"),
-    ("light", CheckResult.UNKNOWN, {}, "M", None, ""),
-    ("attitude_trigger", CheckResult.UNKNOWN, {}, "M", Mend.ENABLE, "Enable now"),
-    ("freefall_trigger", CheckResult.FAIL, {}, "M", Mend.ENABLE, "Enable now"),
-    ("service", CheckResult.WARN, {}, "M", Mend.SERVICE, "Archive of all stations…"),
-    ("triggered", CheckResult.FAIL, {}, "M", Mend.TRIGGERS, "Triggers"),
-    ("boot_count", CheckResult.WARN, {}, None, Mend.NAME, "Name it"),
-    ("boot_count", CheckResult.FAIL, {}, "M", Mend.CHECK, "It is this module"),
-    ("guided_tests", CheckResult.FAIL, {}, "M", Mend.TESTS, "Guided tests"),
-    ("guided_tests", CheckResult.UNKNOWN, {}, None, Mend.NAME, "Name it"),
-    ("fingerprint", CheckResult.FAIL, {}, "M", Mend.CHECK, "Approve these settings"),
-    ("fingerprint", CheckResult.WARN, {}, "M", Mend.CHECK, "Approve these settings"),
-    ("cell_voltage", CheckResult.FAIL, {}, "M", None, ""),
-    ("tilt", CheckResult.PASS, {}, "M", None, ""),
+MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, str], ...] = (
+    ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", _WRITE),
+    ("attitude_threshold", CheckResult.FAIL, {}, "M", "Write the default"),
+    ("attitude_threshold", CheckResult.UNKNOWN, {"attitude_threshold_deg": 65}, "M", ""),
+    ("light_threshold", CheckResult.WARN, {}, "M", "Measure"),
+    ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", _WRITE),
+    ("light", CheckResult.FAIL, {}, "M", "Measure"),
+    ("light", CheckResult.UNKNOWN, {}, "M", ""),
+    ("freefall_trigger", CheckResult.FAIL, {}, "M", "Enable now"),
+    ("service", CheckResult.WARN, {}, "M", "Archive of all stations…"),
+    ("triggered", CheckResult.FAIL, {}, "M", "Triggers"),
+    ("boot_count", CheckResult.WARN, {}, None, "Name it"),
+    ("boot_count", CheckResult.FAIL, {}, "M", "It is this module"),
+    ("guided_tests", CheckResult.FAIL, {}, "M", "Guided tests"),
+    ("guided_tests", CheckResult.UNKNOWN, {}, None, "Name it"),
+    ("fingerprint", CheckResult.WARN, {}, "M", "Approve these settings"),
+    ("cell_voltage", CheckResult.FAIL, {}, "M", ""),
+    ("tilt", CheckResult.PASS, {}, "M", ""),
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("id_", "result", "settings", "module", "mend", "words"), MENDED)
+@pytest.mark.parametrize(("id_", "result", "settings", "module", "words"), MENDED)
 def test_each_row_that_is_not_met_carries_what_mends_it(
-    id_: str, result: CheckResult, settings: dict[str, Value], module: str | None, mend: Mend | None, words: str
+    id_: str, result: CheckResult, settings: dict[str, Value], module: str | None, words: str
 ) -> None:
     check = next(check for check in CHECKS if check.id == id_)
     case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module=module))
     judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
     act = remedy(judged, case, has_profile=False)
-    assert (act and act.mend, act.words if act else "") == (mend, words)
-    if act is not None and act.mend is Mend.WRITE and settings:
-        assert act.values == settings
+    assert (act.words if act else "") == words
+
+
+def test_what_a_profile_says_is_put_into_settings_and_not_written(
+    tmp_path: Path, qtbot: QtBot, qapp: QApplication
+) -> None:
+    profile = tmp_path / "hexa.toml"
+    profile.write_text("[settings]\nattitude_threshold_deg = 65\n", encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "write", "preflight") as bench:
+        page, used = bench.preflight, list[object]()
+        page._services.exchange.used.connect(used.append)
+        page.form.use_profile(profile)
+        assert bench.check() is Standing.NO_GO
+        before = list(bench.acts)
+        press_row(bench, "attitude_threshold")
+        assert used == [{"attitude_threshold_deg": 65}]
+        assert bench.acts == before
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
