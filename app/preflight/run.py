@@ -29,6 +29,8 @@ _log = logging.getLogger(__name__)
 
 STEPS = 7
 REPORT_EVERY_S = 0.05
+# Without a question; a stream that is faster than half the reports that are asked for is seen in it.
+QUIET_S = 0.3
 # Of asking for cell voltage, charging and light.
 VALUE_ROUNDS = 3
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
@@ -62,11 +64,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     evidence.note_state(evidence.first)
 
     yield from _step(evidence, begin, 2, marked("Trigger records"))
-    before: EngineView = yield Inspect()
     evidence.history = yield from read_history()
-    after: EngineView = yield Inspect()
-    # No status is asked for meanwhile.
-    has_stream = _streamed(after) - _streamed(before) > 1
 
     yield from _step(evidence, begin, 3, marked("Triggers"))
     evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
@@ -77,9 +75,10 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     yield from _read_slow(evidence)
 
     yield from _step(evidence, begin, 5, marked("Tilt and acceleration"))
-    before = yield Inspect()
+    has_stream = yield from _has_stream()
+    before: EngineView = yield Inspect()
     yield from _watch(evidence)
-    after = yield Inspect()
+    after: EngineView = yield Inspect()
     if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
         evidence.is_answered_twice = True  # as many reports again as were asked for
 
@@ -132,6 +131,19 @@ def _watch(evidence: Evidence) -> Procedure[None]:
             evidence.status = report
             evidence.reports.append(report)
         now = yield Pause(REPORT_EVERY_S)
+
+
+def _has_stream() -> Procedure[bool]:
+    """Whether reports come while none is asked for. A second module's come only as answers; a stream may have begun
+    during this check."""
+    before: EngineView = yield Inspect()
+    if not before.conversation.is_streaming:
+        return False
+    yield Pause(QUIET_S)  # until what was asked for before has been answered, twice
+    before = yield Inspect()
+    yield Pause(QUIET_S)
+    after: EngineView = yield Inspect()
+    return _streamed(after) - _streamed(before) > 1
 
 
 def _streamed(view: EngineView) -> int:

@@ -10,6 +10,7 @@ from app.engine.procedure import Cancelled, Report
 from app.limits.past import Past
 from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
 from app.preflight.findings import Case, CheckResult
+from app.preflight.line_checks import REPORTS_NEEDED
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess
 from app.procedures.write import WAITING, WriteFault
@@ -21,7 +22,7 @@ from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEAR
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
-from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.line.sim_line import Rig, settled_rig, watched_rig
 from tests.support.records.preflight_rig import gather
 
 FLAGS = [command.key for command in TRIGGERS]
@@ -74,6 +75,20 @@ def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
     assert evidence.last is not None
     assert evidence.status == evidence.last.status
     assert evidence.ended_at is not None
+
+
+def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
+    """The program switches it on a while after the connection, also while a check waits for the disk."""
+    rig, evidence, journal = watched_rig(rate=50), Evidence(port="sim"), FakeJournal()
+    journal.is_held = True
+    rig.step_for(1.5)
+    job = rig.job(run_preflight(evidence, is_enabling=True, journal=journal))
+    while not job.has_ended:
+        rig.step_for(0.5)
+        journal.flush()
+    assert rig.conversation.is_streaming
+    assert len(evidence.reports) > REPORTS_NEEDED
+    assert not evidence.is_answered_twice
 
 
 # The triggers
