@@ -22,6 +22,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
 from app.flights.thresholds import FlightGroup
+from app.preflight.findings import Person
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget
@@ -146,48 +147,41 @@ def triggers(studio: Studio) -> None:
 
 
 def preflight(studio: Studio) -> None:
-    """A NO-GO for unreviewed records, then READY."""
+    """A NO-GO for unreviewed records, then READY once a person has looked at them and called them reviewed."""
     page = studio.page("preflight", PreflightPage)
     studio.module.set_world(is_lifelike=False, tilt_deg=0)
     studio.run(1.0)
     page.form.aircraft.setText(AIRCRAFT)
-    page.enable.click()
-    looked = studio.find(QAbstractButton, "check_trigger_records_act")
+    check_until(studio, page, Standing.NO_GO, "trigger_records")
+    studio.take("no-go", page)
+    page.look_at_records()
     records = studio.find(TriggersPage)
-    for _ in range(MAX_CHECKS):
-        studio.until(lambda: page.work.standing is not Standing.CHECKING, "no verdict")
-        studio.run(0.5)
-        if page.work.standing is Standing.NOT_CHECKED:  # a busy machine has interrupted the conversation
-            studio.until(lambda: studio.assembly.ports.module.is_read, "it was not read again")
-            studio.assembly.ports.module.say_name(MODULE)
-            page.form.aircraft.setText(AIRCRAFT)
-            studio.until(lambda: page.work.can_enable, "nothing can be checked")
-            page.enable.click()
-            studio.run(1.0)
-            continue
-        if page.work.standing is Standing.READY:
-            break
-        is_about_records = page.work.standing is Standing.NO_GO and not looked.isHidden()
-        if is_about_records:
-            studio.take("no-go", page)
-            asked = looked.text()
-            looked.click()  # leads to Triggers, where a person looks at them
-            studio.until(lambda: records.work.reading is not None and not records.work.is_busy, "nothing was read")
-            studio.run(0.5)
-            studio.page("preflight", PreflightPage)
-            studio.until(partial(_differs, looked, asked), "they are not taken for looked at")
-        studio.until(lambda: page.work.can_check, "nothing can be checked")
-        (looked if is_about_records else page.run).click()
-        studio.run(1.0)
-    else:
-        raise Stuck("it never said READY")
+    studio.until(lambda: records.work.reading is not None and not records.work.is_busy, "nothing was read")
+    studio.run(0.5)
+    studio.page("preflight", PreflightPage)
+    check_until(studio, page, Standing.READY)
     page.list.verticalScrollBar().setValue(0)
     studio.run(0.3)
     studio.take("go", page)
 
 
-def _differs(button: QAbstractButton, text: str) -> bool:
-    return button.text() != text
+def check_until(studio: Studio, page: PreflightPage, wanted: Standing, *against: str) -> None:
+    """Check until this verdict stands, for these checks alone. On a busy machine a check may rightly find a slow line,
+    or be interrupted."""
+    for _ in range(MAX_CHECKS):
+        studio.until(lambda: page.work.can_enable, "nothing can be checked")
+        if not studio.assembly.ports.module.name:
+            studio.until(lambda: studio.assembly.ports.module.is_read, "it was not read again")
+            studio.assembly.ports.module.say_name(MODULE)
+            page.form.aircraft.setText(AIRCRAFT)
+        said = Person(are_records_reviewed=wanted is Standing.READY)
+        page.check(said, is_enabling=True)
+        studio.until(lambda: page.work.standing is not Standing.CHECKING, "no verdict")
+        studio.run(1.0)
+        assessment = page.work.assessment
+        if page.work.standing is wanted and assessment is not None and assessment.open_checks == against:
+            return
+    raise Stuck(f"it never said {wanted.value}")
 
 
 def deploy(studio: Studio) -> None:

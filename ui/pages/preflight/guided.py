@@ -251,7 +251,8 @@ class GuidedPanel(QWidget):
         for part in (self.picture, self.steps):
             part.setVisible(stage is not Stage.DONE)
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(stage, marked("Next"))
-        self.primary.setText(tr(work.confirm_words or words))
+        words = work.confirm_words or words
+        self.primary.setText(tr(words))
         self.cancel.setEnabled(work.is_running)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
             self.primary.setFocus()
