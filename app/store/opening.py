@@ -158,13 +158,14 @@ def copy_if_due(path: Path, now: datetime) -> None:
     """Once a day, in a thread of its own: an act's intent would wait for it. The newest seven are kept. A copy that
     fails is logged."""
     target = path.parent / COPIES / f"{path.stem}.{now.astimezone(UTC):%Y%m%d}{path.suffix}"
-    if target.exists():
-        return
     draft = target.with_suffix(".part")
     try:
-        target.parent.mkdir(exist_ok=True)
-        draft.unlink(missing_ok=True)
         with closing(connect_to_read(path)) as source:
+            # One that knows only its own station is copied when it is opened again.
+            if target.exists() or len(source.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) < 2:
+                return
+            target.parent.mkdir(exist_ok=True)
+            draft.unlink(missing_ok=True)
             source.execute("VACUUM INTO ?", (str(draft),))
         with draft.open("rb+") as file:
             os.fsync(file.fileno())  # VACUUM INTO itself does not wait for the disk

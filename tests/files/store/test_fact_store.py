@@ -148,12 +148,14 @@ def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
     assert names == [f"dps-s.202601{day:02}.sqlite" for day in range(10, 3, -1)]
 
 
-def test_the_store_is_copied_when_it_is_opened(folder: Path) -> None:
-    with opened(folder) as store:
-        store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
-        assert store._copying is not None
-        store._copying.join(PATIENCE_S)
-    assert [copy.name for copy in copies_of(folder / FILE_NAME)] == ["dps-s.20260102.sqlite"]
+def test_a_store_with_something_in_it_is_copied_when_it_is_opened(folder: Path) -> None:
+    for copies in ([], ["dps-s.20260102.sqlite"]):
+        with opened(folder) as store:
+            store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
+            assert store._copying is not None
+            store._copying.join(PATIENCE_S)
+            store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
+        assert [copy.name for copy in copies_of(folder / FILE_NAME)] == copies
 
 
 def damage(path: Path) -> None:
