@@ -69,33 +69,6 @@ def dps_s(line: Line, *words: str) -> "subprocess.CompletedProcess[str]":
     return ran(*PROGRAM, *words, "--port", line.port)
 
 
-def test_read() -> None:
-    module = Module(now=now())
-    module.settings.update({0x20: 65, 0x21: 6, 0x22: 150, 0x15: 20})
-    with Line(module) as line:
-        ended = dps_s(line, "read", "--json")
-    assert ended.returncode == 0, ended.stderr
-    settings = json.loads(ended.stdout)["settings"]
-    assert settings["attitude_threshold_deg"] == 65
-    assert settings["freefall_acceleration_g"] == 0.6
-    assert settings["freefall_time_s"] == 1.5
-    assert settings["light_threshold_v"] == 2.0
-    assert settings["attitude_trigger"] is None
-    assert module.log.sets() == []
-    assert module.log.acts() == []
-
-
-def test_set() -> None:
-    module = Module(now=now())
-    with Line(module) as line:
-        ended = dps_s(line, "set", "freefall_time_s=0.90", "freefall_trigger=false", "--accept-risk")
-    assert ended.returncode == 0, ended.stderr
-    assert module.settings[0x22] == 90
-    assert module.settings[0x17] == 1
-    assert module.settings[0x16] == 0
-    assert len(module.log.sets(0x22)) == 1
-
-
 def test_find() -> None:
     """At another rate each hears garbage."""
     module = Module(now=now())

@@ -22,7 +22,6 @@ from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, engine_view, settled_rig, watched_rig
-from tests.support.thorough import some
 
 READY: dict[Act, dict[str, Any]] = {
     Act.ACTIVATE: {},
@@ -228,45 +227,6 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     assert done.sentence.endswith("磁盘写入过慢。")
     assert rig.acts == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
-
-
-# Bad lines
-
-
-FAULTS: tuple[dict[str, Any], ...] = (
-    {"drop": 0.06, "direction": "both"},
-    {"corrupt": 0.01, "direction": "both"},
-    {"double": 0.5},
-    {"delay_ms": 30.0, "jitter_ms": 60.0},
-    {"stream_at_boot": True, "drop": 0.05, "delay_ms": 30.0},
-)
-
-
-@pytest.mark.parametrize("faults", FAULTS, ids="-".join)
-@pytest.mark.parametrize("act", READY)
-def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: dict[str, Any]) -> None:
-    outcomes = set()
-    for seed in some(range(25), one_in=3):
-        rig, journal = Rig({"uptime": 60, **READY[act], **faults, "seed": seed * 31 + 7}).begin(), FakeJournal()
-        done = do(rig, act, journal)
-        outcomes.add(done.outcome)
-        assert rig.acts == ([] if done.outcome is Outcome.NOT_SENT else [REQUESTS[act].encode()])
-        assert len(journal.intents) >= len(rig.acts)
-        assert all(outcome is done.outcome for outcome in journal.outcomes.values())
-        module = rig.bench.module
-        is_true = {
-            Act.ACTIVATE: module.state.is_active,
-            Act.ZERO: module.memory.zero_tilt_deg == 4,
-            Act.SHUTDOWN: not module.is_on,
-            Act.FORBID_DEPLOY: module.state.is_forbidden,
-            Act.DEPLOY: module.is_triggered,
-        }[act]
-        if done.outcome is Outcome.CONFIRMED:
-            assert is_true
-        if done.outcome in (Outcome.REFUSED, Outcome.NOT_SENT):
-            assert not is_true
-    # Where questions are answered twice there may be two modules.
-    assert (Outcome.NOT_SENT if "double" in faults else Outcome.CONFIRMED) in outcomes
 
 
 # Two modules on one line

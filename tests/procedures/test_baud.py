@@ -1,8 +1,5 @@
 """Change of baud rate: in all three behaviours (E9) the program says where the module is, and the port is there too."""
 
-from itertools import product
-from typing import Any
-
 import pytest
 
 from app.engine.conversation import Interrupted
@@ -11,13 +8,11 @@ from app.procedures.find import look_for
 from app.procedures.write import SetReply, WriteFault
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from protocol.catalogue import BAUD_RATES
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_frame
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.support.thorough import some
 
 
 def rates(journal: FakeJournal) -> list[tuple[int, int]]:
@@ -96,27 +91,3 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     assert changed.sentence.endswith("The disk is full.") is (what == "log")
     assert not changed.written.is_sent
     assert sets(rig) == 0
-
-
-FAULTS: tuple[dict[str, Any], ...] = (
-    {"drop": 0.1, "direction": "both"},
-    {"corrupt": 0.02, "direction": "both"},
-    {"jitter_ms": 100.0},
-    {"stream_at_boot": True, "rate": 8, "drop": 0.1},
-)
-
-
-@pytest.mark.parametrize("faults", FAULTS, ids="-".join)
-def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) -> None:
-    faults_seen = set()
-    cases = list(product(("old", "new", "restart"), ("echo", "one"), BAUD_RATES)) * 2
-    for seed, (how, ack, rate) in some(enumerate(cases), one_in=5, first=FAULTS.index(faults)):
-        rig = Rig({"uptime": 60, **faults, "baud_ack": how, "ack": ack, "seed": seed * 13 + 5}).begin(limit_s=60)
-        written = change(rig, rate).written
-        faults_seen.add(written.fault)
-        assert sets(rig) == written.is_sent
-        if written.read_back is not None:
-            assert written.read_back == rig.line.baud_rate == rig.bench.module.baud_rate
-        if written.fault is None:
-            assert rig.bench.module.baud_rate == rate
-    assert None in faults_seen

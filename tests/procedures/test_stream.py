@@ -87,34 +87,3 @@ def test_on_a_slow_line_the_status_does_not_starve_the_others() -> None:
     rig.step_for(30.0)
     asked = {request.command.name for request in rig.line.requests[before:]}
     assert {"status", "cell_voltage", "light", "charging", "attitude_threshold"} <= asked
-
-
-# Left on
-
-
-@pytest.mark.promise("c")
-def test_a_stream_left_on_by_an_interruption_is_switched_off_in_the_next_conversation_with_the_module() -> None:
-    switch = StreamSwitch()
-    rig = watched(switch)
-    rig.step_for(4)
-    assert sets(rig) == [ON]
-    rig.session.treat_as_another()  # a person was wrong: it is the same one
-    rig.step_for(2.0)
-    assert sets(rig) == [ON]
-    switch.is_wanted = False
-    rig.step_for(0.5)
-    assert sets(rig) == [ON, OFF]
-    assert not rig.bench.module.is_streaming
-
-
-def test_of_a_module_on_another_start_it_is_as_found() -> None:
-    switch = StreamSwitch()
-    memory = StreamMemory()
-    memory.note_on(36)
-    rig = watched(switch, memory, boots=37, stream_at_boot=True)
-    rig.step_for(4.0)
-    switch.is_wanted = False
-    rig.step_for(0.5)
-    end(rig)
-    assert sets(rig) == []
-    assert not memory.was_left_on

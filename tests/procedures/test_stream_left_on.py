@@ -84,19 +84,6 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
     assert changes(rig) == [ON]
 
 
-def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
-    rig = watched(remembered(store))
-    deadline = time.monotonic() + PATIENCE_S
-    while changes(rig) != [ON]:
-        assert time.monotonic() < deadline
-        rig.session.step()
-    assert (store.state(f"stream:{ADAPTER}") or {})["boot_count"] == 37
-    assert store.state("stream:another adapter") is None
-    end_watch(rig)
-    assert changes(rig) == [ON, OFF]
-    wait_stored(store, is_on=False)
-
-
 @pytest.mark.parametrize(("boots", "is_wanted"), [(37, True), (None, False)])
 @pytest.mark.promise("c")
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
@@ -124,16 +111,6 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
     assert changes(rig) == []
     assert rig.bench.module.is_streaming
     wait_stored(store, is_on=False)
-
-
-def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
-    store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
-    memory = remembered(store)
-    rig = watched(memory, is_wanted=False)
-    rig.step_for(LISTEN_S + 1)
-    assert not memory.is_taken_over
-    wait_stored(store, is_on=False)
-    assert changes(rig) == []
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals and SIGKILL are POSIX")

@@ -2,7 +2,6 @@
 
 from concurrent.futures import Future
 from dataclasses import replace
-from itertools import product
 from typing import Any
 
 import pytest
@@ -26,9 +25,7 @@ from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.odd_module import settings_held
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
-from tests.support.thorough import some
 
 READABLE: dict[str, Any] = {
     "light_threshold": 2.1,
@@ -271,39 +268,6 @@ def test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it(
     context = WriteContext(journal=journal, accepted_risks=frozenset(wanted))
     assert rig.run(write_all(wanted, context)).refusals == ()
     assert set(sets(rig)) == {*harmless, name}
-
-
-# Bad lines and modules that lie
-
-
-FAULTS: tuple[dict[str, Any], ...] = (
-    {"drop": 0.1, "direction": "both"},
-    {"corrupt": 0.02, "direction": "both"},
-    {"double": 0.5, "direction": "both"},
-    {"delay_ms": 60.0, "jitter_ms": 120.0},
-    {"lose": 0.01, "garbage": 0.3, "split_ms": 5.0},
-    {"echo": True, "double": 0.3},
-    {"stream_at_boot": True, "drop": 0.1, "jitter_ms": 100.0},
-)
-WAYS: tuple[dict[str, Any], ...] = ({}, {"keeps": False}, {"clamps": True})
-
-
-@pytest.mark.parametrize("faults", FAULTS, ids="-".join)
-def test_what_is_called_verified_is_what_the_module_holds(faults: dict[str, Any]) -> None:
-    """Every dialect on every bad line, with several seeds."""
-    verified = 0
-    for ways, seed in some(product(WAYS, range(9)), one_in=3, first=FAULTS.index(faults)):
-        rig = Rig({"uptime": 60, "seed": seed * 97 + 3, **ways, **faults}).begin()
-        held = settings_held(rig.bench.module)
-        report = write(rig, **READABLE, freefall_trigger=False)
-        for written in report.results:
-            if written.verified:
-                verified += 1
-                held = settings_held(rig.bench.module)
-                assert held[written.command.key] == written.target == written.read_back
-            else:
-                assert written.fault is not None or written.verified is None
-    assert verified > 0
 
 
 @pytest.mark.parametrize("after_s", [0.02, 0.5, 0.8, 0.95])

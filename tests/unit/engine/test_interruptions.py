@@ -161,37 +161,6 @@ def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig],
     assert sent_since(rig, sent) == []
 
 
-@whatever_ends_it
-def test_the_background_is_made_anew(end: Callable[[Rig], None]) -> None:
-    made: list[float] = []
-
-    def background() -> Procedure[None]:
-        made.append(rig.clock())
-        yield from rest()
-
-    rig = Rig({"uptime": 60}, background=background)
-    rig.begin()
-    rig.step_for(0.3)
-    end(rig)
-    rig.step_for(2.0)
-    assert len(made) == 2
-    assert LIGHT in sent_since(rig, len(rig.line.requests) - 20)
-
-
-@pytest.mark.parametrize("end", [silent, contradicted, stood_still, said])
-@pytest.mark.promise("j")
-def test_lock_goes_on_and_is_sent_to_who_answers_next(end: Callable[[Rig], None]) -> None:
-    rig = settled_rig(locks=False, active=True)
-    job = rig.job(lock(), is_urgent=True, outlives=True)
-    rig.step_for(0.05)
-    sent = rig.line.requests.count(LOCK)
-    end(rig)
-    rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
-    rig.step_for(0.5)
-    assert not job.has_ended
-    assert rig.line.requests.count(LOCK) > sent
-
-
 @on_the_port
 @pytest.mark.promise("f")
 def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig], None], reason: EndReason) -> None:
