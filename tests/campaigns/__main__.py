@@ -22,11 +22,11 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 
 from tests.campaigns import commands
+from tests.campaigns.confined import confined_home
 from tests.campaigns.gestures.clumsy import run
 from tests.campaigns.gestures.gesture_table import LANGUAGES, SIZES, run_window
 from tests.campaigns.lines import LINES, watched
 from tests.campaigns.walk import FAULTS, HAPPENINGS, cells, walk
-from tests.support.confined import confined_home
 from tests.support.line import odd_module
 
 

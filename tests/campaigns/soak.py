@@ -25,7 +25,7 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
 from tests.bench.kit import LIMIT_S, LoopWatch, Traffic, resident_mb, turn_for, turn_until, window_apart
-from tests.support.confined import confined_home
+from tests.campaigns.confined import confined_home
 from tests.support.module_apart import ModuleApart, module_apart
 from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly, WindowOptions, start

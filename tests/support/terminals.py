@@ -10,8 +10,6 @@ from protocol.messages import Status
 from tests.support.patience import PATIENCE_S
 
 CLOSING_S = 0.5
-RETURN_LIMIT_S = 2.0
-"""From the adapter's return to the open port: one interval, one list, one opening."""
 STATUS_FRAME = Status(5, 1.0, triggered=False, active=False).encode()
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from tests.module.line import Line, now
 from tests.module.module import Module
-from tests.support import tcp_peers
 from tests.support.processes import PROGRAM, ran
+from tests.unit.engine import tcp_peers
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="the peers have pseudo-terminals"),

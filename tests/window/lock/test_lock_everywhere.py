@@ -1,6 +1,8 @@
 """LOCK from everywhere: by its button and its keys, beside every dialog, menu, list and question of the program."""
 
 import ast
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +20,6 @@ from app.simulator.bench import SimulatedBench
 from tests.support.processes import ran
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find, given, let_lay_out
-from tests.support.x_server import x_server
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
@@ -297,6 +298,20 @@ def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
 
 
 # With the keys and clicks of an X server
+
+
+@contextmanager
+def x_server() -> Iterator[str]:
+    """Run a server of its own; yields its DISPLAY. Without one the test is skipped."""
+    if not (shutil.which("Xvfb") and shutil.which("xdotool")):
+        pytest.skip("Xvfb or xdotool is not installed: sudo apt-get install xvfb xdotool")
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "1366x768x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        try:
+            assert server.stdout is not None
+            yield f":{server.stdout.readline().strip()}"
+        finally:
+            server.terminate()
 
 
 @pytest.mark.promise("l")

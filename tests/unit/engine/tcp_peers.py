@@ -2,7 +2,6 @@
 
 import select
 import socket
-import struct
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -50,12 +49,6 @@ def silent(_client: socket.socket, ended: threading.Event) -> None:
 def closing(client: socket.socket, _ended: threading.Event) -> None:
     """Close the connection at the first bytes."""
     client.recv(CHUNK)
-
-
-def resetting(client: socket.socket, _ended: threading.Event) -> None:
-    """Break the connection off at the first bytes."""
-    client.recv(CHUNK)
-    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
 
 @contextmanager
