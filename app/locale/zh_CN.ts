@@ -884,16 +884,8 @@
         <translation>正在同步…</translation>
     </message>
     <message>
-        <source>Export all…</source>
-        <translation>导出全部…</translation>
-    </message>
-    <message>
         <source>Export report…</source>
         <translation>导出报告…</translation>
-    </message>
-    <message>
-        <source>Export shown…</source>
-        <translation>导出所显示的…</translation>
     </message>
     <message>
         <source>Exporting {name}</source>

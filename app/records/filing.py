@@ -123,16 +123,16 @@ def keep_check(facts: Facts, filed: Filed) -> None:
         remember(facts, name)
         is_one_module &= not triggers.is_kept_apart(name, evidence.port)
     keep_record(facts, signed)
-    if name is not None and is_one_module:
-        claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
-    if history is None or not is_one_module:
+    if name is None or not is_one_module:
+        return
+    claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
+    if history is None:
         return
     boot_count = None if boots is None else int(boots)
     slots = [record.raw for record in history.records]
     triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
-    if name is not None:
-        remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
-        _keep_word(triggers, name, assessment.case)
+    remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
+    _keep_word(triggers, name, assessment.case)
 
 
 def _name_of(person: Person) -> str | None:

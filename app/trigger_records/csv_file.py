@@ -10,7 +10,7 @@ from app.trigger_records.fields import FIELDS, fields_of
 from app.trigger_records.history import JUDGEMENT_WORDS, record_of, sentence
 from app.trigger_records.kept import SeenRecord
 
-HEAD = ("module", "place", "first_seen_at", "new", "confirmed", *FIELDS, "told", "judgement", "note")
+HEAD = ("module", "place", "first_seen_at", "confirmed", *FIELDS, "told", "judgement", "note")
 _NONE: frozenset[int] = frozenset()
 
 
@@ -19,11 +19,10 @@ def write_archive(
     module: str,
     records: Iterable[SeenRecord],
     *,
-    new: frozenset[int] | None = None,
     seen_once: frozenset[int] = _NONE,
 ) -> None:
     """UTF-8 with a byte-order mark, written atomically; the sentence is in the language in use. Raises `OSError`.
-    `new`: ids of the records that are new since the last visit. `seen_once`: of those that came in one reading only."""
+    `seen_once`: ids of the records that came in one reading only."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)
@@ -32,7 +31,6 @@ def write_archive(
             "module": clean(module),
             "place": seen.place + 1,
             "first_seen_at": utc_cell(seen.first_seen_at),
-            "new": None if new is None else seen.id in new,
             "confirmed": seen.id not in seen_once,
             "told": sentence(record).translated(),
             "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],

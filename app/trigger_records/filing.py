@@ -1,6 +1,6 @@
 """Reads the trigger records of a module, and files them under the name that a person said in that conversation."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from app.engine.procedure import EngineView, Inspect, Procedure
@@ -52,10 +52,3 @@ def file_triggers(
     remember(facts, name, adapter=adapter, boot_count=reading.boot_count, settings=reading.settings)
     claim_fired(facts, name, port=port, adapter=adapter)
     return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
-
-
-def say_new(facts: Facts, names: Iterable[str]) -> None:
-    """Keeps a person's word that these modules are new and have no records. Within `Store.write`."""
-    for name in names:
-        remember(facts, name)
-        KeptTriggers(facts).say_new(name)

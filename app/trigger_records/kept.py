@@ -33,21 +33,20 @@ class Visit(NamedTuple):
 
 
 class KeptTriggers:
-    """Visits and trigger records in the facts of this station. `module`: its name; None for modules without one."""
+    """Visits and trigger records in the facts of this station. `module`: its name."""
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
 
     def store_visit(
-        self, module: str | None, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
+        self, module: str, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
     ) -> Visit:
-        """Stores what a module holds now. Without a name the slots are stored as they came. Within `Store.write`."""
+        """Stores what a module holds now. Within `Store.write`."""
         last, last_slots, known = self._last(module)
         known_raws = [record.raw for record in known]
         merged = merge(known_raws, last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
-        if module is not None:
-            for place, raw in enumerate(merged.new, len(known)):
-                self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
+        for place, raw in enumerate(merged.new, len(known)):
+            self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
         # An incomplete reading adds to what was kept before.
         kept = slots if is_confirmed else [*last_slots, *merged.new][-MAX_RECORDS:]
         visit = ModuleVisited(
@@ -55,7 +54,7 @@ class KeptTriggers:
             boot_count=boot_count,
             slots=[raw.hex() for raw in kept],
             is_confirmed=is_confirmed,
-            known=len(known) + len(merged.new) if module is not None else 0,
+            known=len(known) + len(merged.new),
         )
         self._facts.add(visit, module)
         records = self.records(module)
@@ -67,10 +66,8 @@ class KeptTriggers:
         last = self._facts.newest(ModuleVisited, module)
         return last is not None and is_simulated(last.content.port) is not is_simulated(port)
 
-    def records(self, module: str | None) -> tuple[SeenRecord, ...]:
+    def records(self, module: str) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""
-        if module is None:
-            return ()
         judged = {kept.content.place: kept.content for kept in self._facts.of_module(TriggerRecordJudged, module)}
         # A later fact about a place counts: a visit that was broken off was written again.
         seen = {kept.content.place: kept for kept in self._facts.of_module(TriggerRecordSeen, module)}
@@ -101,10 +98,10 @@ class KeptTriggers:
             if record.judgement is None and record.raw in known:
                 self.judge(module, record.place, Judgement.REVIEWED, record.note)
 
-    def _last(self, module: str | None) -> tuple[ModuleVisited | None, list[bytes], tuple[SeenRecord, ...]]:
+    def _last(self, module: str) -> tuple[ModuleVisited | None, list[bytes], tuple[SeenRecord, ...]]:
         """The last visit, what the module held then, and the records that were known at its end: those beyond are of
         a visit that was broken off."""
-        visit = self._facts.newest(ModuleVisited, module) if module is not None else None
+        visit = self._facts.newest(ModuleVisited, module)
         if visit is None:
             return None, [], ()
         slots = [bytes.fromhex(slot) for slot in visit.content.slots]

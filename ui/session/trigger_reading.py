@@ -8,13 +8,14 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
 from app.limits.past import LastAnswer
+from app.modules.names import remember
 from app.preflight.module_checks import RecordsWord
 from app.store.fact_store import Facts, utc_now
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
-from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
+from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
 from app.trigger_records.history import Judgement, in_order, record_of
 from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
 from protocol.messages import TriggerRecord
@@ -32,7 +33,6 @@ class TriggerRow(NamedTuple):
 
     seen: SeenRecord
     record: TriggerRecord
-    is_new: bool
     is_on_module: bool
     is_stored: bool
     is_seen_once: bool = False
@@ -51,10 +51,8 @@ class TriggerReading(QObject):
         self.rows: tuple[TriggerRow, ...] = ()
         """Oldest first."""
         self.reading: TriggersReading | None = None
-        self.is_first_visit = True
         self.job = module.job("triggers")
         self.job.changed.connect(self.changed)
-        self._new: frozenset[int] = frozenset()
         self._is_stored = False
         self._has_asked = False
         """It was read by itself since it last fired."""
@@ -133,7 +131,7 @@ class TriggerReading(QObject):
         """Keep the reading under the module's name, if it has one."""
         reading, store, name, target = self.reading, self._storage.ready, self._module.name, self._module.target
         self._filing.cancel()
-        self._is_stored, self._new = False, frozenset()
+        self._is_stored = False
         if reading is None:
             self.show_kept()
             return
@@ -159,8 +157,6 @@ class TriggerReading(QObject):
             self.job.set_notice(self._ask_which_module(filed))
         else:
             self._is_stored = True
-            self.is_first_visit = filed.new is None
-            self._new = filed.new or frozenset()
         self.show_kept()
 
     def _fail_filing(self, trouble: StoreTrouble) -> None:
@@ -191,7 +187,7 @@ class TriggerReading(QObject):
     def _say_new(self, name: str) -> None:
         store = self._storage.ready
         if store is not None:
-            work = partial(say_new, names=[name])
+            work = partial(_say_new, name=name)
             self._wording.run_in(store, work, lambda _none: self.changed.emit(), self._fail_filing)
 
     def _ask_which_module(self, other: PossiblyOther) -> Notice:
@@ -265,7 +261,7 @@ class TriggerReading(QObject):
             if is_on_module:
                 slots[stored.raw] -= 1
             seen = stored._replace(judgement=judgement, note=note)
-            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
+            rows.append(TriggerRow(seen, record_of(seen.raw), is_on_module, is_stored=True))
         rows.reverse()
         seen_once = () if history is None else history.seen_once
         unknown = Counter(record.raw for record in seen_once) & slots  # known from an earlier visit: certain
@@ -276,13 +272,19 @@ class TriggerReading(QObject):
 
 def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
     seen = SeenRecord(-1 - place, place, raw, utc_now().isoformat(timespec="seconds"), None, "")
-    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
+    return TriggerRow(seen, record_of(raw), is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
 
 
 def _answers(facts: Facts, name: str) -> tuple[LastAnswer | None, bool]:
     """When it last answered the query, and whether a person said that it is new."""
     kept = KeptTriggers(facts)
     return kept.last_answer(name), kept.is_said_new(name)
+
+
+def _say_new(facts: Facts, name: str) -> None:
+    """Keeps a person's word that this module is new and has no records."""
+    remember(facts, name)
+    KeptTriggers(facts).say_new(name)
 
 
 def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:

@@ -1,6 +1,5 @@
-"""Model of the Triggers page: columns, copied text, and what the page says of the list."""
+"""Model of the Triggers page: columns, and what the page says of the list."""
 
-from collections.abc import Iterable
 from enum import IntEnum
 from typing import Final
 
@@ -31,11 +30,10 @@ class Column(IntEnum):
 
 
 def record_text(row: TriggerRow) -> str:
-    """The record as a sentence, with its note and whether it is new."""
+    """The record as a sentence, with its note."""
     text = sentence(row.record).translated()
-    words = [tr("seen once")] * row.is_seen_once + [tr("new")] * row.is_new
-    for word in words:
-        text = labelled(capitalised(word), text)
+    if row.is_seen_once:
+        text = labelled(capitalised(tr("seen once")), text)
     return f"{text} — {row.seen.note}" if row.seen.note else text
 
 
@@ -59,10 +57,8 @@ def _judged(row: TriggerRow) -> str:
     return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
 
 
-def _news_icon(row: TriggerRow) -> QIcon | None:
-    if row.is_seen_once:
-        return icon(Icon.UNKNOWN, Meaning.ATTENTION)
-    return icon(Icon.INFORMATION, Meaning.INFORMATION) if row.is_new else None
+def _doubt_icon(row: TriggerRow) -> QIcon | None:
+    return icon(Icon.UNKNOWN, Meaning.ATTENTION) if row.is_seen_once else None
 
 
 def _cell_meaning(row: TriggerRow) -> Meaning | None:
@@ -75,7 +71,7 @@ COLUMNS: Final = (
         marked("After power-on"),
         lambda row: when_text(row.record.boot_count, uptime_message(row.record)),
         lambda row: float(row.seen.place),
-        picture=_news_icon,
+        picture=_doubt_icon,
     ),
     TableColumn[TriggerRow](
         marked("Why"),
@@ -124,14 +120,6 @@ COLUMNS: Final = (
 )
 
 
-def as_text(rows: Iterable[TriggerRow]) -> str:
-    lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Meaning"), tr("Raw bytes")])]
-    for row in rows:
-        cells = [column.text(row) for column in COLUMNS]
-        lines.append("\t".join([*cells, record_text(row).replace("\t", " "), row.record.raw.hex(" ").upper()]))
-    return "\n".join(lines) + "\n"
-
-
 def csv_name(module: str) -> str:
     safe = "".join(character if character.isalnum() or character in "-_" else "_" for character in module[:40])
     return f"dps-s triggers {safe or 'module'}.csv"
@@ -146,14 +134,6 @@ def count_text(work: TriggerReading) -> str:
     """Without a number while the list is empty: its place says why."""
     count = len(work.rows)
     return labelled(tr("Trigger records"), count) if count else tr("Trigger records")
-
-
-def news_text(work: TriggerReading) -> str:
-    """How many are new since the last visit; empty where none is known, or none is kept."""
-    rows = work.rows
-    if work.reading is None or not rows or not rows[0].is_stored:
-        return ""
-    return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=sum(row.is_new for row in rows))
 
 
 def empty_title(work: TriggerReading) -> str:

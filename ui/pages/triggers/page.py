@@ -2,7 +2,7 @@
 
     head     search, Read
     list     `RowsTable` with all fields as columns, or why it is empty; below it `TriggersDetail`
-    foot     copy, export
+    foot     export
 `TriggerReading` reads the records of the module shown, merges them with the stored ones and stores judgements.
 """
 
@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLabel, QPushButton
 
 from app.store.trouble import StoreTrouble
@@ -23,17 +22,7 @@ from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
 from ui.pages.triggers.detail import TriggersDetail
-from ui.pages.triggers.model import (
-    COLUMNS,
-    Column,
-    as_text,
-    count_text,
-    csv_name,
-    empty_text,
-    empty_title,
-    news_text,
-    record_text,
-)
+from ui.pages.triggers.model import COLUMNS, Column, count_text, csv_name, empty_text, empty_title, record_text
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.module_field import ModuleField
@@ -72,7 +61,7 @@ class TriggersPage(Page):
         self.name_field = ModuleField("triggers_module", services.ports)
         self.name_field.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
-        self.news = named(ElidedLabel(), "triggers_news", "small")
+        self.known_by = named(ElidedLabel(), "triggers_known_by", "small")
         self._make_buttons()
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self._lay_out()
@@ -102,10 +91,9 @@ class TriggersPage(Page):
         is_told = notice is not None and notice.text.startswith(why)
         self.list.empty.text.setText("" if is_told else why)
         self.count.setText(count_text(work))
-        known_by = self.module.known_by.translated() if has_rows else ""
-        self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
+        self.known_by.setText(self.module.known_by.translated() if has_rows else "")
         self.read.setEnabled(work.can_read)
-        for widget in (self.copy, self.save_page, self.save_archive, self.list.search):
+        for widget in (self.export, self.list.search):
             widget.setEnabled(has_rows)
         self.strip.show_notice(notice)
         self._show_detail()
@@ -142,21 +130,13 @@ class TriggersPage(Page):
         self._is_review_wanted = True
         self.refresh()
 
-    def copy_rows(self) -> None:
-        """Copies the selected rows, else all shown ones."""
-        QGuiApplication.clipboard().setText(as_text(self.table.chosen() or self.table.filter.shown()))
-
-    def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
-        rows = self.work.rows if is_archive else self.table.filter.shown()
-        name = self.module.name
-        title = tr("Export all…") if is_archive else tr("Export shown…")
-        new = frozenset(row.seen.id for row in rows if row.is_new)
-        has_past = self.work.reading is not None and not self.work.is_first_visit
+    def _export(self) -> None:
+        """The rows shown, which are all unless something is searched."""
+        name, rows = self.module.name, self.table.filter.shown()
         once = frozenset(row.seen.id for row in rows if row.is_seen_once)
-        records = [row.seen for row in rows]
-        write = partial(write_archive, module=name, records=records, new=new if has_past else None, seen_once=once)
+        write = partial(write_archive, module=name, records=[row.seen for row in rows], seen_once=once)
         save = partial(self._save_to, write, len(rows))
-        self.ask_path(self, title, self._folder / csv_name(name), "*.csv", save)
+        self.ask_path(self, tr("Export…"), self._folder / csv_name(name), "*.csv", save)
 
     def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
         self._folder = path.parent
@@ -173,34 +153,20 @@ class TriggersPage(Page):
             role="primary",
             slot=self._read,
         )
-        self.copy = control(
-            QPushButton(tr("Copy")), "triggers_copy", keys="Ctrl+C", picture=Icon.TABLE, slot=self.copy_rows
-        )
-        self.save_page = control(
-            QPushButton(tr("Export shown…")),
-            "triggers_save_page",
-            keys="Ctrl+S",
-            picture=Icon.SAVE,
-            slot=partial(self._save, is_archive=False),
-        )
-        self.save_archive = control(
-            QPushButton(tr("Export all…")),
-            "triggers_save_archive",
-            keys="Ctrl+Shift+S",
-            picture=Icon.SAVE,
-            slot=partial(self._save, is_archive=True),
+        self.export = control(
+            QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE, slot=self._export
         )
 
     def _wire(self) -> None:
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self._judge)
         self._services.exchange.review_wanted.connect(self._choose_unreviewed)
-        self.saving, self.exporting = self.save_page, self.save_archive
+        self.saving = self.exporting = self.export
 
     def _lay_out(self) -> None:
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
-        foot = in_row(1, self.copy, self.save_page, self.save_archive, spacing=Space.S)
-        says = in_row(self.count, (self.news, 1), self.name_field, spacing=Space.M)
+        foot = in_row(1, self.export, spacing=Space.S)
+        says = in_row(self.count, (self.known_by, 1), self.name_field, spacing=Space.M)
         in_column(
             head,
             says,

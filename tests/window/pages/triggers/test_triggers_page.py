@@ -19,7 +19,6 @@ from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
-KNOWN = "M-07, named by a person in this conversation"
 
 
 def name_kept(bench: OnBench, name: str) -> None:
@@ -59,7 +58,7 @@ def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
     with on_bench(qtbot, qapp, tmp_path, "none", "triggers", is_connected=False) as bench:
         page = bench.triggers
         assert "Connect or choose" in page.list.empty.text.text()
-        assert (page.read.isEnabled(), page.save_page.isEnabled()) == (False, False)
+        assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
         assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
@@ -188,19 +187,12 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
-        assert page.news.text() == f"no earlier visit · {KNOWN}"
+        assert page.known_by.text() == "M-07, named by a person in this conversation"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_world(tilt_deg=80)
         bench.until(lambda: bench.bench.module.is_triggered)
         bench.read_triggers()
-        assert (page.count.text(), page.news.text()) == ("Trigger records: 10", f"1 new · {KNOWN}")
-        assert told(bench, 0).startswith("New: tipped past")
-        page.list.search.setText("new:")
-        assert page.table.filter.rowCount() == 1
-        page.list.search.clear()
-        assert sum(row.is_on_module for row in page.work.rows) == 9
-        bench.read_triggers()
-        assert page.news.text() == f"0 new · {KNOWN}"
+        assert (page.count.text(), sum(row.is_on_module for row in page.work.rows)) == ("Trigger records: 10", 9)
         bench.bench.module.memory.records.append(bench.bench.module.memory.records[0])  # equal to the one it replaces
         bench.read_triggers()
         assert (page.count.text(), sum(row.is_on_module for row in page.work.rows)) == ("Trigger records: 11", 9)
@@ -214,7 +206,7 @@ def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> Non
     rig.restart()
     rig.wait(1.0)
     rig.read_triggers()
-    assert (rig.triggers.list.empty.title.text(), rig.triggers.news.text()) == ("Unknown", "")
+    assert (rig.triggers.list.empty.title.text(), rig.triggers.count.text()) == ("Unknown", "Trigger records")
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -309,7 +301,7 @@ def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         assert page.work.reading is None
 
 
-def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_search_and_sort(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "search", "triggers", history=9) as bench:
         fire(bench)
         bench.read_triggers()
@@ -318,18 +310,13 @@ def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) 
         search.setFocus()
         qtbot.keyClicks(search, "implausible 4.70")
         assert page.table.filter.rowCount() == 1
-        bench.click(page.copy)
-        lines = QApplication.clipboard().text().splitlines()
-        assert len(lines) == 2
-        assert lines[0].startswith("After power-on\tWhy\t")
-        assert "(implausible)" in lines[1]
         search.clear()
         page.table.sortByColumn(Column.CELL, Qt.SortOrder.AscendingOrder)
         volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
         assert volts == sorted(volts)
 
 
-def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_csv_of_what_is_shown(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "csv", "triggers", history=5) as bench:
         fire(bench)
         page = bench.triggers
@@ -339,11 +326,11 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
         page.detail.note.setText("=1+1")
         page.detail.note.editingFinished.emit()
         search = bench.find(QLineEdit, "triggers_search")
-        search.setText("4.70")
-        for button, name, count in ((page.save_page, "page.csv", 1), (page.save_archive, "all.csv", 6)):
-            target = tmp_path / name
+        for searched, count in (("4.70", 1), ("", 6)):
+            search.setText(searched)
+            target = tmp_path / f"{count}.csv"
             page.ask_path = choosing(target)
-            bench.click(button)
+            bench.click(page.export)
             bench.until(lambda: not page.work.job.is_writing)
             data = target.read_bytes()
             assert data.startswith(b"\xef\xbb\xbf")
@@ -353,5 +340,5 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
             assert all(not row["note"].startswith("=") for row in rows)
             assert "Saved" in said(bench)
         page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
-        bench.click(page.save_page)
+        bench.click(page.export)
         bench.until(lambda: "cannot be written" in said(bench))
