@@ -28,7 +28,6 @@ RECORD_LIES: tuple[dict[str, Any], ...] = (
     {"corrupt": "0.02"},
     {"lose": "0.01"},
     {"double": "0.5"},
-    {"min_gap_ms": "2"},
     {"lag_ms": "700"},
 )
 RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(

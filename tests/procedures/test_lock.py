@@ -271,8 +271,6 @@ LOSSY: dict[str, dict[str, Any]] = {
     "and a stream": {"drop": 0.2, "direction": "both", "stream_at_boot": True},
     "answers 1.4 s late": {"delay_ms": 1400.0},
     "answers up to 0.4 s late, some lost": {"delay_ms": 100.0, "jitter_ms": 300.0, "drop": 0.2},
-    "a module that needs 5 ms between frames": {"min_gap_ms": 5.0},
-    "30 ms, and some are lost": {"min_gap_ms": 30.0, "drop": 0.2, "direction": "both"},
     "damaged": {"corrupt": 0.04, "direction": "both"},
 }
 

@@ -22,7 +22,7 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
-from tests.support.line.lies import lying_bench
+from tests.support.line.odd_module import odd_bench
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
@@ -119,7 +119,7 @@ class GestureBench:
 
     def exchange(self, options: Mapping[str, Any]) -> None:
         """Another module hangs at the port, which is opened again."""
-        self.bench: SimulatedBench = lying_bench(options, self.clock)
+        self.bench: SimulatedBench = odd_bench(options, self.clock)
 
     def make_worker(self, callback: object, make_lock: Callable[[], Job[Any]]) -> InlineWorker:
         self.worker = InlineWorker(callback, self.clock, make_lock)

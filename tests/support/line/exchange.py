@@ -6,7 +6,7 @@ from typing import Any
 
 from protocol.catalogue import Hazard, Request
 from tests.support.line.frames import at_each_frame, at_frame
-from tests.support.line.lies import lying_bench
+from tests.support.line.odd_module import odd_bench
 from tests.support.line.sim_line import Rig
 
 GAP_S = 0.5
@@ -22,7 +22,7 @@ class ExchangedRig(Rig):
 
     def __init__(self, at: int, *, boots: int = 90, gap_s: float = GAP_S, **first: Any) -> None:
         super().__init__({**_FIRST, **first})
-        self.first, self.second = self.bench, lying_bench({**_SECOND, "boots": boots}, self.clock)
+        self.first, self.second = self.bench, odd_bench({**_SECOND, "boots": boots}, self.clock)
         for name, value in _SETTINGS.items():
             setattr(self.second.module.memory, name, value)
         self._arrived = list[Request]()

@@ -8,6 +8,7 @@ product itself does with other dialects is tried against `tests.module`.
 
 import math
 import random
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from enum import Enum, StrEnum
@@ -17,27 +18,18 @@ from typing import Any, Final
 from app.flights.judge import SensorSample
 from app.simulator import bench as benches
 from app.simulator import setup as setups
-from app.simulator.bench import SimulatedBench
+from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.memory import Memory, record_frame
 from app.simulator.module import ACCEPTED, BITS_PER_BYTE, BOOT_GAP_S, EMPTY_SLOT, SimulatedModule, to_byte
 from app.simulator.physics import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V, Physics
 from app.simulator.setup import Setup, number, option, switch
 from app.simulator.wire import Wire
-from protocol.catalogue import (
-    BAUD_RATE,
-    BY_CODE,
-    FLAG,
-    INVERTED,
-    MAX_RECORDS,
-    RECORD_CODE,
-    SETTINGS,
-    TENTH_VOLT,
-    Command,
-    Request,
-)
+from protocol.catalogue import BAUD_RATE, FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, SETTINGS, TENTH_VOLT, Request
 from protocol.fields import Flag, Value
 from protocol.frame import encode_reply
 
+Mark = int | tuple[int, int]
+"""A code or number, or one with the n-th time."""
 Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
 Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
 EmptySlots = StrEnum("EmptySlots", ["NONE", "ZEROS", "ONES"])
@@ -58,7 +50,6 @@ PIECE_LENGTH = 7
 """Not a divisor of the frame length, so that pieces cross the ends of frames."""
 RECORD_GAP_S = 0.02
 FAILED = 0x00
-_CLAMPS: Final = {0x15: range(1, 34), 0x20: range(55, 91), 0x21: range(1, 7), 0x22: range(50, 256)}
 IN_MEMORY: Final = {
     0x15: "light_threshold", 0x20: "attitude_threshold", 0x21: "freefall_acceleration", 0x22: "freefall_time",
     0x24: "baud_code",
@@ -69,18 +60,10 @@ IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
 }  # fmt: skip
 
 
-def codes(text: str) -> frozenset[int]:
-    """Codes of commands, such as 14,33; raises `ValueError`."""
-    numbers = frozenset(int(part, 16) for part in text.replace(",", " ").split())
-    if not numbers <= BY_CODE.keys():
-        raise ValueError(text)
-    return numbers
-
-
 def as_text(value: object) -> str:
     """A value in the form in which it is typed."""
     if isinstance(value, frozenset):
-        return ",".join(f"{code:02X}" for code in sorted(value))
+        return ",".join(f"{code:X}" for code in value)
     return str(value.value) if isinstance(value, Enum) else setups.as_text(value)
 
 
@@ -92,8 +75,12 @@ def _code(default: int) -> Any:
     return option(default, "a dialect", "CODE", partial(int, base=16))
 
 
-def _codes() -> Any:
-    return option(frozenset(), "ignored", "CODE,…", codes)
+def _marks(base: int) -> Any:
+    def parse(text: str) -> frozenset[Mark]:
+        parts = [part.partition("/") for part in text.replace(",", " ").split()]
+        return frozenset((int(what, base), int(time)) if time else int(what, base) for what, _, time in parts)
+
+    return option(frozenset(), "a lie", "MARK,…", parse)
 
 
 _quirk: Callable[[], Any] = partial(switch, "a dialect")
@@ -123,11 +110,16 @@ class OddSetup(Setup):
     stream: Streaming = _word(Streaming.YES)
     stream_at_boot: bool = _quirk()
     keeps: bool = switch("a dialect", default=True)
-    clamps: bool = _quirk()
     refuses: bool = _quirk()
-    mute_codes: frozenset[int] = _codes()
-    restart_at_s: float = number(0.0, "a fault", "S", 0, 86_400)
-    """It restarts without a heartbeat whenever it has run so long."""
+    locks: bool = switch("a lie", default=True)
+    shuts_down: bool = switch("a lie", default=True)
+    mute_codes: frozenset[Mark] = _marks(16)
+    """Ignored; `35/2`: from the second time on."""
+    drop_records: frozenset[Mark] = _marks(10)
+    """By number; `1/2`: in the second reply only."""
+    double_codes: frozenset[Mark] = _marks(16)
+    double_ms: float = _milliseconds()
+    """After the reply to one of these codes comes again."""
     lose: float = _share()
     garbage: float = _share()
     double: float = _share()
@@ -142,6 +134,12 @@ LINE_FAULTS: Final = (
     "mute", "drop", "corrupt", "lag_ms", "lose", "garbage", "double", "direction", "delay_ms", "jitter_ms", "split_ms",
     "echo",
 )  # fmt: skip
+
+
+def odd_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
+    """A module with these options, as values or as they are typed."""
+    texts = {name: as_text(value) for name, value in options.items()}
+    return SimulatedBench(OddSetup(**setups.parse_options(texts)), clock=clock, kind=OddModule)
 
 
 def install() -> None:
@@ -160,12 +158,6 @@ def end_faults(bench: SimulatedBench) -> None:
 def odd(module: SimulatedModule) -> OddSetup:
     assert isinstance(module.setup, OddSetup)
     return module.setup
-
-
-def clamped(command: Command, raw: int) -> int:
-    """The nearest byte within the range that the vendor advises, or that the sensor can measure."""
-    allowed = _CLAMPS.get(command.code, range(256))
-    return min(max(raw, allowed.start), allowed.stop - 1)
 
 
 def read_raw(module: SimulatedModule, code: int) -> int:
@@ -203,6 +195,8 @@ class OddModule(SimulatedModule):
         """D4 of the reply to the set that is carried out, in place of what an honest module says."""
         self._answering = 0
         """The code of the request that is carried out."""
+        self._asked = Counter[int]()
+        """How often each code was asked for."""
         self._stream_held_until_s = -math.inf
         self.stream_frames_sent = 0
         if not isinstance(setup, OddSetup):
@@ -211,8 +205,18 @@ class OddModule(SimulatedModule):
         super().__init__(world, setup, memory=memory)
 
     def obey(self, request: Request, now_s: float) -> None:
-        if request.command.code not in odd(self).mute_codes:
+        setup, code = odd(self), request.command.code
+        self._asked[code] += 1
+        if any(code == mark or (isinstance(mark, tuple) and mark[0] == code and self._asked[code] >= mark[1])
+               for mark in setup.mute_codes):  # fmt: skip
+            return
+        before = len(self._out)
+        if code == 0x12 and not setup.shuts_down:
+            self.send(encode_reply(code, ACCEPTED), now_s)
+        else:
             self.carry_out(request, now_s)
+        for sent in list(self._out)[before:] if code in setup.double_codes else ():
+            self.plan(now_s + setup.double_ms / 1000, partial(self.send_while_on, sent.data, self._booted_s))
 
     def carry_out(self, request: Request, now_s: float) -> None:
         setup = odd(self)
@@ -243,9 +247,9 @@ class OddModule(SimulatedModule):
         if setup.refuses and request.data != old:
             self._acknowledgement = FAILED if by_one else old
             return request._replace(data=old)
-        value = clamped(request.command, request.data) if setup.clamps else request.data
-        self._acknowledgement = ACCEPTED if by_one else value
-        return request._replace(data=value if setup.keeps else old)
+        self._acknowledgement = ACCEPTED if by_one else request.data
+        is_kept = setup.locks or request != LOCK if code == 0x10 else setup.keeps
+        return request if is_kept else request._replace(data=old)
 
     def send(self, data: bytes, now_s: float) -> None:
         setup = odd(self)
@@ -265,7 +269,10 @@ class OddModule(SimulatedModule):
 
     def _send_records(self, now_s: float) -> None:
         setup = odd(self)
-        frames = [record_frame(data) for data in self.memory.records]
+        pass_number = self._asked[RECORD_CODE]
+        dropped = {mark if isinstance(mark, int) else mark[0] for mark in setup.drop_records
+                   if isinstance(mark, int) or mark[1] == pass_number}  # fmt: skip
+        frames = [record_frame(data) for number, data in enumerate(self.memory.records, 1) if number not in dropped]
         fill = {EmptySlots.ZEROS: EMPTY_SLOT, EmptySlots.ONES: b"\xff" * len(EMPTY_SLOT)}.get(setup.empty_slots)
         if fill is not None:
             frames += [record_frame(fill)] * (MAX_RECORDS - len(frames))
@@ -305,15 +312,6 @@ class OddModule(SimulatedModule):
             self.state.serial_output_is_on = True
         if self.state.serial_output_is_on:
             self._stream_due_s = now_s + 2 * BOOT_GAP_S + 1 / setup.rate
-        if setup.restart_at_s:
-            boots = self.memory.boot_count
-            self.plan(
-                now_s + setup.restart_at_s,
-                lambda at_s: self.restart(at_s, is_silent=True) if self._runs_since(boots) else None,
-            )
-
-    def _runs_since(self, boots: int) -> bool:
-        return self.is_on and self.memory.boot_count == boots
 
     def restart(self, now_s: float, *, is_silent: bool = False) -> None:
         self.power_on(now_s, is_silent=is_silent)

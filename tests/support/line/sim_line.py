@@ -18,8 +18,7 @@ from protocol.events import Counters, EndReason
 from protocol.frame import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.stream import StreamParser
-from tests.support.line.lies import lying_bench
-from tests.support.line.odd_module import end_faults
+from tests.support.line.odd_module import end_faults, odd_bench
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
@@ -50,7 +49,7 @@ class SimulatedLine:
     ) -> None:
         """`bench`: an existing module; by default a new one is made."""
         self.clock = clock
-        self.bench = bench or lying_bench(options or {}, clock)
+        self.bench = bench or odd_bench(options or {}, clock)
         self.sent = bytearray()
         self.arrived = bytearray()
         self.is_closed = False

@@ -51,7 +51,7 @@ def test_options_may_stand_between_other_words(words: str, attribute: str) -> No
 
 
 def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
+    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?mute_codes=22"]
     assert "\x1b" not in dps_s(words, 1).out
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.setenv("WT_SESSION", "1")
