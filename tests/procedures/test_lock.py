@@ -245,23 +245,6 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     assert not rig.bench.module.state.is_active
 
 
-@pytest.mark.parametrize("steps", range(0, 30, 3))
-@pytest.mark.promise("l")
-def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -> None:
-    rig = settled_rig()
-    acting = under_way(rig, Act.ACTIVATE)
-    deafen(rig, lambda number, frame: 0 < number < 5)
-    for _ in range(steps):
-        rig.session.step()
-    before = len(rig.line.requests)
-    locking = press(rig)
-    rig.step_until(lambda: locking.has_ended and acting.has_ended, limit_s=60)
-    after = rig.line.requests[before:]
-    assert after.count(LOCK) >= 5
-    assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
-    assert not rig.bench.module.state.is_active
-
-
 # Bad lines
 
 SEEDS = settings().max_examples // 4

@@ -41,11 +41,6 @@ def serving(handler: Handler) -> Iterator[str]:
             thread.join(PATIENCE_S)
 
 
-def silent(_client: socket.socket, ended: threading.Event) -> None:
-    """Take the connection and say nothing."""
-    ended.wait(PATIENCE_S)
-
-
 def closing(client: socket.socket, _ended: threading.Event) -> None:
     """Close the connection at the first bytes."""
     client.recv(CHUNK)

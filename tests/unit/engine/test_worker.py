@@ -2,7 +2,7 @@
 away.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -10,8 +10,10 @@ from app.engine import worker as worker_module
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.transport import PortTrouble
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
+from app.procedures.find import await_module
 from app.procedures.history import read_history
 from app.procedures.lock import lock
+from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
@@ -243,3 +245,25 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     worker.open("sim", 115200)
     worker.turn_for(1.0)
     assert not worker.line.bench.module.state.is_active
+
+
+@pytest.mark.parametrize("options", ["", "&delay-ms=60"])
+@pytest.mark.parametrize("leave", [Worker.close, Worker.stop])
+@pytest.mark.promise("l")
+def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:
+    """Whoever presses LOCK and leaves gets it: the closing waits for it, within its limit."""
+    worker = Worker(lambda _batch: None)
+    worker.start()
+    try:
+        worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
+        assert worker.submit(Job(await_module())).wait(PATIENCE_S)
+        reading = worker.submit(Job(read_everything()))
+        locking = worker.submit(Job(lock(), outlives=True), is_urgent=True)
+        leave(worker)
+        assert locking.wait(PATIENCE_S)
+        assert reading.wait(PATIENCE_S)
+        assert not bench.module("lock-and-leave").module.state.is_active
+        assert locking.outcome().is_acknowledged or locking.outcome().is_locked  # repeated, the report may come first
+    finally:
+        assert worker.stop(PATIENCE_S)
+        bench.remove_bench("lock-and-leave")
