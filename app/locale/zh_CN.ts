@@ -584,10 +584,6 @@
         <translation>命令</translation>
     </message>
     <message>
-        <source>Compare</source>
-        <translation>对比</translation>
-    </message>
-    <message>
         <source>Confirm again: LOCK was pressed.</source>
         <translation>请重新确认：已按下锁定。</translation>
     </message>

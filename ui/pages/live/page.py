@@ -8,18 +8,14 @@ or not. It is always live: recordings are shown on Logs.
 from datetime import datetime
 from typing import Final, cast
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QWidget
 
 from app.diagnosis.link_state import Phase, link_text
-from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.recordings.excerpt import Excerpt
 from app.system.wall_clock import wall_offset_s
 from app.text.i18n import tr
-from protocol.catalogue import DEFAULT_BAUD_RATE
-from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar
 from ui.pages.live.data import LiveData, live_lanes
@@ -27,14 +23,13 @@ from ui.pages.live.panel import LivePanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import Icon, icon
-from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import Shortcut, control, named, set_role
-from ui.widgets.labels import EmptyState
+from ui.style.icons import Icon
+from ui.style.theme import Space
+from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.labels import EmptyState, text_label
 from ui.widgets.layouts import in_column, in_row, retain_size, stacked
 from ui.widgets.visibility_timer import VisibilityTimer
 
-SIMULATED: Final = Target(SIMULATED_PORT, DEFAULT_BAUD_RATE)
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
 
 
@@ -44,17 +39,13 @@ class EmptyPage(EmptyState):
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__("live_empty", Icon.LIVE)
         self._ports = services.ports
-        self._way = named(
-            QLabel(
-                tr(
-                    "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
-                    "3. Pre-flight: before each flight, until it says GO."
-                )
-            ),
-            "live_empty_way",
-            "muted",
+        self._way = text_label("live_empty_way", "muted")
+        self._way.setText(
+            tr(
+                "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
+                "3. Pre-flight: before each flight, until it says GO."
+            )
         )
-        self._way.setWordWrap(True)
         self.choose = control(
             QPushButton(tr("Choose a port…")),
             "live_choose_port",
@@ -63,27 +54,9 @@ class EmptyPage(EmptyState):
             role="primary",
             slot=page.ports_wanted,
         )
-        self.simulate = control(
-            QPushButton(tr("Simulated module")),
-            "live_simulate",
-            picture=Icon.SIMULATOR,
-            slot=lambda: page.connect_wanted.emit(SIMULATED),
-        )
-        self.logs = control(
-            QPushButton(tr("Logs")),
-            "live_logs",
-            picture=Icon.RECORDINGS,
-            slot=lambda: page.page_wanted.emit("logs"),
-        )
-        self._buttons = (self.choose, self.simulate, self.logs)
-        for button in self._buttons:
-            retain_size(button)
+        retain_size(self.choose)
         self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
-        middle = Qt.AlignmentFlag.AlignCenter
-        buttons = in_row(1, *((button, middle) for button in self._buttons), 1, spacing=Space.S)
-        if is_text_large():
-            buttons.setDirection(QBoxLayout.Direction.TopToBottom)
-        self.column.insertLayout(5, buttons)
+        self.column.insertLayout(5, in_row(1, self.choose, 1))
 
     def refresh(self) -> None:
         state = self._ports.current.state
@@ -92,10 +65,7 @@ class EmptyPage(EmptyState):
         self.title.setText(tr("Not connected") if is_idle else state_text.word)
         self.text.setText(state_text.next_step)
         self.text.setVisible(is_idle)
-        set_role(self.choose, "primary" if is_idle else "")
-        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=is_idle))
-        for button in self._buttons:
-            button.setVisible(state.phase not in _BUSY)
+        self.choose.setVisible(state.phase not in _BUSY)
         self._way.setVisible(is_idle)
 
 

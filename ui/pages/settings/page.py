@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QPushButton, QStackedLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QStackedLayout, QToolButton, QWidget
 
 from app.procedures.act import Armed
 from app.procedures.light import Proposal
@@ -25,7 +25,7 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value
-from ui.files.file_dialogs import AskOpen, AskPath, add_recent, ask_path, ask_profile
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.settings.baud import BaudRow
 from ui.pages.settings.panels import CalibrationPanel, ComparePanel
 from ui.pages.settings.rows import SettingsTable
@@ -97,7 +97,6 @@ class SettingsPage(Page):
         self.measure.setEnabled(work.can_edit)
         self.defaults.setEnabled(work.can_edit)
         self.as_found.setEnabled(work.can_edit and work.as_found is not None)
-        self.recent.setEnabled(bool(self._preferences.recent_profiles))
         self._show_code()
         notice = work.notice()
         if notice is not None and not self.files.is_busy and self.files.result_notice() is not None:
@@ -169,14 +168,7 @@ class SettingsPage(Page):
         if profile is not None:
             self._preferences.add_profile(path)
             self.work.compare_with(profile, path)
-        elif not path.exists():
-            recent = self._preferences.recent_profiles
-            self._preferences.recent_profiles = tuple(one for one in recent if one != str(path.absolute()))
         self.refresh()
-
-    def _fill_recent(self) -> None:
-        self.recent.menu().clear()
-        add_recent(self.recent.menu(), "profile_recent", self._preferences.recent_profiles, self.open_file)
 
     def _choose_and_save(self) -> None:
         """What the module holds now, as far as it is known."""
@@ -224,10 +216,8 @@ class SettingsPage(Page):
         )
         self.rows[_LIGHT].add_button(self.measure)
         self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O")
-        self.recent = control(QPushButton(tr("Compare")), "profile_recent", tip=tr("Recent files"))
-        self.recent.setMenu(named(QMenu(self), "profile_recent_menu"))
         self.save = control(QPushButton(tr("Save as…")), "profile_save")
-        for button in (self.open, self.recent, self.save):
+        for button in (self.open, self.save):
             button.setAccessibleName(labelled(tr("Profile"), button.text()))
 
     def _lay_out(self) -> QWidget:
@@ -237,7 +227,7 @@ class SettingsPage(Page):
             "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.work.as_found or {})
         )
         title = named(QLabel(tr("Profile")), "profile_title_label", "small")
-        profile = (title, self.open, self.recent, self.save)
+        profile = (title, self.open, self.save)
         content = named(QWidget(), "settings_content")
         below = in_column(self.table, spacing=Space.S, margins=(Space.M, 0))
         content.setLayout(below)
@@ -265,7 +255,6 @@ class SettingsPage(Page):
         self.revert.clicked.connect(self._discard_all)
         self.measure.clicked.connect(self._measure)
         self.open.clicked.connect(lambda: self.ask_open(self, self._preferences.profile_folder, self.open_file))
-        self.recent.menu().aboutToShow.connect(self._fill_recent)
         self.save.clicked.connect(self._choose_and_save)
         self.files.changed.connect(self._refresh_if_seen)
         self.compare.ticked.connect(self._tick)

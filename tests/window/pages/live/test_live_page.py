@@ -41,7 +41,7 @@ def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
     assert live.page.plot.isVisible()
 
 
-def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_button_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         panel = assembly.window.panel
         page = await_child(qtbot, assembly.window, LivePage)
@@ -51,10 +51,6 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
         qtbot.waitUntil(page.empty.choose.isVisible)
         qtbot.mouseClick(page.empty.choose, Qt.MouseButton.LeftButton)
         assert panel.isVisible()
-        panel.hide()
-        qtbot.waitUntil(page.empty.simulate.isVisible)
-        qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: not page.is_empty)
 
 
 # Numbers

@@ -3,9 +3,7 @@
 import tomllib
 from pathlib import Path
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton
-from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
 from tests.support.window import walk
@@ -79,26 +77,6 @@ def test_ticks_end_with_the_conversation_in_which_they_were_made(tmp_path: Path,
     assert one.settings.work.comparison is None
     open_by_dialog(one, tmp_path / "H6.toml")
     assert tick(one, "attitude_threshold").isChecked()
-
-
-def test_files_are_listed_until_they_are_missing(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
-    recent = one.settings.recent
-    one.settings.refresh()
-    assert not recent.isEnabled()
-    path = profile_file(tmp_path)
-    open_by_dialog(one, path)
-    qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
-    one.settings.refresh()
-    assert one.settings.write.isVisible()
-    recent.menu().aboutToShow.emit()
-    (action,) = recent.menu().actions()
-    assert action.text() == "H6.toml"
-    action.trigger()
-    assert one.settings.compare.isVisible()
-    path.unlink()
-    action.trigger()
-    assert "cannot be read" in notice(one)
-    assert not recent.isEnabled()
 
 
 def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
