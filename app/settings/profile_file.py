@@ -99,8 +99,8 @@ def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
     lines = []
     for number, item in enumerate(items, 1):
         found = _MANUAL_LINE(item, f"{key} {number}")
-        text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH).strip()
-        if not text:
+        text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH)
+        if not text.strip():
             raise _unexpected(f"{key} {number}.text", '"…"')
         lines.append(ManualLine(text, found.get("required", False)))
     return tuple(lines)
