@@ -11,7 +11,7 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import LOOSE_ENDS, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
-from app.guided.tilt import Span, TiltDirection
+from app.guided.tilt import TiltDirection
 from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
@@ -80,11 +80,6 @@ def test_a_sensor_that_is_off_fires_too_late(zero: float, verdict: GuidedVerdict
     rig.bench.module.memory.attitude_threshold = 60
     done = rows(guided(rig, GuidedKind.TILT, act=lambda: _activate_with(rig.bench, 60 + zero)))
     assert done["Fires, forward"][1] == verdict.value
-
-
-@pytest.mark.parametrize(("low", "high", "is_near"), [(63, 66, True), (64, 66, False), (54, 57, True), (54, 56, False)])
-def test_an_angle_within_three_degrees_of_the_threshold_passes(low: int, high: int, is_near: bool) -> None:
-    assert Span(high, low).is_near(60) is is_near
 
 
 def _activate_with(bench: SimulatedBench, threshold: float) -> None:

@@ -15,13 +15,10 @@ from app.records.filing import file_check
 from app.records.record import read_document
 from app.records.report import report_html
 from app.records.verification import RecordState, StationNames, verify
-from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
 from app.settings.profiles import Profile
 from app.store.fact_store import Store
 from app.store.kinds import GuidedTestDone
-from app.system.wall_clock import age_days
 from app.text.messages import message
-from tests.files.records.test_record import signed_record
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import open_store
 
@@ -84,36 +81,7 @@ def test_what_a_newer_version_wrote_is_left_out(store: Store) -> None:
     assert last(store) == {GuidedKind.TILT: PASSED}
 
 
-# The profile
-
-
-def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
-    profile = parse_profile(b'name = "H6"\n[tests]\ntilt = 180\nfree_fall = 365\n')
-    assert profile.tests_within_days == {GuidedKind.TILT: 180, GuidedKind.FREE_FALL: 365}
-    assert parse_profile(profile_text(profile).encode()) == profile
-
-
-@pytest.mark.parametrize(
-    "bad",
-    ["spin = 3", "charger = 90", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"],
-)
-@pytest.mark.promise("f")
-def test_a_demand_that_makes_no_sense_is_refused_with_its_key(bad: str) -> None:
-    with pytest.raises(ProfileRefused) as refused:
-        parse_profile(f"[tests]\n{bad}\n".encode())
-    said = refused.value.sentence
-    assert f"tests.{bad.split()[0]}" in said
-
-
 # The pre-flight check
-
-
-@pytest.mark.parametrize(
-    ("ahead", "age"), [(timedelta(hours=3), 0.0), (timedelta(days=2), None), (-timedelta(days=2), 2.0)]
-)
-def test_a_time_that_lies_ahead_is_no_age(ahead: timedelta, age: float | None) -> None:
-    assert age_days((NOW + ahead).isoformat(), NOW) == age
-    assert age_days("soon", NOW) is None
 
 
 @pytest.mark.parametrize(
@@ -149,18 +117,3 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         assert "Fires: " not in text
     document = read_document(filed.exported.text.encode())
     assert verify(document, StationNames(None)).state is not RecordState.ALTERED
-
-
-@pytest.mark.parametrize(
-    ("of_record", "of_test", "day"),
-    [
-        ("2026-11-23T09:00:00+08:00", "2026-11-21T22:30:00.000+00:00", "2026-11-22"),
-        ("2026-11-23T09:00:00-08:00", "2026-11-22T06:30:00.000+00:00", "2026-11-21"),
-        ("2026-11-23T09:00:00+08:00", "9999-12-31T23:59:59.999+00:00", "9999-12-31"),
-    ],
-)
-def test_a_test_is_printed_with_the_day_that_it_was_where_the_record_was_made(
-    of_record: str, of_test: str, day: str
-) -> None:
-    tests = [{"test": "tilt", "verdict": "passed", "who": "Li", "at": of_test, "measured": []}]
-    assert f">{day}" in report_html(signed_record(at=datetime.fromisoformat(of_record), tests=tests))

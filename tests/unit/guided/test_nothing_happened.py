@@ -18,7 +18,7 @@ from tests.support.line.sim_line import Rig, settled_rig
 
 FAILED = GuidedVerdict.FAILED
 ALIKE = CalibrationFault.TOO_CLOSE.value
-NO_STEP = "No step within {:.0f} s."
+NO_STEP = "No step within 6 s."
 
 
 class Idle(Hands):
@@ -49,17 +49,13 @@ def idle(rig: Rig, kind: GuidedKind, *, presses: bool) -> GuidedResult | UserErr
 
 
 class Case(NamedTuple):
-    """`said`: the reason of a test that was broken off, or the advice beside a result.
-
-    `limit_s` for a step is the program's own in one case only, since it takes a second of CPU to let it pass.
-    """
+    """`said`: the reason of a test that was broken off, or the advice beside a result."""
 
     kind: GuidedKind
     presses: bool
     verdict: GuidedVerdict | None
     said: str | None
     options: Mapping[str, object] = MappingProxyType({})
-    limit_s: float = 6.0
 
 
 CASES = (
@@ -67,11 +63,9 @@ CASES = (
     Case(GuidedKind.TILT, True, None, NO_STEP),
     Case(GuidedKind.FREE_FALL, False, None, NO_STEP),
     Case(GuidedKind.FREE_FALL, True, None, NO_STEP),
-    Case(GuidedKind.BAY, False, None, NO_STEP, limit_s=120.0),
+    Case(GuidedKind.BAY, False, None, NO_STEP),
     Case(GuidedKind.BAY, True, FAILED, ALIKE),
-    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"bay_open": True}),
-    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"light_inverted": True}),
-    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"noise": 1.0}),
+    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"bay_open": True, "light_inverted": True}),
     Case(GuidedKind.LINK, False, None, NO_STEP),
 )
 
@@ -79,13 +73,12 @@ CASES = (
 @pytest.mark.parametrize("case", CASES, ids=str)
 @pytest.mark.promise("f")
 def test_it_fails_or_says_that_it_cannot_tell(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    if case.limit_s != status_watch.PERSON_LIMIT_S:
-        monkeypatch.setattr(status_watch, "PERSON_LIMIT_S", case.limit_s)
+    monkeypatch.setattr(status_watch, "PERSON_LIMIT_S", 6.0)
     done = idle(settled_rig(**case.options), case.kind, presses=case.presses)
     if isinstance(done, UserError):
         assert case.verdict is None
         assert case.said is not None
-        assert done.message.in_english() == case.said.format(case.limit_s)
+        assert done.message.in_english() == case.said
     else:
         advice = None if done.advice is None else done.advice.in_english()
         assert (done.verdict, advice) == (case.verdict, case.said)

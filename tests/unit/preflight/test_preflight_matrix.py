@@ -20,20 +20,16 @@ def test_a_sound_module_is_ready() -> None:
     assert checked.assessment.verdict is Verdict.READY
     assert checked.against == set()
     assert {one.finding.result for one in checked.assessment.checks} == {CheckResult.PASS}
-    records = next(one.finding for one in checked.assessment.checks if one.check.id == "trigger_records")
-    assert records.measured == 0
     assert_only_questions(checked)
     sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
     assert [request.command for request in sets] == list(TRIGGER_FLAGS)
 
 
 @pytest.mark.parametrize("quirks", [
-    {"ack": "one", "voltage_code": "34", "freefall_ack": "17"},
-    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces"},
+    {"ack": "one", "voltage_code": "34", "freefall_ack": "17", "empty_slots": "ones"},
+    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces", "split_ms": "4"},
     {"stream_at_boot": "yes", "rate": "500"},
-    {"stream_at_boot": "yes", "rate": "1440"},
-    {"empty_slots": "ones"}, {"empty_slots": "zeros", "records": "spaced"},
-    {"noise": "0.5"}, {"delay_ms": "40", "jitter_ms": "20"}, {"split_ms": "4"},
+    {"noise": "0.5", "delay_ms": "40", "jitter_ms": "20", "empty_slots": "zeros", "records": "spaced"},
 ])  # fmt: skip
 def test_every_dialect_of_a_sound_module_goes(quirks: dict[str, str]) -> None:
     checked = check(options=quirks)
@@ -102,7 +98,7 @@ def test_a_module_that_falls_silent_ends_the_check_at_once() -> None:
     assert len(rest) <= 12
 
 
-@pytest.mark.parametrize("number", range(1, 60, 4))
+@pytest.mark.parametrize("number", range(1, 60, 8))
 def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
     """A GO, where there is one, is of the module as it stands: the flags were set after its last start."""
     code = [request.command.code for request in check().rig.line.requests][number]

@@ -9,19 +9,17 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
-from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void, read_state
+from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void
 from app.preflight.findings import Case, Person
-from app.preflight.reading_object import SETTING_KEYS
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, assess, blocks_go, void_of_news, void_reason
-from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
-from protocol.catalogue import BAUD_RATE, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, SETTINGS
-from protocol.events import Ended, EndReason, Received, Rejected, Role, Sent
-from protocol.fields import Choice, Value
-from protocol.frame import Direction, Frame, Noise, Reason
+from protocol.catalogue import HEARTBEAT
+from protocol.events import Ended, EndReason, Rejected, Sent
+from protocol.fields import Value
+from protocol.frame import Noise, Reason
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import gather, judged
@@ -125,25 +123,6 @@ def test_a_manual_item_stands_against_go(is_done: bool | None, is_required: bool
 # With a module
 
 
-def checked(rig: Rig, *, is_enabling: bool = False) -> tuple[Assessment, Evidence]:
-    found = gather(rig, is_enabling=is_enabling)
-    return judged(rig, found).assessment, found
-
-
-def void_now(assessment: Assessment, rig: Rig) -> Void | None:
-    return void_reason(assessment, rig.conversation, rig.clock())
-
-
-def test_a_setting_that_is_written_after_the_check_voids_it() -> None:
-    rig = settled_rig()
-    ready, _found = checked(rig, is_enabling=True)
-    change = SettingChange(BY_NAME["freefall_time"], 1.2)
-    assert rig.run(write_all([change], WriteContext(journal=FakeJournal()))).is_fine
-    found = void_now(ready, rig)
-    assert found is not None
-    assert found.message.in_english() == "Changed: Free-fall time."
-
-
 @pytest.mark.parametrize(
     ("key", "value", "is_void"),
     [
@@ -155,18 +134,11 @@ def test_a_setting_that_is_written_after_the_check_voids_it() -> None:
 )
 def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, is_void: bool) -> None:
     rig = settled_rig()
-    assessment, _found = checked(rig, is_enabling=True)
+    assessment = judged(rig, gather(rig, is_enabling=True)).assessment
     now, view = rig.clock(), rig.conversation
     changed = view._replace(values={**view.values, key: Known(value, How.READ, now)})
     found = void_reason(assessment, changed, now)
     assert (found is not None and found.word == "changed") is is_void
-
-
-def test_what_could_not_be_read_again_voids() -> None:
-    rig = settled_rig()
-    assert rig.run(read_state()).is_complete
-    rig.bench.change(mute_codes=frozenset((BY_NAME["freefall_time"].code,)))
-    assert not rig.run(read_state()).is_complete
 
 
 # From READY to GO
@@ -216,25 +188,11 @@ def test_a_restart_after_the_activation_is_no_go() -> None:
     assert performed.outcome is Outcome.UNKNOWN
 
 
-# The frames and the readings that a record has
-
-FRAME = Frame(Direction.MODULE_TO_HOST, HEARTBEAT_REPLY)
-
-
-def received(role: Role, count: int) -> list[Received]:
-    return [Received(FRAME, None, role, float(number)) for number in range(count)]
+# The frames that a record has
 
 
 def test_no_more_frames_are_kept_than_the_bound() -> None:
-    log = FrameLog()
-    sent = Sent(HEARTBEAT.query().encode(), HEARTBEAT.query(), 1, 0.0)
-    noise = Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0)
-    log.feed([sent, noise, *received(Role.ANSWER, 1500)])
-    assert (len(log.frames), log.left_out) == (1500, 2)
-    assert [frame.way for frame in log.frames[:3]] == ["out", "noise", "in"]
-
-
-def test_a_reading_has_every_setting_of_the_catalogue() -> None:
-    assert set(SETTING_KEYS) == {command.key for command in SETTINGS}
-    assert isinstance(BAUD_RATE.write, Choice)
-    assert set(BAUD_RATE.write.values.values()) == {4800, 9600, 19200, 38400, 57600, 115200}
+    log, question = FrameLog(), HEARTBEAT.query()
+    log.feed([Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0), *[Sent(question.encode(), question, 1, 0.0)] * 1500])
+    assert (len(log.frames), log.left_out) == (1500, 1)
+    assert [frame.way for frame in log.frames[:2]] == ["noise", "out"]

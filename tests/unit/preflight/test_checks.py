@@ -1,0 +1,400 @@
+"""Each check alone: what is exactly at its limit passes, one step beyond does not, and what is not known says why."""
+
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import pytest
+
+from app.engine.conversation import Interrupted, StatusSample
+from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
+from app.limits.limits import SETTING_BOUNDS
+from app.limits.past import LastAnswer, LastTested, Past
+from app.modules.names import Remembered
+from app.modules.service import DueService
+from app.preflight.evidence import CANCELLED, STILL_S, UNFINISHED, Evidence, StateReading, TriggerFlag, void_of_end
+from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding, Person
+from app.preflight.line_checks import REPORTS_NEEDED
+from app.preflight.module_checks import RecordsWord, records_word
+from app.preflight.verdict import CHECKS
+from app.procedures.history import History
+from app.procedures.read import Present, SettingsReading
+from app.settings.profiles import NO_PROFILE, Profile
+from app.text.messages import UserMessage
+from protocol.catalogue import BY_NAME
+from protocol.events import EndReason
+from protocol.fields import Value
+from protocol.messages import TriggerRecord, decode
+from tests.support.line.link_bench import RECORD
+
+PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
+SILENT = void_of_end(Interrupted(EndReason.SILENT))
+seen = partial(StatusSample, 0.0)
+LEVEL, FIRED, ACTIVE = seen(0, 1.0, False, False), seen(0, 1.0, True, False), seen(0, 1.0, False, True)
+
+
+def finding(
+    check_id: str,
+    *,
+    profile: Profile = NO_PROFILE,
+    past: Past | None = None,
+    person: Person | None = None,
+    **evidence: Any,
+) -> Finding:
+    case = Case(
+        evidence=Evidence(port="sim", **evidence), profile=profile, past=past or Past(), person=person or Person()
+    )
+    return next(check for check in CHECKS if check.id == check_id).judge(case)
+
+
+def still(*statuses: StatusSample, count: int = REPORTS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
+    filled = [*statuses, *[LEVEL] * (count - len(statuses))]
+    return [status._replace(at=lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
+
+
+def beats(sent: int, lost: int, invalid: int = 0) -> dict[str, Any]:
+    return {"heartbeats_sent": sent, "heartbeats_lost": lost, "rejected_bytes": invalid}
+
+
+def cell(*volts: float, charging: tuple[bool, ...] = (False, False)) -> dict[str, Any]:
+    return {"series": {"cell_voltage_v": list(volts), "charging": list(charging)}}
+
+
+def light(*volts: float, threshold: float | None = 2.0) -> dict[str, Any]:
+    values = {} if threshold is None else {"light_threshold_v": threshold}
+    return {"series": {"light_v": list(volts)}, "values": values}
+
+
+def reading(present: Present | None = None, *, is_counted: bool = True, unread: tuple[str, ...] = ()) -> StateReading:
+    commands = tuple(BY_NAME[name] for name in unread)
+    settings = SettingsReading({"freefall_time_s": 1.6}, commands, 0.0, 7 if is_counted else None)
+    return StateReading(settings, (present or Present(False, False, LEVEL))._replace(is_counted=is_counted))
+
+
+BOTH = {"first": reading(), "last": reading()}
+OF_LINE: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
+    ("link_loss", beats(20, 0), PASS, "0 of 20 lost, invalid bytes: 0"),
+    ("link_loss", beats(20, 1), FAIL, "1 of 20 lost, invalid bytes: 0"),
+    ("link_loss", beats(20, 0, 1), FAIL, "0 of 20 lost, invalid bytes: 1"),
+    ("link_loss", beats(19, 0), FAIL, "0 of 19 lost, invalid bytes: 0"),
+    ("link_loss", {}, UNKNOWN, "not asked"),
+    ("round_trip", {"round_trips_s": [0.02, 0.1, 0.01, 0.04]}, PASS, "100.0 ms, median 40.0 ms"),
+    ("round_trip", {"round_trips_s": [0.02, 0.1001, 0.01, 0.04]}, FAIL, "100.1 ms, median 40.0 ms"),
+    ("round_trip", {}, UNKNOWN, "not asked"),
+    ("tilt", {"reports": still(seen(5, 1.0, False, False))}, PASS, "5°"),
+    ("tilt", {"reports": still(seen(6, 1.0, False, False))}, FAIL, "6°"),
+    ("tilt_spread", {"reports": still(seen(2, 1.0, False, False))}, PASS, "2°"),
+    ("tilt_spread", {"reports": still(seen(3, 1.0, False, False))}, FAIL, "3°"),
+    ("acceleration", {"reports": still(seen(0, 0.9, False, False))}, PASS, "0.9 g"),
+    ("acceleration", {"reports": still(seen(0, 1.2, False, False))}, FAIL, "1.2 g"),
+    ("acceleration", {"reports": still(seen(0, 0.7, False, False), seen(0, 1.2, False, False))}, FAIL, "0.7 g"),
+    ("acceleration_spread", {"reports": still(seen(0, 0.9, False, False), seen(0, 1.1, False, False))}, PASS, "0.2 g"),
+    ("acceleration_spread", {"reports": still(seen(0, 0.9, False, False), seen(0, 1.2, False, False))}, FAIL, "0.3 g"),
+    ("tilt", {"reports": still(count=14)}, UNKNOWN, "reports in 2 s: only 14"),
+    ("acceleration_spread", {"reports": still(lasting_s=1.4375)}, UNKNOWN, "reports in 2 s: only 15"),
+    ("acceleration", {}, UNKNOWN, "not asked"),
+    ("cell_voltage", cell(3.8, 4.0), PASS, "3.80 V"),
+    ("cell_voltage", cell(4.0, 3.78), FAIL, "3.78 V"),
+    ("cell_voltage", cell(4.0), UNKNOWN, "not asked"),
+    ("cell_voltage", cell(4.0, 4.24), PASS, "4.00 V"),
+    ("cell_voltage", cell(4.0, 4.26), FAIL, "4.26 V: too high"),
+    ("cell_voltage", cell(4.0, 4.0, charging=(False,)), UNKNOWN, "4.00 V may be the charger's"),
+    ("cell_voltage", cell(4.0, 4.0, charging=(False, True)), UNKNOWN, "4.00 V may be the charger's"),
+    ("cell_voltage", cell(3.78, 4.0, charging=(True, True)), FAIL, "3.78 V"),
+    ("charging", cell(), PASS, "confirmed"),
+    ("charging", cell(charging=(True, False)), FAIL, "charging"),
+    ("charging", cell(charging=(False,)), UNKNOWN, "not asked"),
+    ("light", light(1.9, 1.0), PASS, "1.9 V"),
+    ("light", light(1.0, 2.0), FAIL, "2.0 V"),
+    ("light", light(1.0), UNKNOWN, "not asked"),
+    ("light", light(1.0, 1.0, threshold=None) | {"void": SILENT}, UNKNOWN, "The module was silent for a moment."),
+    ("light", light(1.0, 1.0, threshold=None) | {"void": SILENT, "faults": {"light_threshold_v": UserMessage("lost")}},
+     UNKNOWN, "lost"),
+    ("light", light(2.1, 5.0) | {"profile": Profile(is_light_inverted=True)}, PASS, "2.1 V"),
+    ("light", light(1.9, 5.0) | {"profile": Profile(is_light_inverted=True)}, FAIL, "1.9 V"),
+    ("triggered", {"reports": still()}, PASS, "not triggered"),
+    ("triggered", {"reports": still(LEVEL, FIRED)}, FAIL, "TRIGGERED"),
+    ("triggered", {}, UNKNOWN, "not asked"),
+    ("activation", {"reports": still(), "status": LEVEL}, PASS, "locked"),
+    ("activation", {"reports": still(*[ACTIVE] * REPORTS_NEEDED), "status": ACTIVE}, PASS, "ACTIVE"),
+    ("activation", {"reports": still(LEVEL, ACTIVE), "status": LEVEL}, FAIL, "changed"),
+    ("activation", {}, UNKNOWN, "not asked"),
+    ("connection", {"ended_at": 1.0}, PASS, "yes"),
+    ("connection", {}, UNKNOWN, UNFINISHED.message.in_english()),
+    ("connection", {"ended_at": 1.0, "void": SILENT}, FAIL, SILENT.message.in_english()),
+    ("read_twice", BOTH, PASS, "yes"),
+    ("read_twice", BOTH | {"first": reading(is_counted=False)}, UNKNOWN, "not read again"),
+    ("read_twice", BOTH | {"last": reading(unread=("freefall_time",))}, UNKNOWN, "not read again"),
+    ("read_twice", BOTH | {"last": reading(Present(False, False, None))}, UNKNOWN, "not read again"),
+    ("read_twice", BOTH | {"last": None}, UNKNOWN, "not asked"),
+    ("read_twice", BOTH | {"is_answered_twice": True}, FAIL,
+     "Questions are answered twice. Two modules on this line?"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("check_id", "given", "result", "shown"), OF_LINE)
+def test_the_line_and_the_sensors(check_id: str, given: dict[str, Any], result: CheckResult, shown: str) -> None:
+    found = finding(check_id, **given)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+@pytest.mark.parametrize(
+    ("present", "against"),
+    [
+        (Present(True, False, LEVEL), {"activation": "30: ACTIVE, status: LOCKED."}),
+        (Present(False, True, LEVEL), {"triggered": "31: TRIGGERED, status: not triggered."}),
+        (Present(None, None, LEVEL), {"activation": "30: no reply, status: LOCKED.",
+                                      "triggered": "31: no reply, status: not triggered."}),
+    ],
+)  # fmt: skip
+@pytest.mark.promise("h")
+def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named(
+    present: Present, against: dict[str, str]
+) -> None:
+    for when in ("first", "last"):
+        state: dict[str, Any] = {when: reading(present), "reports": still()}
+        findings = {check_id: finding(check_id, **state) for check_id in ("activation", "triggered")}
+        assert {id_: one.shown.in_english() for id_, one in findings.items() if one.result is UNKNOWN} == against
+
+
+@pytest.mark.parametrize(("verdict", "limit"), [("passed", "< 2.0 V"), ("failed", "< 2.0 V (assumed)")])
+def test_which_side_is_dark_is_assumed_until_it_was_measured(verdict: str, limit: str) -> None:
+    tested = {GuidedKind.BAY: last(GuidedVerdict(verdict), 1.0)}
+    assert finding("light", past=Past(tests=tested), **light(1.0, 1.0)).limit.in_english() == limit
+
+
+# Settings
+
+
+def test_a_setting_is_judged_by_the_advice_and_never_passes_beyond_the_bounds() -> None:
+    for key, bound in SETTING_BOUNDS.items():
+        step = {"attitude_threshold_deg": 1, "freefall_time_s": 0.01}.get(key, 0.1)
+        fine = WARN if key == "light_threshold_v" else PASS
+        for value, result in ((bound.advised_low, fine), (bound.advised_high, fine), (bound.advised_low - step, FAIL)):
+            assert finding(bound.check, values={key: round(value, 2)}).result is result, (key, value)
+        for value, wanted in ((bound.low - step, FAIL), (bound.low, PASS), (bound.high, PASS)):
+            values: dict[str, Value] = {key: round(value, 2)}
+            assert finding(bound.check, profile=Profile(settings=values), values=values).result is wanted, values
+        assert finding(bound.check).result is UNKNOWN
+    above: dict[str, Value] = {"attitude_threshold_deg": 91}
+    assert finding("attitude_threshold", profile=Profile(settings=above), values=above).result is FAIL
+
+
+@pytest.mark.parametrize(("value", "result"), [(40, PASS), (41, FAIL), (60, FAIL)])
+def test_a_setting_of_the_profile_is_judged_by_its_value(value: int, result: CheckResult) -> None:
+    profile = Profile(settings={"attitude_threshold_deg": 40})
+    found = finding("attitude_threshold", profile=profile, values={"attitude_threshold_deg": value})
+    assert (found.result, found.limit.in_english()) == (result, "= 40°")
+
+
+@pytest.mark.parametrize(("approved", "is_said", "result"), [
+    ("JFKY-2WSC", False, PASS), ("CODE", False, FAIL), (None, False, WARN), ("CODE", True, PASS), (None, True, PASS),
+])  # fmt: skip
+def test_settings_that_were_not_approved_pass_only_by_a_persons_word(
+    approved: str | None, is_said: bool, result: CheckResult
+) -> None:
+    values = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
+    found = finding(
+        "fingerprint",
+        profile=Profile(approved_fingerprint=approved),
+        person=Person(are_settings_approved=is_said),
+        values=values | {"light_threshold_v": 1.8},
+    )
+    assert found.result is result
+    assert ("confirmed by a person" in found.shown.in_english()) is is_said
+
+
+@pytest.mark.parametrize(
+    ("flag", "result", "shown"),
+    [
+        (TriggerFlag(True), PASS, "enabled"),
+        (TriggerFlag(False), FAIL, "DISABLED"),
+        (TriggerFlag(why=UserMessage("why")), UNKNOWN, "why"),
+        (None, UNKNOWN, "not asked"),
+    ],
+)
+def test_a_trigger_is_enabled_only_where_that_is_known(
+    flag: TriggerFlag | None, result: CheckResult, shown: str
+) -> None:
+    flags = {} if flag is None else {"attitude_trigger": flag}
+    found = finding("attitude_trigger", flags=flags, status=LEVEL)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def test_on_an_active_module_a_trigger_that_is_not_known_is_locked_first() -> None:
+    found = finding("attitude_trigger", flags={"attitude_trigger": TriggerFlag()}, status=ACTIVE)
+    assert found.do is not None
+    assert found.do.in_english() == "Lock it, enable the triggers, activate it again."
+
+
+# Which module it is, and what is kept of it
+
+
+@pytest.mark.parametrize(
+    ("before", "count", "is_same", "result", "shown"),
+    [
+        (7, 7, False, PASS, "7"),
+        (7, 135, False, PASS, "135"),
+        (7, 136, False, FAIL, "136: another module?"),
+        (7, 6, False, FAIL, "6: another module?"),
+        (7, 6, True, PASS, "6, confirmed by a person"),
+        (255, 0, False, PASS, "0"),
+        (None, 7, False, WARN, "7: no earlier visit"),
+        (7, None, False, UNKNOWN, "not asked"),
+    ],
+)
+def test_a_boot_count_only_grows(
+    before: int | None, count: int | None, is_same: bool, result: CheckResult, shown: str
+) -> None:
+    values = {} if count is None else {"boot_count": count}
+    past = Past(module="M-07", remembered=Remembered("M-07", boot_count=before))
+    found = finding("boot_count", past=past, person=Person(is_same_module=is_same), values=values)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def test_other_trigger_records_and_no_name_are_told_beside_the_boot_count() -> None:
+    past = Past(module="M-07", remembered=Remembered("M-07", boot_count=7), do_records_follow=False)
+    found = finding("boot_count", past=past, values={"boot_count": 8})
+    assert (found.result, found.shown.in_english()) == (FAIL, "8: other trigger records, another module?")
+    nameless = finding("boot_count", values={"boot_count": 8})
+    assert nameless.result is WARN
+    assert nameless.do is not None
+    assert nameless.do.in_english() == "Name the module."
+
+
+def record() -> TriggerRecord:
+    found = decode(RECORD)
+    assert isinstance(found, TriggerRecord)
+    return found
+
+
+ONE, NONE, REVIEWED = (record(),), History(is_answered=True, is_confirmed=True), Counter([RECORD])
+LAST = LastAnswer("2026-11-02T10:00:00+00:00", 3)
+
+
+def records(count: int) -> History:
+    return History(ONE * count, is_answered=True, is_confirmed=True)
+
+
+@pytest.mark.parametrize(
+    ("history", "past", "is_reviewed", "result", "shown", "word"),
+    [
+        (None, Past(), False, UNKNOWN, "not asked", None),
+        (History(), Past(), False, UNKNOWN, "no reply", RecordsWord.NEW_MODULE),
+        (History(), Past(), True, WARN, "no reply: new, no records", RecordsWord.NEW_MODULE),
+        (History(), Past(is_said_new=True), False, WARN, "no reply: new, no records", None),
+        (History(), Past(last_answer=LAST, is_said_new=True), True, FAIL, "no reply; had 3 on 2026-11-02", None),
+        (NONE, Past(), False, PASS, "0 of 0 not reviewed", None),
+        (History(is_answered=True), Past(), False, UNKNOWN, "readings differ", None),
+        (History(ONE, is_answered=True), Past(), False, UNKNOWN, "1 of 1 not reviewed", None),
+        (records(1), Past(), False, UNKNOWN, "1 of 1 not reviewed", RecordsWord.REVIEWED),
+        (records(1), Past(has_check=True), False, FAIL, "1 of 1 not reviewed", RecordsWord.REVIEWED),
+        (records(1), Past(has_check=True), True, PASS, "all records reviewed, confirmed by a person",
+         RecordsWord.REVIEWED),
+        (records(1), Past(has_check=True, reviewed=REVIEWED), False, PASS, "0 of 1 not reviewed", None),
+        (records(2), Past(has_check=True, reviewed=REVIEWED), False, FAIL, "1 of 2 not reviewed",
+         RecordsWord.REVIEWED),
+    ],
+)  # fmt: skip
+def test_a_new_record_is_judged_by_a_person_whose_word_is_asked_for_where_it_settles_something(
+    history: History | None, past: Past, is_reviewed: bool, result: CheckResult, shown: str, word: RecordsWord | None
+) -> None:
+    person = Person(are_records_reviewed=is_reviewed)
+    found = finding("trigger_records", past=past, person=person, history=history)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+    case = Case(evidence=Evidence(history=history), profile=NO_PROFILE, past=past, person=person)
+    assert records_word(case) is word
+
+
+@pytest.mark.parametrize(("more", "result", "shown"), [
+    ({"faults": {"light_v": UserMessage("lost")}}, UNKNOWN, "no reply"),
+    ({"void": CANCELLED}, UNKNOWN, "no reply"),
+    ({"reports": [FIRED]}, FAIL, "no reply: triggered"),
+    ({"may_have_fired": True}, UNKNOWN, "may have fired before the restart"),
+    ({"may_have_fired": True, "history": NONE}, UNKNOWN, "may have fired before the restart"),
+])  # fmt: skip
+@pytest.mark.promise("f")
+def test_silence_is_new_only_while_all_else_is_answered_and_nothing_may_have_fired(
+    more: dict[str, Any], result: CheckResult, shown: str
+) -> None:
+    person = Person(are_records_reviewed=True)
+    found = finding("trigger_records", past=Past(is_said_new=True), person=person, **({"history": History()} | more))
+    assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
+    return LastTested(StoredTest(kind=GuidedKind.TILT, verdict=verdict, at="2026-01-01", who="Li"), age_days)
+
+
+PASSED, FAILED = GuidedVerdict.PASSED, GuidedVerdict.FAILED
+OLD = {GuidedKind.TILT: last(PASSED, 400.0)}
+
+
+@pytest.mark.parametrize(
+    ("demanded", "tests", "result", "shown"),
+    [
+        ({GuidedKind.TILT: 30}, {GuidedKind.TILT: last(PASSED, 30.0)}, PASS, "Attitude trigger: passed (30 d)"),
+        ({GuidedKind.TILT: 30}, {GuidedKind.TILT: last(PASSED, 30.5)}, FAIL, "Attitude trigger: passed (30 d)"),
+        ({GuidedKind.TILT: 30}, {GuidedKind.TILT: last(PASSED, None)}, FAIL, "Attitude trigger: passed (? d)"),
+        ({GuidedKind.TILT: 30}, {GuidedKind.TILT: last(FAILED, 1.0)}, FAIL, "Attitude trigger: FAILED (1 d)"),
+        ({GuidedKind.TILT: 30}, {}, FAIL, "Attitude trigger: not tested"),
+        ({GuidedKind.BAY: 30}, {GuidedKind.TILT: last(PASSED, 1.0)}, FAIL, "Parachute bay: not tested"),
+        ({}, {}, PASS, "none"),
+        ({}, OLD, PASS, "Attitude trigger: passed (400 d)"),
+        ({}, OLD | {GuidedKind.BAY: last(FAILED, 3.0)}, WARN, "Parachute bay: FAILED (3 d)"),
+    ],
+)  # fmt: skip
+@pytest.mark.promise("f")
+def test_a_demanded_test_is_passed_and_young_enough_and_a_failed_one_is_told(
+    demanded: dict[GuidedKind, int], tests: dict[GuidedKind, LastTested], result: CheckResult, shown: str
+) -> None:
+    profile = Profile(tests_within_days=demanded)
+    found = finding("guided_tests", profile=profile, past=Past(module="M-07", tests=tests))
+    assert (found.result, found.shown.in_english()) == (result, shown)
+    if demanded:
+        assert finding("guided_tests", profile=profile, past=Past(tests=tests)).result is UNKNOWN, "without a name"
+
+
+SOON, LATE = DueService(UserMessage("Repack due"), False), DueService(UserMessage("Cell overdue"), True)
+
+
+@pytest.mark.parametrize(
+    ("due", "result", "required"), [([], PASS, PASS), ([SOON], WARN, WARN), ([SOON, LATE], WARN, FAIL)]
+)
+def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says(
+    due: list[DueService], result: CheckResult, required: CheckResult
+) -> None:
+    past = Past(module="M-07", due=due)
+    assert finding("service", past=past).result is result
+    profile = Profile(is_service_required=True)
+    assert finding("service", past=past, profile=profile).result is required
+    assert finding("service", profile=profile).result is UNKNOWN, "without a name"
+
+
+@pytest.mark.parametrize(("name", "is_by_option", "known"), [
+    ("M-07", False, "M-07, named by a person in this conversation"),
+    ("M-07", True, "M-07, given by --module"),
+    (None, False, "module not named"),
+])  # fmt: skip
+@pytest.mark.promise("a")
+def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_known(
+    name: str | None, is_by_option: bool, known: str
+) -> None:
+    case = Case(
+        evidence=Evidence(port="sim"), profile=NO_PROFILE, past=Past(module=name, fingerprint=name and "CODE"),
+        person=Person(is_named_by_option=is_by_option),
+    )  # fmt: skip
+
+    def said(case: Case) -> set[str]:
+        return {one.id for one in CHECKS if one.judge(case).limit.in_english().endswith(f"; {known}")}
+
+    of_name = {"trigger_records", "boot_count", "fingerprint", "guided_tests", "service"}
+    assert said(case) == of_name
+    approved = replace(case, profile=Profile(approved_fingerprint="CODE"))
+    assert said(approved) == of_name - {"fingerprint"}, "by the profile, under no name"
+
+
+def test_what_is_not_known_says_nothing_of_the_module() -> None:
+    for check_id in ("light", "tilt", "cell_voltage", "round_trip"):
+        assert finding(check_id).do == CHECK_LINK
