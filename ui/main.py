@@ -57,8 +57,6 @@ COPY_EVERY_MS = 10 * 60 * 1000
 PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
 _STORE_LIMIT_S = 5.0
-_LEFT_ON = marked("Serial output was left on; it is switched off when not needed.")
-"""A message that passes: it is soon over, and a person has nothing to do."""
 
 
 class WindowOptions(NamedTuple):
@@ -188,7 +186,6 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         assembly.watcher.refresh()
 
     def make_pages() -> None:
-        assembly.ports.current.stream_left_on.connect(lambda: window.show_message(tr(_LEFT_ON)))
         window.make_pages()
         # No port waits for it.
         opening.run(lambda _running: storage.open_store(), lambda _store: _on_store_opened(assembly))

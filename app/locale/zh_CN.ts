@@ -16,10 +16,6 @@
         <translation>模块(&amp;M)</translation>
     </message>
     <message>
-        <source>&amp;Page</source>
-        <translation>页面(&amp;P)</translation>
-    </message>
-    <message>
         <source>&amp;View</source>
         <translation>视图(&amp;V)</translation>
     </message>
@@ -82,10 +78,6 @@
     <message>
         <source>A pause of the attitude of more than 0.2 s may hide a tilt.</source>
         <translation>姿态中断超过 0.2 s，其间可能倾斜过。</translation>
-    </message>
-    <message>
-        <source>A person said that it is new.</source>
-        <translation>已由人员确认为新模块。</translation>
     </message>
     <message>
         <source>A program error closed the port.</source>
@@ -1894,10 +1886,6 @@
     <message>
         <source>No settings known: read them first.</source>
         <translation>参数未知：请先读取。</translation>
-    </message>
-    <message>
-        <source>No shortcuts on this page</source>
-        <translation>本页没有快捷键</translation>
     </message>
     <message>
         <source>No simulated module</source>
@@ -4108,10 +4096,6 @@
     <message>
         <source>never</source>
         <translation>从未</translation>
-    </message>
-    <message>
-        <source>new</source>
-        <translation>新</translation>
     </message>
     <message>
         <source>no</source>

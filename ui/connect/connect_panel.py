@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QListWidget,
@@ -18,7 +17,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -26,16 +24,15 @@ from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_sentences, labelled
+from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
-from ui.core.port_watcher import key_of
 from ui.core.preferences import LastPort
 from ui.session.ports import Ports
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import Space, scaled
-from ui.widgets.controls import named
+from ui.style.theme import IconSize, Space, scaled
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import retain_size
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -53,9 +50,8 @@ class PortChoice(NamedTuple):
     device: str
     identity: str
     title: str
-    product: str
-    detail: str
-    icon: Icon
+    product: str = ""
+    detail: str = ""
     badge: str = ""
 
     @property
@@ -63,22 +59,15 @@ class PortChoice(NamedTuple):
         return self.identity or self.device
 
 
-def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool) -> PortChoice:
-    name = _short(port.device)
+def _choice_of(port: PortInfo, badge: str) -> PortChoice:
+    title = _short(port.device)
     serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
     # Drivers often repeat the manufacturer in the product name.
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
-    product = "" if port.description == name else port.description
+    product = "" if port.description == title else port.description
     kind = tr("flight controller") if is_flight_controller(port.identity) else ""
     detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
-    badge = ""
-    if is_connected:
-        badge = tr("connected")
-    elif is_new:
-        badge = tr("new")
-    elif is_last:
-        badge = tr("used last")
-    return PortChoice(port.device, port.identity, name, product, detail, Icon.PLUG, badge)
+    return PortChoice(port.device, port.identity, title, product, detail, badge)
 
 
 class PortList(QListWidget):
@@ -90,7 +79,7 @@ class PortList(QListWidget):
         super().__init__()
         self.setObjectName("port_list")
         self.setAccessibleName(tr("Ports"))
-        set_icon_size(self, 20)
+        set_icon_size(self, IconSize.NOTICE)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setSizeAdjustPolicy(QAbstractScrollArea.SizeAdjustPolicy.AdjustToContents)
         self.setMouseTracking(True)
@@ -104,8 +93,9 @@ class PortList(QListWidget):
         with QSignalBlocker(self):
             self.clear()
             for choice in choices:
+                picture = Icon.SIMULATOR if choice.device == SIMULATED_PORT else Icon.PLUG
                 head = _listed(choice.title, choice.badge, choice.product)
-                item = QListWidgetItem(icon(choice.icon), f"{head}\n{choice.detail}")
+                item = QListWidgetItem(icon(picture), f"{head}\n{choice.detail}")
                 spoken = ", ".join(filter(None, (choice.title, choice.product, choice.detail, choice.badge)))
                 item.setData(_CHOICE, choice)
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
@@ -158,38 +148,32 @@ class ConnectPanel(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._ports = ports
-        self._watcher = ports.watcher
+        self._ports, self._watcher = ports, ports.watcher
         self._last: LastPort | None = None
         # Key and rate of the open port that the list and the rate were set to.
         self._connected: tuple[str, int] | None = None
         self._focus = FocusBack(self)
         self.list = PortList()
-        self.other = named(QLineEdit(), "port_address")
-        self.other.setAccessibleName(tr("Other port"))
+        self.other = control(QLineEdit(), "port_address", says=tr("Other port"))
         self.other.setPlaceholderText(tr("device or socket://host:port"))
-        self.rate = named(QComboBox(), "rate_box")
-        self.rate.setAccessibleName(tr("Baud rate"))
+        self.rate = control(QComboBox(), "rate_box", says=tr("Baud rate"))
         self.rate.addItem(tr("115200 (usual)"), DEFAULT_BAUD_RATE)
         for rate in BAUD_RATES:
             if rate != DEFAULT_BAUD_RATE:
                 self.rate.addItem(str(rate), rate)
         self.rate.addItem(tr("Find the baud rate"), FIND_RATE)
         WheelGuard(self.rate)
-        self.connect_button = named(QPushButton(tr("Connect")), "connect_button", "primary")
-        self.disconnect_button = named(QPushButton(tr("Disconnect")), "disconnect_button")
-        self.disconnect_button.setToolTip(tr("Disconnect") + in_brackets("Ctrl+D"))
+        self.connect_button = control(
+            QPushButton(tr("Connect")), "connect_button", role="primary", slot=self.connect_chosen
+        )
+        self.disconnect_button = control(
+            QPushButton(tr("Disconnect")), "disconnect_button", key="Ctrl+D", slot=self.disconnect_wanted
+        )
         self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
         self.options = _quiet_button("connect_options", tr("Other port or baud rate"), Icon.CHEVRON_DOWN)
         self.options.setCheckable(True)
         self.logs = _quiet_button("connect_logs", tr("Drop flight logs here: would it have fired?"), Icon.MAP)
-        self._close = _quiet_button("connect_close", "", Icon.CROSS)
-        self._close.setAccessibleName(tr("Close"))
-        self._close.setToolTip(tr("Close") + in_brackets("Esc"))
         self._lay_out()
-        self.connect_button.clicked.connect(self.connect_chosen)
-        self.disconnect_button.clicked.connect(self.disconnect_wanted)
-        self._close.clicked.connect(self.hide)
         self.list.chosen_changed.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
@@ -200,44 +184,42 @@ class ConnectPanel(QScrollArea):
         VisibilityTimer(self, self._on_shown, hidden=self._on_hidden)
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.addWidget(named(QLabel(tr("Choose a port")), "connect_title", "title"), 1)
-        head.addWidget(self._close)
-        self._form = named(QWidget(), "connect_form")
-        form = QFormLayout(self._form)
+        close = control(
+            QToolButton(),
+            "connect_close",
+            says=tr("Close"),
+            key="Esc",
+            picture=Icon.CROSS,
+            role="quiet",
+            slot=self.hide,
+        )
+        title = named(QLabel(tr("Choose a port")), "connect_title", "title")
+        options = named(QWidget(), "connect_form")
+        form = QFormLayout(options)
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow(tr("Other port"), self.other)
         form.addRow(tr("Baud rate"), self.rate)
-        self._form.hide()
-        self.options.toggled.connect(self._form.setVisible)
+        options.hide()
+        self.options.toggled.connect(options.setVisible)
         retain_size(self.disconnect_button)
-        buttons = QHBoxLayout()
-        buttons.addStretch()
-        buttons.addWidget(self.disconnect_button)
-        buttons.addWidget(self.connect_button)
         card = named(QFrame(), "connect_card", "card")
         card.setMaximumWidth(scaled(_CARD_PX))
-        column = QVBoxLayout(card)
-        column.setContentsMargins(Space.XL, Space.L, Space.XL, Space.XL)
-        column.setSpacing(Space.M)
-        column.addLayout(head)
-        column.addWidget(self.list)
-        column.addWidget(self.empty)
-        column.addWidget(self.options, 0, Qt.AlignmentFlag.AlignLeft)
-        column.addWidget(self._form)
-        column.addWidget(self.state_label)
-        column.addLayout(buttons)
-        column.addWidget(self.logs, 0, Qt.AlignmentFlag.AlignLeft)
+        in_column(
+            in_row((title, 1), close),
+            self.list,
+            self.empty,
+            (self.options, Qt.AlignmentFlag.AlignLeft),
+            options,
+            self.state_label,
+            in_row(1, self.disconnect_button, self.connect_button),
+            (self.logs, Qt.AlignmentFlag.AlignLeft),
+            of=card,
+            spacing=Space.M,
+            margins=(Space.XL, Space.L, Space.XL, Space.XL),
+        )
         # From a fixed place downwards: nothing above moves when a row or a line is added.
         ground = named(QWidget(), "connect_ground")
-        middle = QHBoxLayout()
-        middle.addStretch(1)
-        middle.addWidget(card, 100)
-        middle.addStretch(1)
-        whole = QVBoxLayout(ground)
-        whole.addSpacing(Space.XL)
-        whole.addLayout(middle)
-        whole.addStretch()
+        in_column(in_row(1, (card, 100), 1), 1, of=ground, margins=(Space.M, Space.XL, Space.M, Space.M))
         self.setWidget(ground)
         for transparent in (self.viewport(), ground):
             transparent.setAutoFillBackground(False)
@@ -261,17 +243,15 @@ class ConnectPanel(QScrollArea):
             return
         port, watcher = self._ports.current, self._watcher
         target = port.target if port.is_open else None
-        choices = [
-            choice_of(
-                listed,
-                is_new=watcher.is_new(listed),
-                is_connected=target is not None and target.device == listed.device,
-                is_last=self._last is not None and bool(listed.identity) and listed.identity == self._last.identity,
-            )
-            for listed in watcher.ports
-        ]
+        last = "" if self._last is None else self._last.identity
+        choices = []
+        for listed in watcher.ports:
+            badge = tr("used last") if last and listed.identity == last else ""
+            if target is not None and target.device == listed.device:
+                badge = tr("connected")
+            choices.append(_choice_of(listed, badge))
         badge = tr("connected") if target is not None and target.is_simulated else ""
-        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), "", "", Icon.SIMULATOR, badge))
+        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), badge=badge))
         self.list.show_choices(choices)
         self._choose_connected()
         if self.list.chosen is None and not self.other.text():
@@ -322,10 +302,9 @@ class ConnectPanel(QScrollArea):
         last = self._last
         if last is not None and self.list.choose(last.identity or last.device):
             return
-        listed = self._watcher.ports
-        likely = [port for port in listed if self._watcher.is_new(port)] or [port for port in listed if port.identity]
-        if len(likely) == 1:
-            self.list.choose(key_of(likely[0]))
+        adapters = [port.identity for port in self._watcher.ports if port.identity]
+        if len(adapters) == 1:
+            self.list.choose(adapters[0])
 
     def _choose(self) -> None:
         if self.list.chosen is not None:
@@ -374,16 +353,9 @@ class ConnectPanel(QScrollArea):
     def _on_hidden(self) -> None:
         self._watcher.watch(False)
         if self.isHidden():  # not only minimised
-            self._watcher.settle()
             self._connected = None
         self.shown.emit()
 
 
 def _quiet_button(name: str, text: str, picture: Icon) -> QToolButton:
-    button = named(QToolButton(), name, "quiet")
-    button.setText(text)
-    button.setIcon(icon(picture))
-    set_icon_size(button, 16)
-    if text:
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-    return button
+    return control(QToolButton(), name, text=text, picture=picture, role="quiet")

@@ -15,16 +15,8 @@ POLL_EVERY_MS = 1500
 SCAN_LIMIT_S = 3.0
 
 
-def key_of(port: PortInfo) -> str:
-    """The adapter's identity, or the port's name where it has none."""
-    return port.identity or port.device
-
-
 class PortWatcher(QObject):
-    """Lists the ports once with `refresh`, or over and over while `is_watching`.
-
-    A port `is_new` that was not there at the first scan, and that `settle` has not taken as seen since.
-    """
+    """Lists the ports once with `refresh`, or over and over while `is_watching`."""
 
     listed = Signal()
     """After each scan, whether or not something changed; in the window's thread."""
@@ -36,7 +28,6 @@ class PortWatcher(QObject):
         self._ports: tuple[PortInfo, ...] | None = None
         self.is_current = False
         """`ports` is the result of the last scan; else of an earlier one."""
-        self._seen: frozenset[str] | None = None
         self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
 
@@ -47,14 +38,6 @@ class PortWatcher(QObject):
     @property
     def ports(self) -> tuple[PortInfo, ...]:
         return self._ports or ()
-
-    def is_new(self, port: PortInfo) -> bool:
-        return self._seen is not None and key_of(port) not in self._seen
-
-    def settle(self) -> None:
-        """The person has seen the list: its ports are no longer new."""
-        if self._ports is not None:
-            self._seen = (self._seen or frozenset()) | {key_of(port) for port in self._ports}
 
     def watch(self, is_watching: bool) -> None:
         if is_watching and not self._timer.isActive():
@@ -77,8 +60,6 @@ class PortWatcher(QObject):
 
     def _on_listed(self, ports: tuple[PortInfo, ...]) -> None:
         self.is_current, self._ports = True, ports
-        if self._seen is None:
-            self._seen = frozenset(key_of(port) for port in ports)
         self.listed.emit()
 
     def _fail(self, error: Exception) -> None:

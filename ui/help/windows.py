@@ -1,7 +1,7 @@
 """Windows of the help: the user guide, the list of all shortcuts, the about box."""
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
@@ -188,22 +188,20 @@ def keys_of(window: QMainWindow) -> list[tuple[str, str, str]]:
     """Where each shortcut works (a page, or ""), the shortcut, and what it does, in the language in use."""
     keys = {("", key, tr(does)): None for key, does in _ALWAYS}
     for action in window.findChildren(QAction):
-        shortcuts = QKeySequence.listToString(action.shortcuts(), QKeySequence.SequenceFormat.NativeText)
-        if shortcuts and _words(action):
-            keys[_page_of(action), shortcuts.replace("; ", ", "), _words(action)] = None
-    return sorted(keys, key=lambda key: key[0])
+        does = action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
+        keys[_page_of(action), _told(action.shortcuts()), does] = None
+    for shortcut in window.findChildren(Shortcut):
+        keys[_page_of(shortcut), _told(shortcut.keys()), name_of(shortcut.control)] = None
+    return sorted((key for key in keys if key[1] and key[2]), key=lambda key: key[0])
 
 
-def _words(action: QAction) -> str:
-    """The text of a menu entry, or the name of the control that a page's shortcut clicks."""
-    if isinstance(action, Shortcut):
-        return name_of(action.control)
-    return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
+def _told(keys: Sequence[QKeySequence]) -> str:
+    return ", ".join(key.toString(QKeySequence.SequenceFormat.NativeText) for key in keys)
 
 
-def _page_of(action: QAction) -> str:
+def _page_of(shortcut: QObject) -> str:
     """The title of the page that it is of; "" for one that works everywhere."""
-    around: QObject | None = action.parent()
+    around = shortcut.parent()
     while around is not None and not isinstance(around, Page):
         around = around.parent()
     return "" if around is None else around.accessibleName()

@@ -26,7 +26,6 @@ from app.safety.acts import Act
 from app.safety.firing_doubt import FiringDoubt
 from app.safety.last_known import Activation
 from app.safety.permit import Origin, Permit
-from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time
 from app.text.messages import UserMessage, message
 from protocol.events import Ended
@@ -93,8 +92,6 @@ class Port(QObject):
     """Each `Batch`, after everything here was updated from it."""
     module_changed = Signal()
     """`module` is another one: another conversation has begun, or another port was opened."""
-    stream_left_on = Signal()
-    """The serial output had been left on and will be switched off; once for each `connect_to`."""
 
     def __init__(
         self,
@@ -140,8 +137,6 @@ class Port(QObject):
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
         self._changing_rate: Job[BaudChanged] | None = None
-        self._stream_memory = StreamMemory()
-        self._is_left_on_told = False
         self.bridge = Bridge(self)
         self.bridge.batch.connect(self._on_batch)
         make_worker = make_worker or self._make_worker
@@ -221,7 +216,7 @@ class Port(QObject):
 
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
-        self._is_left_on_told = self._is_listing = False
+        self._is_listing = False
         if target.key != self.key:
             self.last_name = ""
             self.switched_off_at = None
@@ -283,8 +278,7 @@ class Port(QObject):
     def _open(self, target: Target) -> None:
         self.target = target
         self._silence = self._finding = None
-        self._stream_memory = self._storage.stream_memory(target)
-        background = partial(watch, self.stream, memory=self._stream_memory)
+        background = partial(watch, self.stream, memory=self._storage.stream_memory(target))
         self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=self.key)
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
         _log.info("Port: %s", self.connection)
@@ -307,9 +301,6 @@ class Port(QObject):
     def _take_in(self, batch: Batch) -> None:
         is_news = batch.connection != self.connection
         self.connection = batch.connection
-        if self._stream_memory.is_taken_over and not self._is_left_on_told:
-            self._is_left_on_told = True
-            self.stream_left_on.emit()
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
             self._show(view)

@@ -7,14 +7,11 @@ from typing import NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
-from app.limits.past import LastAnswer
-from app.modules.names import remember
-from app.preflight.module_checks import RecordsWord
 from app.store.fact_store import Facts, utc_now
 from app.store.trouble import StoreTrouble
 from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import join_sentences
 from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
 from app.trigger_records.history import Judgement, in_order, record_of
 from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
@@ -58,7 +55,6 @@ class TriggerReading(QObject):
         """It was read by itself since it last fired."""
         self._had_fired = False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
-        self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
         module.named.connect(self._on_named)
@@ -164,31 +160,20 @@ class TriggerReading(QObject):
         self.show_kept()
 
     def _silent_notice(self) -> Notice:
-        """The module does not answer the query; a person can say once that a named one is new."""
+        """The module does not answer the query; Pre-flight asks whether it is new."""
         text = tr("No answer: the records are unknown.")
         store, name = self._storage.ready, self._module.name
-        plain = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
+        notice = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
         if store is None or not name:
-            return plain
+            return notice
         try:
-            last_answer, is_said_new = store.read(lambda facts: _answers(facts, name))
+            last_answer = store.read(lambda facts: KeptTriggers(facts).last_answer(name))
         except StoreTrouble as trouble:
             return Notice(Meaning.DANGER, not_kept(trouble, name))
-        if last_answer is not None:
-            had = tr("It had {count} on {date}.", count=last_answer.count, date=local_time(last_answer.at, DAY))
-            return plain._replace(text=join_sentences((text, had)))
-        if is_said_new:
-            return Notice(Meaning.INFORMATION, join_sentences((text, tr("A person said that it is new."))))
-        if self._module.view.reported[0] is not False:
-            return plain
-        words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
-        return plain._replace(choices=(Choice("say_new", words, partial(self._say_new, name)),))
-
-    def _say_new(self, name: str) -> None:
-        store = self._storage.ready
-        if store is not None:
-            work = partial(_say_new, name=name)
-            self._wording.run_in(store, work, lambda _none: self.changed.emit(), self._fail_filing)
+        if last_answer is None:
+            return notice
+        had = tr("It had {count} on {date}.", count=last_answer.count, date=local_time(last_answer.at, DAY))
+        return notice._replace(text=join_sentences((text, had)))
 
     def _ask_which_module(self, other: PossiblyOther) -> Notice:
         name = self._module.name
@@ -273,18 +258,6 @@ class TriggerReading(QObject):
 def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
     seen = SeenRecord(-1 - place, place, raw, utc_now().isoformat(timespec="seconds"), None, "")
     return TriggerRow(seen, record_of(raw), is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
-
-
-def _answers(facts: Facts, name: str) -> tuple[LastAnswer | None, bool]:
-    """When it last answered the query, and whether a person said that it is new."""
-    kept = KeptTriggers(facts)
-    return kept.last_answer(name), kept.is_said_new(name)
-
-
-def _say_new(facts: Facts, name: str) -> None:
-    """Keeps a person's word that this module is new and has no records."""
-    remember(facts, name)
-    KeptTriggers(facts).say_new(name)
 
 
 def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:

@@ -10,12 +10,11 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.services.page import Page
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import Shortcut, name_of, named, without_key
+from ui.widgets.controls import named
 
 _MENUS = {
     "file": marked("&File"),
     "module": marked("&Module"),
-    "page": marked("&Page"),
     "view": marked("&View"),
     "help": marked("&Help"),
 }
@@ -45,8 +44,6 @@ class Actions:
         self._menus: dict[str, QMenu] = {}
         for name, title in _MENUS.items():
             self.add_menu(name, title, self.main)
-        self.page = self._menus["page"]
-        self.page.aboutToShow.connect(self._fill_page)
         self._menus["file"].aboutToShow.connect(self.refresh)
 
     def __getitem__(self, name: str) -> QAction:
@@ -98,13 +95,3 @@ class Actions:
                 button.click()
 
         return MenuEntry(name, text, act, when=lambda: (button := offered()) is not None and button.isEnabled())
-
-    def _fill_page(self) -> None:
-        self.page.clear()
-        page = self._pages.currentWidget()
-        for action in [] if page is None else page.findChildren(Shortcut):
-            if action.control.isVisible():
-                action.setText(without_key(name_of(action.control)))
-                self.page.addAction(action)
-        if self.page.isEmpty():
-            self.page.addAction(tr("No shortcuts on this page")).setEnabled(False)

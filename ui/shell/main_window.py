@@ -4,7 +4,7 @@ import logging
 from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
+from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QWidget
 
 from app.diagnosis.causes import NextStep
@@ -118,7 +118,6 @@ class MainWindow(QMainWindow):
             changed.connect(self.attention.refresh)
         ports.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
-        self.simulator.topLevelChanged.connect(self.simulator.fit)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
         self._on_shown(ports.module)
 
@@ -335,7 +334,6 @@ class MainWindow(QMainWindow):
 
     def _tick_simulator(self) -> None:
         self.menus["simulator"].setChecked(not self.simulator.isHidden())
-        self.simulator.fit()
 
     # Qt
 
@@ -348,10 +346,6 @@ class MainWindow(QMainWindow):
             self.toggle_panel()
         elif not (isinstance(page, Page) and page.on_escape()):
             self.attention.stay()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.simulator.fit()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

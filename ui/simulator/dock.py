@@ -1,7 +1,7 @@
 """Dock with the panel of the simulated module, which is created on first use."""
 
 import logging
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
@@ -10,15 +10,12 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow
 from app.text.i18n import tr
 from app.text.user_error import UserError
 from ui.session.ports import Ports
-from ui.style.theme import scaled
-from ui.widgets.visibility_timer import VisibilityTimer
+from ui.style.theme import is_text_large
 
 if TYPE_CHECKING:
     from ui.simulator.panel import SimulatorPanel
 
 _log = logging.getLogger(__name__)
-_BESIDE_FROM_PX: Final = 700
-"""In a narrower window, in the usual size of text, it lies below the page."""
 
 
 class SimulatorDock(QDockWidget):
@@ -26,7 +23,6 @@ class SimulatorDock(QDockWidget):
 
     def __init__(self, ports: Ports, window: QMainWindow) -> None:
         super().__init__(window)
-        self._window = window
         self.setObjectName("simulator_dock")
         self._ports = ports
         self._device: str | None = None
@@ -34,17 +30,9 @@ class SimulatorDock(QDockWidget):
         self.setWindowTitle(tr("Simulated module"))
         self.setAccessibleName(tr("Simulated module"))
         ports.changed.connect(self._update_panel)
-        window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self)
-        VisibilityTimer(self, restyle=self.fit)
-
-    def fit(self) -> None:
-        """Moves below the page where there is no room beside it, and back."""
-        is_below, areas = self._window.width() < scaled(_BESIDE_FROM_PX), Qt.DockWidgetArea
-        self.setAllowedAreas(
-            areas.BottomDockWidgetArea if is_below else areas.LeftDockWidgetArea | areas.RightDockWidgetArea
-        )
-        if not self.isFloating() and not self.isAreaAllowed(self._window.dockWidgetArea(self)):
-            self._window.addDockWidget(areas.BottomDockWidgetArea if is_below else areas.RightDockWidgetArea, self)
+        areas = Qt.DockWidgetArea
+        # Large text leaves no room beside the page.
+        window.addDockWidget(areas.BottomDockWidgetArea if is_text_large() else areas.RightDockWidgetArea, self)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

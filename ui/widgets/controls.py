@@ -1,9 +1,10 @@
 """Makes a control from one description: object name, texts, shortcut, icon, role, slot."""
 
+from collections.abc import Callable
 from typing import ClassVar, TypeVar
 
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QAccessible, QAction, QKeySequence
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QAccessible, QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractButton, QToolButton, QWidget
 
 from app.text.sentences import in_brackets
@@ -119,37 +120,26 @@ def name_of(widget: QWidget) -> str:
     return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else "")
 
 
-class Shortcut(QAction):
-    """Clicks a control, or gives a field the focus, by its keys, while what it lies in is in sight; or calls `slot`
-    while `holder` is. It is enabled as the control is, and described by its accessible name."""
+class Shortcut(QShortcut):
+    """Clicks a control that is in sight and enabled, or gives a field the focus, by its keys; or calls `slot` while
+    `holder` is in sight. It is described by the accessible name of the control."""
 
-    def __init__(self, of: QWidget, keys: str, slot: object = None, *, holder: QWidget | None = None) -> None:
-        super().__init__(of)
+    def __init__(
+        self, of: QWidget, keys: str, slot: Callable[[], object] | None = None, *, holder: QWidget | None = None
+    ) -> None:
+        super().__init__(holder or of)
         self.setObjectName(f"{of.objectName()}_key")
-        self.control = of
+        self.control, self._slot = of, slot
         self.setAutoRepeat(False)  # the next step needs another press
-        self.setShortcuts(QKeySequence.listFromString(keys))
-        self.triggered.connect(slot or self._press)
-        self.setEnabled(of.isEnabled())
-        self._follows = holder is None
-        self._holder = holder
-        if holder is not None:
-            holder.addAction(self)
-        of.installEventFilter(self)
+        self.setKeys(QKeySequence.listFromString(keys))
+        self.activated.connect(self._press)
 
     def _press(self) -> None:
-        if isinstance(self.control, QAbstractButton):
+        if not self.control.isEnabled():
+            return
+        if self._slot is not None:
+            self._slot()
+        elif isinstance(self.control, QAbstractButton):
             self.control.click()
         else:
             self.control.setFocus(Qt.FocusReason.ShortcutFocusReason)
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.EnabledChange:
-            self.setEnabled(self.control.isEnabled())
-        elif event.type() == QEvent.Type.ParentChange and self._follows:
-            if self._holder is not None:
-                self._holder.removeAction(self)
-            self._holder = self.control.parentWidget()
-            if self._holder is not None:
-                self._holder.addAction(self)
-        return False

@@ -12,6 +12,7 @@ from tests.support.window.fakes_ui import ListedPorts, window
 from tests.support.window.steps import find
 from ui.help.windows import keys_of
 from ui.main import PAGES
+from ui.widgets.controls import Shortcut
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)
@@ -28,6 +29,11 @@ def test_the_list_names_every_key_and_no_window_is_modal(qtbot: QtBot, qapp: QAp
             for action in main.findChildren(QAction)
             if not isinstance(action.parent(), QMenu)
             for key in action.shortcuts()
+        ]
+        native += [
+            (shortcut.objectName(), key.toString(key.SequenceFormat.NativeText))
+            for shortcut in main.findChildren(Shortcut)
+            for key in list(shortcut.keys())
         ]
         assert len(native) > 30
         assert [name for name, key in native if key and key not in named] == []

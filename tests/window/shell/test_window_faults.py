@@ -163,7 +163,6 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
             qtbot.waitUntil(lambda: len(worker.opened) > opened)
             worker.hand_over()
             QApplication.processEvents()
-            connector.current._stream_memory.is_taken_over = True  # the module still streams
             worker.say(**VALUES)
             fakes.now_s += 1.0
             qtbot.waitUntil(lambda: connector.current.is_open)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
@@ -35,6 +34,7 @@ from tests.support.window.steps import choosing, find, given, notice_text
 from ui.pages.preflight.remedy import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
+from ui.widgets.controls import Shortcut
 
 PROFILE = """
 format = 1
@@ -252,7 +252,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
 def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     def press() -> None:
         bench.wait(0.6)  # a step is dead for half a second
-        find(bench.assembly.window, QAction, "preflight_run_key").trigger()
+        find(bench.assembly.window, Shortcut, "preflight_run_key").activated.emit()
 
     with on_bench(qtbot, qapp, tmp_path, "main", "preflight") as bench:
         page = bench.preflight

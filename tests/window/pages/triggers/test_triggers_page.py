@@ -75,31 +75,21 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
     assert (page.list.isEnabled(), page.read.isEnabled()) == (False, False), "greyed until a module answers"
 
 
-def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_silent_module_is_told_from_one_that_had_records(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots=EmptySlots.NONE) as bench:
         bench.read_triggers()
         assert (said(bench), bench.triggers.list.empty.text.text()) == ("No answer: the records are unknown.", "")
         bench.triggers.work.job.dismiss()
         assert bench.triggers.list.empty.text.text() == "No answer: the records are unknown."
-        assert bench.triggers.strip.button("say_new") is None  # nothing is kept for a module without a name
         name_kept(bench, "M-07")
         assert said(bench) == "No answer: the records are unknown."
-        choose(bench, "say_new", "New, no records: M-07")
-        bench.until(lambda: said(bench) == "No answer: the records are unknown. A person said that it is new.")
-        assert bench.check() is Standing.READY
         fire(bench, 3)
         bench.read_triggers()
         wait_kept(bench)
         bench.bench.module.memory.records.clear()
         bench.read_triggers()
         assert "It had 3 on 20" in said(bench)
-        assert bench.triggers.strip.button("say_new") is None
         assert bench.check() is Standing.NO_GO
-        name_kept(bench, "M-08")
-        bench.bench.module.activate(is_active=True)
-        assert bench.bench.pulse_pwm()
-        bench.bench.module.memory.records.clear()
-        bench.until(lambda: bench.triggers.strip.button("say_new") is None)  # for it reports that it has fired
 
 
 @pytest.mark.promise("g")
