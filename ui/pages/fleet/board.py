@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent, QResizeEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -33,7 +33,7 @@ from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.theme import Meaning, Space, current, font
+from ui.style.theme import Meaning, Space, current, font, is_text_large, scaled
 from ui.widgets.controls import control, set_role
 
 _TITLES: Final = (
@@ -45,16 +45,16 @@ _TITLES: Final = (
     marked("Next step"),
 )
 MODULE, LOCK, STATE, TRIGGERS_CELL, VERDICT, NEXT = range(len(_TITLES))
-# The last column stands always, too.
-_WHERE_ROOM: Final = (VERDICT, TRIGGERS_CELL)
+# Left out in large text, and while a profile is open. The tooltip of the row has them.
+_WHERE_ROOM: Final = (TRIGGERS_CELL, VERDICT)
 # Every row has room for this many, so that no row moves when its texts change.
 _LINES: Final = 3
 # In a small window the page scrolls instead.
 _LEAST_ROWS: Final = 3
-# Characters: of the last column, and of any other, whose texts wrap.
-_LEAST_NEXT: Final = 18
-_LEAST_MODULE: Final = 12
+# Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
+# Of the first one in large text.
+_NARROW: Final = 11
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
@@ -116,10 +116,15 @@ class Board(QTableWidget):
         self.setWordWrap(True)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
-        header = self.horizontalHeader()
-        # Widths of contents are set once a refresh: Qt would measure a column at each text that changes.
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
+        header, modes = self.horizontalHeader(), QHeaderView.ResizeMode
+        letter_px = QFontMetrics(font()).averageCharWidth()
+        header.setMaximumSectionSize(_WIDEST * letter_px)
+        header.setSectionResizeMode(modes.ResizeToContents)
+        header.setSectionResizeMode(NEXT, modes.Stretch)
+        if is_text_large():
+            header.setSectionResizeMode(MODULE, modes.Fixed)
+            header.resizeSection(MODULE, _NARROW * letter_px)
+        self._hide_columns()
         self.itemChanged.connect(self._on_ticked)
         self.cellDoubleClicked.connect(lambda row, _column: self.chosen.emit(list(self._items)[row]))
         profile.changed.connect(self._fit_profile)
@@ -140,25 +145,11 @@ class Board(QTableWidget):
             if port not in self._items:
                 self._add(port)
             self._show(port, card, now)
-        self._fit_columns()
         self.blockSignals(False)
 
-    def _fit_columns(self) -> None:
-        """Leaves out what there is no room for, and while a profile is open what it is not about."""
-        header = self.horizontalHeader()
-        letter_px = QFontMetrics(font()).averageCharWidth()
-        room_px = self.viewport().width() - _LEAST_NEXT * letter_px
-        # A state is never cut: what has no room is the name, which is whole in the tooltip.
-        for column in (LOCK, STATE, MODULE, *_WHERE_ROOM):
-            hint_px = max(self.sizeHintForColumn(column), header.sectionSizeHint(column)) + Space.S
-            width_px = min(_WIDEST * letter_px, hint_px)
-            if column == MODULE:
-                width_px = min(width_px, max(room_px, _LEAST_MODULE * letter_px))
-            room_px -= width_px
-            if column in _WHERE_ROOM:
-                self.setColumnHidden(column, room_px < 0 or self._profile.profile is not None)
-            if not self.isColumnHidden(column):
-                self.setColumnWidth(column, width_px)
+    def _hide_columns(self) -> None:
+        for column in _WHERE_ROOM:
+            self.setColumnHidden(column, is_text_large() or self._profile.profile is not None)
 
     def _add(self, port: Port) -> None:
         row = self.rowCount()
@@ -176,6 +167,9 @@ class Board(QTableWidget):
         place.setContentsMargins(0, Space.XS, Space.XS, Space.XS)
         place.addWidget(self._locks[port])
         self.setCellWidget(row, LOCK, holder)
+        # Qt measures a widget without the padding of its cell.
+        self._locks[port].ensurePolished()
+        items[LOCK].setSizeHint(holder.sizeHint() + QSize(2 * scaled(Space.S), 0))
 
     def _show(self, port: Port, card: Card, now: float) -> None:
         lock = self._locks[port]
@@ -222,7 +216,7 @@ class Board(QTableWidget):
         self._fitted = profile
         title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
         self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
-        self._fit_columns()
+        self._hide_columns()
         self.show_cards({port: self._members.card(port) for port in self._items}, self._members.now())
         for row in range(self.rowCount()):
             self.setRowHeight(row, self._row_px if profile is None else max(self._row_px, self.sizeHintForRow(row)))
@@ -233,10 +227,6 @@ class Board(QTableWidget):
         if self._items[port][MODULE].checkState() is Qt.CheckState.Unchecked:
             self._members.unticked.add(port)
         self.ticked.emit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_columns()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.marked is not None:

@@ -150,6 +150,8 @@ def test_the_lock_of_a_row_is_for_that_module_alone_and_chooses_nothing(desk: De
     desk.settle()
     assert [desk.lock(number).property("role") or "" for number in range(3)] == ["primary", "primary", ""]
     assert [desk.lock(number).accessibleName() for number in range(3)] == [f"LOCK: port{n}" for n in range(3)]
+    let_lay_out(desk.page)
+    assert all(desk.lock(number).width() >= desk.lock(number).sizeHint().width() for number in range(3)), "it is cut"
 
 
 @pytest.mark.promise("l")
