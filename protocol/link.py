@@ -70,10 +70,10 @@ class LinkMisused(RuntimeError):
 class _Flight:
     """The request in flight. Times are the link's `now`."""
 
-    def __init__(self, request: Request, now: float, *, is_own: bool, limit_s: float = inf) -> None:
+    def __init__(self, request: Request, now: float, *, is_own: bool, limit_s: float, behind: Request | None) -> None:
         self.request = request
         self.is_own = is_own  # the link's own question, not its owner's
-        self.behind: Request | None = None  # what waits for the answer, where this is a fence
+        self.behind = behind  # what waits for the answer, where this is a fence
         self.limit_s = limit_s
         self.wanted_at = now  # since when its next frame waits for a quiet line
         self.attempts = self.probes = 0
@@ -99,7 +99,7 @@ class _Flight:
         return [OutcomeUnknown(self.request, waited_s, now)]
 
 
-_Step = Callable[[_Flight, float, list[Event]], None]
+_Step = Callable[[_Flight, float], None]
 
 
 class Link:
@@ -120,6 +120,7 @@ class Link:
         self._parser = StreamParser()
         self._stale: StaleReplies = StaleReplies() if before is None else before._stale
         self._outgoing = bytearray()
+        self._events: list[Event] = []
         self._flight: _Flight | None = None
         self._begin_at = now  # when the link asks for the next conversation
         self._last_byte_at = -inf
@@ -178,8 +179,8 @@ class Link:
         is_change = not request.is_repeatable and request != LOCK
         if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._stood_still(now))):
             return [Unanswered(request, 0, 0.0, now)]
-        flight = _Flight(request, now, is_own=False, limit_s=inf if limit_s is None else limit_s)
-        return self._take_off(flight, now, is_fenced=is_fenced)
+        self._take_off(request, now, is_own=False, is_fenced=is_fenced, limit_s=inf if limit_s is None else limit_s)
+        return self._take_events()
 
     def abandon(self, now: float) -> list[Event]:
         """Stop waiting for the request in flight, if any; a reply to it is late from now on."""
@@ -190,13 +191,13 @@ class Link:
         """Send LOCK beside the request in flight; see the module's docstring. Its acknowledgement proves nothing: the
         owner asks for the state afterwards."""
         self._stale.expect_late(LOCK, now, count=1)
-        return [self._put(LOCK, attempt, now)]
+        self._put(LOCK, attempt, now)
+        return self._take_events()
 
     def end(self, reason: EndReason, now: float) -> list[Event]:
         """End the conversation for a reason that the owner knows. What is in flight is not waited for any more."""
-        events: list[Event] = []
-        self._end(reason, now, events)
-        return events
+        self._end(reason, now)
+        return self._take_events()
 
     def take_outgoing(self) -> bytes:
         """Return the bytes to write, each once."""
@@ -206,31 +207,28 @@ class Link:
 
     def receive(self, data: bytes, now: float) -> list[Event]:
         """Take in `data`, just read from the port."""
-        events: list[Event] = []
-        if not data:
-            return events
-        self._last_byte_at = now
+        if data:
+            self._last_byte_at = now
         self.counters.bytes_received += len(data)
         for piece in self._parser.feed(data):
-            self._digest(piece, now, events)
-        return events
+            self._digest(piece, now)
+        return self._take_events()
 
     def tick(self, now: float) -> list[Event]:
         """Do what is due."""
-        events: list[Event] = []
         if self._parser.pending and now >= self._last_byte_at + timing.QUIET_S:
             for piece in self._parser.flush():
-                self._digest(piece, now, events)
+                self._digest(piece, now)
         has_stood_still = self._stood_still(now)
         self._turned_at = now
         flight = self._flight
         if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
-            self._end(EndReason.SILENT, now, events)
+            self._end(EndReason.SILENT, now)
         if self._flight is not None:
-            self._advance(self._flight, now, events)
+            self._advance(self._flight, now)
         if self._flight is None and now >= self._own_due_at():
-            self._ask_own(now, events)
-        return events
+            self._ask_own(now)
+        return self._take_events()
 
     def next_deadline(self, now: float) -> float:
         """When to call `tick` if nothing arrives before."""
@@ -241,6 +239,10 @@ class Link:
         if flight is not None and self.is_begun:
             dues.append(self._silent_at(flight))
         return min(dues)
+
+    def _take_events(self) -> list[Event]:
+        events, self._events = self._events, []
+        return events
 
     def _stood_still(self, now: float) -> bool:
         """Whether this program stood still, so that another module may answer now."""
@@ -259,35 +261,34 @@ class Link:
             self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S,
         )
 
-    def _ask_own(self, now: float, events: list[Event]) -> None:
+    def _ask_own(self, now: float) -> None:
         is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
         request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
-        events += self._take_off(_Flight(request, now, is_own=True), now, is_fenced=not self.is_begun)
+        self._take_off(request, now, is_own=True, is_fenced=not self.is_begun)
 
     # Sending
 
-    def _take_off(self, flight: _Flight, now: float, *, is_fenced: bool) -> list[Event]:
+    def _take_off(self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float = inf) -> None:
         """Send it, or first a fence."""
-        self._stale.drop_expired(now)
-        request = flight.request
-        needs_fence = is_fenced or self._stale.could_answer(request, now) or self._stale.owes(request)
-        is_own_fence = request in FENCES and not self._stale.could_be_late(request, now)
+        stale = self._stale
+        stale.drop_expired(now)
+        needs_fence = is_fenced or stale.could_answer(request, now) or stale.owes(request)
+        is_own_fence = request in FENCES and not stale.could_be_late(request, now)
         if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
-            fence = _Flight(self._stale.fence(now), now, is_own=flight.is_own, limit_s=flight.limit_s)
-            fence.behind = request
-            flight = fence
-        events: list[Event] = []
-        self._launch(flight, now, events)
-        return events
+            self._fly(stale.fence(now), now, is_own=is_own, limit_s=limit_s, behind=request)
+        else:
+            self._fly(request, now, is_own=is_own, limit_s=limit_s)
 
-    def _launch(self, flight: _Flight, now: float, events: list[Event]) -> None:
-        self._flight = flight
-        self._advance(flight, now, events)
+    def _fly(
+        self, request: Request, now: float, *, is_own: bool, limit_s: float, behind: Request | None = None
+    ) -> None:
+        self._flight = _Flight(request, now, is_own=is_own, limit_s=limit_s, behind=behind)
+        self._advance(self._flight, now)
 
-    def _advance(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _advance(self, flight: _Flight, now: float) -> None:
         at, step = self._next_step(flight, now)
         if now >= at:
-            step(flight, now, events)
+            step(flight, now)
 
     def _next_step(self, flight: _Flight, now: float) -> tuple[float, _Step]:
         """Whether the request in flight is sent, the boot count is asked behind it, or it is given up, and when."""
@@ -343,14 +344,14 @@ class Link:
         is_look = can_probe and (look_at <= at or not can_send)
         return min(at, look_at), self._probe if is_look else self._transmit
 
-    def _fall_silent(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _fall_silent(self, flight: _Flight, now: float) -> None:
         """Nobody answers, also if something streams: it does not hear us."""
         if self.is_begun:
-            self._end(EndReason.SILENT, now, events)
+            self._end(EndReason.SILENT, now)
         else:
-            self._give_up(flight, now, events)
+            self._give_up(flight, now)
 
-    def _transmit(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _transmit(self, flight: _Flight, now: float) -> None:
         request = flight.request
         if not flight.attempts:
             flight.first_at = now
@@ -361,17 +362,17 @@ class Link:
         self.gap.sent(is_repeated=flight.attempts > 1, now=now)
         self.flags.on_sent(request, now)
         self.told.on_sent(request, now)
-        events.append(self._put(request, flight.attempts, now))
+        self._put(request, flight.attempts, now)
 
-    def _probe(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _probe(self, flight: _Flight, now: float) -> None:
         """Ask the boot count behind it."""
         flight.probes += 1
         flight.probed_at = now
         self.gap.on_spoken(now)
         self._stale.expect_late(_BOOTS, now, count=1)
-        events.append(self._put(_BOOTS, 1, now))
+        self._put(_BOOTS, 1, now)
 
-    def _put(self, request: Request, attempt: int, now: float) -> Sent:
+    def _put(self, request: Request, attempt: int, now: float) -> None:
         raw = request.encode()
         self._outgoing += raw
         self.counters.sent += 1
@@ -382,56 +383,56 @@ class Link:
             self._boots_are_due = False
         elif request == _HEARTBEAT:
             self._heartbeat_sent_at = now
-        return Sent(raw, request, attempt, now)
+        self._events.append(Sent(raw, request, attempt, now))
 
     # Receiving
 
-    def _digest(self, piece: Piece, now: float, events: list[Event]) -> None:
+    def _digest(self, piece: Piece, now: float) -> None:
         if isinstance(piece, Noise):
             self.counters.rejected_bytes[piece.reason] += len(piece.raw)
-            events.append(Rejected(piece, now))
+            self._events.append(Rejected(piece, now))
             return
         self.counters.frames += 1
         if piece.direction is Direction.HOST_TO_MODULE:
-            self._note(events, piece, None, Role.ECHO, now)
+            self._note(piece, None, Role.ECHO, now)
             return
         flight = self._flight
         is_answer = flight is not None and self._is_answer(flight, piece, now)
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
         if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
-            self._end(EndReason.SILENT, now, events)
+            self._end(EndReason.SILENT, now)
             is_answer = False
         self._valid_at = now
         if flight is not None and is_answer:
             if piece.raw[2] in FLAG_CODES:
                 self.flags.on_answer(flight.request, piece.raw, now)
-            self._on_answer(flight, piece, now, events)
+            self._on_answer(flight, piece, now)
         else:
             if piece.raw[2] in FLAG_CODES:
                 self.flags.on_other(piece.raw, now)
-            self._on_other(piece, now, events)
+            self._on_other(piece, now)
 
-    def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
+    def _note(self, frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
         if role not in (Role.STREAMED, Role.ECHO):
             self.gap.on_spoken(now)
-        events.append(Received(frame, message, role, now))
+        self._events.append(Received(frame, message, role, now))
 
     def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
         if not flight.attempts or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
             return False
         return flight.behind is None or self._stale.opens(flight.request, frame.raw, now)
 
-    def _on_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
+    def _on_answer(self, flight: _Flight, frame: Frame, now: float) -> None:
         request = flight.request
         message = decode(frame.raw, request)
-        if self._contradicts(frame, message, Role.ANSWER, now, events):
+        if self._contradicts(frame, message, Role.ANSWER, now):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
         is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
-        self._note(events, frame, message, Role.ANSWER, now)
+        self._note(frame, message, Role.ANSWER, now)
         if request == _BOOTS and flight.first_at >= self._unasked_at:
             self._unasked_at = -inf  # the count is the same, so that heartbeat was no restart's
         if request.command.layout is Layout.RECORD:
@@ -454,34 +455,33 @@ class Link:
             self._stale.expect_late(request, flight.sent_at, count=owed)
         elif is_copy or flight.is_once:
             self._stale.remember(request, flight.sent_at)
-        self._land(flight, message, round_trip_s, now, events)
+        self._land(flight, message, round_trip_s, now)
 
-    def _land(
-        self, flight: _Flight, message: Message, round_trip_s: float | None, now: float, events: list[Event]
-    ) -> None:
+    def _land(self, flight: _Flight, message: Message, round_trip_s: float | None, now: float) -> None:
         """It was answered: send what waited for that, tell the owner, or begin a conversation."""
         self._drop_flight(is_answered=True)
         if flight.behind is not None:
-            self._open(flight, flight.behind, now, events)
+            self._open(flight, now)
         elif not flight.is_own:
-            events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
+            self._events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
         elif not self.is_begun and isinstance(message, Reading):
             self.is_begun = True
             self.flags.begin_again()
             self.told.contradicted(message, now, is_answer=True)  # the first that is told
             _log.debug("began: boot count %d", message.raw)
-            events.append(Began(message.raw, now))
+            self._events.append(Began(message.raw, now))
 
-    def _open(self, fence: _Flight, request: Request, now: float, events: list[Event]) -> None:
+    def _open(self, fence: _Flight, now: float) -> None:
         """No earlier reply can follow: send what waited for that."""
-        self._launch(_Flight(request, now, is_own=fence.is_own, limit_s=fence.limit_s), now, events)
+        if fence.behind is not None:
+            self._fly(fence.behind, now, is_own=fence.is_own, limit_s=fence.limit_s)
 
-    def _finish_records(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _finish_records(self, flight: _Flight, now: float) -> None:
         self._drop_flight(is_answered=True)
         self._stale.remember(flight.request, flight.sent_at)
-        events.append(Answered(flight.request, tuple(flight.records), flight.attempts, None, now))
+        self._events.append(Answered(flight.request, tuple(flight.records), flight.attempts, None, now))
 
-    def _on_other(self, frame: Frame, now: float, events: list[Event]) -> None:
+    def _on_other(self, frame: Frame, now: float) -> None:
         """Take a frame that does not answer the request in flight."""
         stale, raw = self._stale, frame.raw
         stale.drop_expired(now)
@@ -496,26 +496,26 @@ class Link:
         elif late is not None:
             role = Role.LATE
             stale.expect_copy(raw, asked, now, is_late=True)
-        if copied is None and self._contradicts(frame, message, role, now, events):
+        if copied is None and self._contradicts(frame, message, role, now):
             return
         if late is None and not (copied is not None and stale.is_owed(raw)):
             self.told.note_unasked(message, now)
         if isinstance(message, Heartbeat):
             if role is Role.UNSOLICITED:
                 stale.expect_copy(raw, None, now)
-                self._on_unasked_heartbeat(now, events)
+                self._on_unasked_heartbeat(now)
             else:
-                self._ask_at_once(now, events)
+                self._ask_at_once(now)
         elif isinstance(message, Status):
             if copied is not None:
                 stale.expect_no_copy(raw)  # the next ones may be streamed
             elif late is None:
                 role = Role.STREAMED
-        self._note(events, frame, message, role, now)
+        self._note(frame, message, role, now)
         if late is not None and asked == _BOOTS:
-            self._on_probe_answered(late.at, now, events)
+            self._on_probe_answered(late.at, now)
 
-    def _on_unasked_heartbeat(self, now: float, events: list[Event]) -> None:
+    def _on_unasked_heartbeat(self, now: float) -> None:
         if now - self._restarted_at < timing.RESTART_S:
             return  # the second one of a restart
         is_second = now - self._unasked_at < timing.RESTART_S
@@ -524,11 +524,11 @@ class Link:
             self._restarted_at = now
         elif is_second or now - self._heartbeat_sent_at > timing.LATE_S:
             self._restarted_at = now
-            self._end(EndReason.RESTARTED, now, events)
+            self._end(EndReason.RESTARTED, now)
         else:
-            self._ask_at_once(now, events)
+            self._ask_at_once(now)
 
-    def _ask_at_once(self, now: float, events: list[Event]) -> None:
+    def _ask_at_once(self, now: float) -> None:
         """A heartbeat may be a late answer, or a restart's: its boot count tells. Nothing that changes the module
         leaves before that."""
         if not self.is_begun:
@@ -538,11 +538,11 @@ class Link:
         if flight is None or flight.request == _BOOTS:
             return
         if flight.attempts:
-            self._probe(flight, now, events)
+            self._probe(flight, now)
         elif flight.is_once:
-            self._give_up(flight, now, events)
+            self._give_up(flight, now)
 
-    def _on_probe_answered(self, sent_at: float, now: float, events: list[Event]) -> None:
+    def _on_probe_answered(self, sent_at: float, now: float) -> None:
         """The boot count that was asked at `sent_at` was told: no reply to an earlier frame can follow."""
         flight = self._flight
         if flight is None or not flight.attempts or sent_at < flight.sent_at or flight.request == LOCK:
@@ -551,11 +551,11 @@ class Link:
             flight.is_past = True
         elif flight.behind is not None:
             self._drop_flight()
-            self._open(flight, flight.behind, now, events)  # the boot count is fence enough
+            self._open(flight, now)  # the boot count is fence enough
         elif flight.is_once or flight.attempts >= timing.TRIES:
-            self._give_up(flight, now, events)
+            self._give_up(flight, now)
 
-    def _contradicts(self, frame: Frame, message: Message, role: Role, now: float, events: list[Event]) -> bool:
+    def _contradicts(self, frame: Frame, message: Message, role: Role, now: float) -> bool:
         """Whether it says otherwise than what was told before, so that the conversation is over."""
         if not self.is_begun:
             return False
@@ -563,8 +563,8 @@ class Link:
         contradiction = self.told.contradicted(message, now, is_answer=is_answer)
         if contradiction is None:
             return False
-        self._end(reason_of(contradiction, is_asked=is_answer or role is Role.LATE), now, events, contradiction)
-        self._note(events, frame, message, Role.UNSOLICITED, now)  # nobody's value
+        self._end(reason_of(contradiction, is_asked=is_answer or role is Role.LATE), now, contradiction)
+        self._note(frame, message, Role.UNSOLICITED, now)  # nobody's value
         return True
 
     # Ends
@@ -586,7 +586,7 @@ class Link:
             self._stale.expect_late(flight.request, flight.sent_at, count=flight.attempts)
         return flight
 
-    def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _give_up(self, flight: _Flight, now: float) -> None:
         """The module is there and does not answer this, or it must not be sent any more."""
         self._drop_flight()
         if flight.attempts:
@@ -594,16 +594,14 @@ class Link:
             _log.debug("%s: no answer to %d attempts", flight.request.command.name, flight.attempts)
         if flight.is_own:
             self._begin_at = now
-        events += flight.unanswered(now)
+        self._events += flight.unanswered(now)
 
-    def _end(
-        self, reason: EndReason, now: float, events: list[Event], contradiction: Contradiction | None = None
-    ) -> None:
+    def _end(self, reason: EndReason, now: float, contradiction: Contradiction | None = None) -> None:
         flight = self._drop_flight()
         outcome = [] if flight is None else flight.unanswered(now)
         self._begin_at = now
         if not self.is_begun:
-            events += outcome
+            self._events += outcome
             return
         _log.debug("ended: %s", reason.value)
         self.is_begun = False
@@ -613,5 +611,5 @@ class Link:
         self._unasked_at = -inf
         if reason is EndReason.RESTARTED:
             self.counters.restarts += 1
-        events.append(Ended(reason, now, contradiction))
-        events += outcome
+        self._events.append(Ended(reason, now, contradiction))
+        self._events += outcome
