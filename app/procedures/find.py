@@ -47,10 +47,10 @@ class Silence(Enum):
     FLIGHT_CONTROLLER = "flight controller"
 
 
-def await_module(limit_s: float = WAIT_S) -> Procedure[Silence | None]:
+def await_module() -> Procedure[Silence | None]:
     """Wait until a conversation begins; None then, else what came instead."""
     before: EngineView = yield Inspect()
-    if (yield from _begins(limit_s)) is not None:
+    if (yield from _begins(WAIT_S)) is not None:
         return None
     after: EngineView = yield Inspect()
     return what_came(after.link.counters - before.link.counters, after.link.noise)

@@ -56,12 +56,12 @@ class Band(NamedTuple):
         return bool(self.raws) and max(self.raws) - min(self.raws) <= WIDE_SPREAD_STEPS
 
 
-def measure_light(*, samples: int = SAMPLES, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
+def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
     """Read the light several times at the present position of the bay. `step_of`: the step and the steps of a test."""
     raws: list[int] = []
     lost = 0
-    while len(raws) < samples and lost < MAX_LOST:
-        yield Report(*(step_of or (len(raws), samples)), marked("Measuring the light"))
+    while len(raws) < SAMPLES and lost < MAX_LOST:
+        yield Report(*(step_of or (len(raws), SAMPLES)), marked("Measuring the light"))
         reading = yield from ask_value(_LIGHT)
         if reading is not None:
             raws.append(reading.raw)

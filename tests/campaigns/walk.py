@@ -168,7 +168,7 @@ JOBS: Final[Mapping[str, Begin]] = {
     "read": _simply(read_everything),
     "settings": _simply(read_settings),
     "history": _simply(read_history),
-    "light": _simply(lambda: measure_light(samples=12)),
+    "light": _simply(measure_light),
     "find": _simply(lambda: find_rate(115200), outlives=True),
     "write one": _written(1),
     "write four": _written(4),
